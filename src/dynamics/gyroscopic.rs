@@ -108,20 +108,20 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
-    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r  at the point of [`differentiate`](Self::differentiate).
+    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r − R λ₀  at the point of [`differentiate`](Self::differentiate).
     ///
     /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
     /// * `jacobian` – J, row after row; empty for none
-    /// * `wanted` – r, row after row
+    /// * `wanted` – r and R, row after row; a row with an infinite R takes no part
     pub(crate) fn solve(
         &mut self,
         mass: &DMatrix<T>,
         s: T,
         forces: &[T],
         jacobian: &[T],
-        wanted: impl Iterator<Item = T>,
+        wanted: impl Iterator<Item = (T, T)>,
     ) {
         let slope = &self.slope;
         self.factor.factorize(|out| {

@@ -45,7 +45,7 @@ pub(crate) struct Balance<T: Scalar> {
 pub(super) struct HeldStart<'a, I, T> {
     /// J, row after row.
     pub(super) jacobian: &'a [T],
-    /// The accelerations J a that hold the constraints.
+    /// r and R of each row, for  J a = r − R f.
     pub(super) wanted: I,
 }
 
@@ -58,7 +58,7 @@ impl<T: Scalar> Balance<T> {
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
         let rows = simulator.held_rows() + nv + ROWS * n;
-        let blocks = simulator.constraints().len() + nv + n;
+        let blocks = simulator.held_blocks() + nv + n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,
@@ -97,7 +97,7 @@ impl<T: Scalar> Balance<T> {
         &mut self,
         at: &Moment<'_, P, T>,
         forces: &Forces<T>,
-        held: HeldStart<'_, impl Iterator<Item = T>, T>,
+        held: HeldStart<'_, impl Iterator<Item = (T, T)>, T>,
     ) where
         T: Over<P>,
     {
@@ -145,7 +145,7 @@ impl<T: Scalar> Balance<T> {
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.
     ///
-    /// * `by_friction` – output, the weights of the friction of each block; empty if they are not wanted
+    /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not wanted
     pub(crate) fn respond_transposed<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,

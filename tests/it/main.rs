@@ -70,3 +70,4 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
+mod yielding_constraints;

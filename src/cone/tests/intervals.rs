@@ -52,7 +52,12 @@ fn bound_of_zero_leaves_no_force_and_an_infinite_one_a_bilateral_row() {
         other.blocks[last - 1] = Block::Free(1);
         other.regularization[6] = f64::INFINITY;
         let expected = other.solve();
-        assert_near("forces", solution.f.as_slice(), expected.f.as_slice(), 1e-10);
+        assert_near(
+            "forces",
+            solution.f.as_slice(),
+            expected.f.as_slice(),
+            1e-10,
+        );
         assert_eq!(expected.modes[last], Mode::Separated);
         case.friction[last] = f64::NAN;
         assert_eq!(case.solve().certificate.status, Status::NotFinite);
@@ -83,7 +88,10 @@ fn solutions_of_random_problems_satisfy_their_laws() {
                 let certificate = solution.certificate;
                 assert!(certificate.is_converged(), "{name}: {certificate:?}");
                 assert!(certificate.residual < 1e-9 && certificate.cone_violation < 1e-12);
-                assert!(certificate.complementarity < 1e-8, "{name}: {certificate:?}");
+                assert!(
+                    certificate.complementarity < 1e-8,
+                    "{name}: {certificate:?}"
+                );
                 assert_optimal(&name, &case, &solution.f);
             }
         }
@@ -99,7 +107,12 @@ fn solutions_equal_those_of_very_many_projections() {
             let mut case = random.mixed_case(law, counts, rows, 0.0);
             case.regularization.fill(0.5);
             let (actual, expected) = (case.solve().f, projected_iteration(&case, 20_000));
-            assert_near("forces", actual.as_slice(), expected.as_slice(), OTHER_METHOD);
+            assert_near(
+                "forces",
+                actual.as_slice(),
+                expected.as_slice(),
+                OTHER_METHOD,
+            );
         }
     }
 }
@@ -160,7 +173,13 @@ fn redundant_rows_share_a_force_within_their_bounds() {
 #[test]
 fn bounded_rows_that_contradict_each_other_pull_with_their_bounds() {
     let matrix = DMatrix::from_element(2, 2, 1.0);
-    let case = Case::new(Law::Convex, &[Block::Interval; 2], 3.0, matrix, &[-1.0, 1.0]);
+    let case = Case::new(
+        Law::Convex,
+        &[Block::Interval; 2],
+        3.0,
+        matrix,
+        &[-1.0, 1.0],
+    );
     let solution = case.solve();
     assert!(solution.certificate.is_converged());
     assert_near("forces", solution.f.as_slice(), &[3.0, -3.0], 1e-12);

@@ -2,26 +2,29 @@
 //!
 //! Seen from the two bodies that carry its anchors, a row is a small function of their poses and motions, and so are the forces of it on both: evaluations
 //! over numbers of one body give derivatives in its motion, which sinks take to the joints. Rows that look ahead contain half of the bias at the velocity
-//! after the step. The row of a coupler is a function of the positions and rates of two joints.
+//! after the step. The row of a coupler or a tendon is a function of the positions and rates of its joints (`tied_slopes.rs`).
+//!
+//! At a moment a spring is no row, but a force that follows from error and rate.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::ops::Range;
 
 use super::columns::turned_into;
-use super::constraints::Constraints;
+use super::constraints::{Constraints, has_springs};
+use super::held_row::HeldRow;
 use super::local::{
-    FURTHER, OfBody, OfCoordinate, POSITION, RATE, constant_motion, constant_pose, part,
-    seeded_pose, seeded_velocity,
+    FURTHER, OfBody, OfCoordinate, constant_motion, constant_pose, part, seeded_pose,
+    seeded_velocity,
 };
 use super::numbers::Numbers;
-use super::sink::{ActingPlace, Bias, BodyRow, CoordinateSink, Held, Own, Sink, SlopePoint};
+use super::sink::{ActingPlace, Bias, BodyRow, BodySink, Held, Own, Sink, SlopePoint};
 use super::term::TermSlopes;
 use crate::constraint::{
-    CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, CoupledJoint, Mounted,
+    CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::model::Body;
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::linalg::product::dot;
+use crate::scalar::{Dual, Scalar, vectorized};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, SPATIAL};
@@ -29,35 +32,64 @@ use crate::spatial::{Force, SPATIAL};
 /// Direction of the bias of a row; those of numbers that are not of a place follow.
 const BIAS: usize = FURTHER;
 
+/// Directions of stiffness, damping, bound and length of a spring at a moment.
+const SPRING: [usize; 4] = [0, 1, 2, 3];
+
 /// Numbers of a place: its origin, and its turn where it is welded.
 const ORIGIN: usize = 3;
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstraintSlopes<T> {
-    /// Parameters of each constraint.
-    slots: Vec<Range<usize>>,
-    /// ã, of which the rows of couplers know the two entries of their joints.
+    slots: Vec<Slots>,
+    /// ã, of which rows that tie joints know the entries of these.
     seen: Vec<T>,
+}
+
+/// Parameters of a constraint.
+#[derive(Clone, Debug)]
+pub(super) struct Slots {
+    /// Those of places of anchors, or coefficients of joints.
+    pub(super) placed: Range<usize>,
+    /// Those of its kind and of how it is held.
+    pub(super) own: Range<usize>,
+    /// The largest force, if there is one.
+    bound: Range<usize>,
+}
+
+impl Slots {
+    fn new(constraint: &Constraint, all: &Range<usize>) -> Self {
+        let bounds = usize::from(constraint.largest_force().is_some());
+        let bound = all.end - bounds;
+        let own = bound - constraint.own_numbers();
+        Self {
+            placed: all.start..own,
+            own: own..bound,
+            bound: bound..all.end,
+        }
+    }
 }
 
 impl<T: Scalar> ConstraintSlopes<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
+        let slots = PartSlots::new(simulator).constraints;
+        let all = simulator.constraints().iter().zip(&slots);
         Self {
-            slots: PartSlots::new(simulator).constraints,
+            slots: all.map(|(own, all)| Slots::new(own, all)).collect(),
             seen: vec![T::zero(); simulator.model().nv()],
         }
     }
 }
 
 /// A constraint with the forces of its rows.
-struct HeldConstraint<'a, T: Scalar> {
-    at: &'a SlopePoint<'a, T>,
+#[derive(Clone, Copy)]
+pub(super) struct HeldConstraint<'a, T: Scalar> {
+    pub(super) at: &'a SlopePoint<'a, T>,
     held: Held<'a, T>,
-    constraint: &'a Constraint,
-    /// Its own parameters.
-    slots: &'a Range<usize>,
-    first_row: usize,
+    pub(super) constraint: &'a Constraint,
+    pub(super) slots: &'a Slots,
+    pub(super) first_row: usize,
+    first_block: usize,
 }
 
 /// Rows between anchors over numbers of one body.
@@ -83,22 +115,23 @@ impl<T: Scalar> HeldConstraint<'_, T> {
             }
             out.turn_to(self.at, on, None);
             let rows = self.rows(&mounted, &in_directions_of(side, &now));
-            let own = self.slots.end - self.constraint.own_numbers()..self.slots.end;
             let own = if side == 0 {
-                Own::Parameters(own)
+                Own::Parameters(self.slots.own.clone())
             } else {
                 Own::Nothing
             };
-            with_rows(
-                &rows,
-                |r, row| self.row(r, side, row),
-                |rows| out.rows(rows, own),
-            );
+            if !self.is_spring_force() {
+                with_rows(
+                    &rows,
+                    |r, row| self.row(r, side, row),
+                    |rows| out.rows(rows, own),
+                );
+            }
             for (acting, mounted) in mounted.iter().enumerate() {
                 let force = self.force(&rows, acting, acting == side);
                 out.force(mounted.body, &force, Own::Nothing);
             }
-            if let Bias::Ahead(_) = self.held.bias {
+            if self.looks_ahead() {
                 out.motion_after();
                 let rows = self.rows(&mounted, &in_directions_of(side, &after));
                 with_rows(
@@ -138,14 +171,43 @@ impl<T: Scalar> HeldConstraint<'_, T> {
 
     /// y = J ã + bias.
     fn row(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
-        let stabilized = stabilized(&own.row, &self.held.bias, self.at.moment.dt());
+        let rest = self.rest(&own.row, self.forces()[r]);
         let unit = part(&own.unit_forces[side], |x| x.re);
         BodyRow {
             row: self.first_row + r,
-            y: own.along_seen + stabilized,
+            y: own.along_seen + rest,
             by_seen: unit,
-            by_bias: Some(unit.scaled(stabilized.eps[BIAS])),
+            by_bias: Some(unit.scaled(rest.eps[BIAS])),
         }
+    }
+
+    /// y − J ã of a row under its force, but for the half of the bias that is that at the velocity after a step.
+    pub(super) fn rest<const N: usize>(
+        &self,
+        row: &ConstraintRow<Dual<T, N>>,
+        force: T,
+    ) -> Dual<T, N> {
+        let after = match self.held.bias {
+            Bias::Moment => None,
+            Bias::Start => Some(row.bias),
+            Bias::Ahead(_) => Some(Dual::from(0.0)),
+        };
+        let held = HeldRow::of(row, after, self.at.moment.dt());
+        match row.hold {
+            Hold::Rigid { .. } => held.rest,
+            _ if !held.takes_part() => Dual::from(0.0),
+            Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
+        }
+    }
+
+    /// Whether it is a force that follows from error and rate, without rows.
+    pub(super) fn is_spring_force(&self) -> bool {
+        self.constraint.spring().is_some() && has_springs(self.at.moment)
+    }
+
+    /// Whether its rows contain the bias at the velocity after the step.
+    fn looks_ahead(&self) -> bool {
+        matches!(self.held.bias, Bias::Ahead(_)) && self.constraint.spring().is_none()
     }
 
     /// The half of the bias that is that at the velocity after the step.
@@ -162,9 +224,14 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     /// The force of all rows on a body; of another body than the one of the numbers the derivatives alone, since it counts there.
     fn force(&self, rows: &CarriedRows<T>, acting: usize, is_own: bool) -> Force<OfBody<T>> {
         let pushes = rows.iter().flatten().zip(self.forces());
+        let springs = self.is_spring_force();
         let sum = pushes.fold(Force::zero(), |sum, (row, &push)| {
             let unit = row.unit_forces[acting].to_array();
-            sum + Force::from_array(unit.map(|x| x.each(|x| x * push)))
+            let spring = row.row.spring_force().filter(|_| springs);
+            sum + Force::from_array(match spring {
+                None => unit.map(|x| x.each(|x| x * push)),
+                Some(force) => unit.map(|x| x * force),
+            })
         });
         match is_own {
             true => sum,
@@ -172,12 +239,14 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    fn forces(&self) -> &[T] {
+    /// Forces that a solver has found; zeros where a spring is no row.
+    pub(super) fn forces(&self) -> &[T] {
         &self.held.forces[self.first_row..][..self.constraint.rows()]
     }
 
     fn place(&self, side: usize, mounted: &Mounted<f64>) -> ActingPlace {
-        let first = self.slots.start + ORIGIN * side;
+        let placed = self.slots.placed.start;
+        let first = placed + ORIGIN * side;
         let origin = first..first + ORIGIN;
         let is_weld = matches!(self.constraint.kind(), ConstraintKind::Weld(_));
         let turn = first + 2 * ORIGIN..first + 3 * ORIGIN;
@@ -205,15 +274,6 @@ fn with_rows<T: Scalar>(
     out(&all[..count]);
 }
 
-/// The bias of a row, but for the half of it that is that at the velocity after a step.
-fn stabilized<N: Scalar, T>(row: &ConstraintRow<N>, bias: &Bias<'_, T>, dt: f64) -> N {
-    match bias {
-        Bias::Moment => row.at_moment(dt),
-        Bias::Start => row.over_step(row.bias, dt),
-        Bias::Ahead(_) => row.over_step(N::zero(), dt),
-    }
-}
-
 /// Motions of both bodies with derivatives in pose and velocity of one.
 fn in_directions_of<T: Scalar>(
     side: usize,
@@ -234,124 +294,97 @@ fn in_directions_of<T: Scalar>(
     })
 }
 
-/// A joint of a coupler over numbers: its own position and rate, and its rate by ã.
-#[derive(Clone, Copy)]
-struct CoupledMotion<L> {
-    joint: CoupledJoint<L>,
-    seen: L,
-}
-
-impl<T: Scalar> CoupledMotion<T> {
-    fn of(body: &Body<f64>, at: &SlopePoint<'_, T>, seen: &[T]) -> Self {
-        Self {
-            joint: CoupledJoint::of(body, at.moment.q(), at.moment.v()),
-            seen: body.scaled(seen[body.v]),
-        }
-    }
-
-    fn map<L>(self, to: impl Fn(T) -> L) -> CoupledMotion<L> {
-        CoupledMotion {
-            joint: CoupledJoint {
-                position: to(self.joint.position),
-                rate: to(self.joint.rate),
-            },
-            seen: to(self.seen),
-        }
-    }
-}
-
 impl<T: Scalar> HeldConstraint<'_, T> {
-    /// y = J ã + bias of a coupler.
-    fn coupled_row<P: Scalar, const N: usize>(
-        &self,
-        constraint: &Constraint<P>,
-        motions: &[CoupledMotion<Dual<T, N>>; 2],
-    ) -> Option<Dual<T, N>>
-    where
-        Dual<T, N>: Over<P>,
-    {
-        let row = constraint.row_of_joints(&motions.map(|at| at.joint))?;
-        let seen = constraint.rate_of_joints(motions.map(|at| at.seen))?;
-        Some(seen + stabilized(&row, &self.held.bias, self.at.moment.dt()))
-    }
-
-    /// States the row of a coupler in derivatives of one joint after the other; its forces on them are constant.
-    fn emit_coupler(&self, bodies: [&Body<f64>; 2], seen: &[T], out: &mut impl Sink<T>) {
-        let all = bodies.map(|body| CoupledMotion::of(body, self.at, seen));
-        for (i, body) in bodies.into_iter().enumerate() {
-            let mut motions = all.map(|at| at.map(OfCoordinate::constant_of));
-            let CoupledJoint { position, rate } = &mut motions[i].joint;
-            position.eps[POSITION] = body.scaled(T::one());
-            rate.eps[RATE] = body.scaled(T::one());
-            if let Some(y) = self.coupled_row(self.constraint, &motions) {
-                out.coordinate_row(self.first_row, body.v, y);
+    /// Adds the slopes in its largest force, and of a spring between anchors at a moment those in all its own numbers.
+    fn emit_own_numbers(&self, rows: &[ConstraintRow<T>], out: &mut Numbers<'_, T>) {
+        let rows = &rows[self.first_row..][..self.constraint.rows()];
+        if self.is_spring_force() {
+            let slopes = self.spring_slopes(rows, out);
+            let [stiffness, damping, bound, length] = SPRING.map(|k| slopes.eps[k]);
+            out.add(&self.slots.bound, &[bound]);
+            match self.constraint.kind() {
+                ConstraintKind::Distance { .. } => {
+                    out.add(&self.slots.own, &[length, stiffness, damping]);
+                }
+                ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
+                    out.add(&self.slots.own, &[stiffness, damping]);
+                }
+                // The other numbers of these stand with those of their joints.
+                ConstraintKind::Coupler { .. } | ConstraintKind::Tendon { .. } => {}
             }
-        }
-    }
-
-    /// In the numbers of a coupler, and in ratio and offset of joints of it that follow another one.
-    fn emit_coupler_numbers(&self, indices: [usize; 2], seen: &[T], out: &mut Numbers<'_, T>) {
-        let (moment, y, force) = (self.at.moment, self.first_row, self.forces()[0]);
-        let bodies = indices.map(|i| &moment.model().bodies()[i]);
-        let all = bodies.map(|body| CoupledMotion::of(body, self.at, seen));
-        let weights = bodies.map(|body| body.scaled(out.mu()[body.v]));
-        let seeded: Constraint<OfCoordinate<T>> = self.constraint.seeded(0);
-        let fixed = all.map(|at| at.map(OfCoordinate::constant_of));
-        let along = seeded.rate_of_joints(weights.map(OfCoordinate::constant_of));
-        if let Some((row, along)) = self.coupled_row(&seeded, &fixed).zip(along) {
+        } else if self.at.balance.is_some() && !self.slots.bound.is_empty() {
             let mut sum = out.sum(None);
-            sum.coordinate_row(y, 0, row);
-            let slopes = (sum.value - along.each(|x| x * force)).eps;
-            out.add(self.slots, &slopes);
+            for block in self.first_block..self.first_block + rows.len() {
+                let bound = Dual::variable(T::zero(), 0);
+                sum.friction(block, bound);
+            }
+            let slope = sum.value.eps[0];
+            out.add(&self.slots.bound, &[slope]);
         }
-        for (i, body) in bodies.into_iter().enumerate() {
-            let Some(first) = out.slots().1.coupling[indices[i]] else {
-                continue;
-            };
-            // The position of a follower is r q + o, and each of its rates r times that of its leader.
-            let by_ratio = |own: &mut OfCoordinate<T>, of_leader: T| own.eps[0] = of_leader;
-            let (mut motions, k) = (fixed, body.v);
-            let moving = &mut motions[i];
-            by_ratio(&mut moving.joint.position, moment.q()[body.q]);
-            moving.joint.position.eps[1] = T::one();
-            by_ratio(&mut moving.joint.rate, moment.v()[k]);
-            by_ratio(&mut moving.seen, seen[k]);
-            let mut weights = weights.map(OfCoordinate::constant_of);
-            by_ratio(&mut weights[i], out.mu()[k]);
-            let along = self.constraint.rate_of_joints(weights);
-            if let Some((row, along)) = self.coupled_row(self.constraint, &motions).zip(along) {
-                let mut sum = out.sum(None);
-                sum.coordinate_row(y, 0, row);
-                let slopes = (sum.value - along.each(|x| x * force)).eps;
-                out.add(&(first..first + 2), &slopes);
+    }
+
+    /// −μᵀ Jᵀ f of a spring at a moment, over its numbers.
+    fn spring_slopes(&self, rows: &[ConstraintRow<T>], out: &Numbers<'_, T>) -> OfCoordinate<T> {
+        let mut sum = OfCoordinate::from(0.0);
+        let (mu, Some(balance)) = (out.mu(), self.at.balance) else {
+            return sum;
+        };
+        let all = balance.rows().first_rows(self.first_row + rows.len());
+        let jacobian = all.chunks_exact(mu.len().max(1)).skip(self.first_row);
+        for (row, entries) in rows.iter().zip(jacobian) {
+            let along = dot(entries, mu);
+            if let Some(force) = over_spring(row).spring_force() {
+                sum -= force.each(|x| x * along);
             }
         }
+        sum
+    }
+}
+
+/// A row over the numbers of its spring.
+fn over_spring<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
+    let [stiffness, damping, bound, length] = SPRING;
+    let mut error = OfCoordinate::constant_of(row.error);
+    error.eps[length] = -T::one();
+    let seeded = |x, k| OfCoordinate::variable(x, k);
+    let hold = match row.hold {
+        Hold::Rigid { time_constant } => Hold::Rigid {
+            time_constant: Dual::constant_of(time_constant),
+        },
+        Hold::Spring {
+            stiffness: k,
+            damping: d,
+        } => Hold::Spring {
+            stiffness: seeded(k, stiffness),
+            damping: seeded(d, damping),
+        },
+    };
+    ConstraintRow {
+        error,
+        rate: Dual::constant_of(row.rate),
+        bias: Dual::constant_of(row.bias),
+        turning: Dual::constant_of(row.turning),
+        hold,
+        largest_force: row.largest_force.map(|x| seeded(x, bound)),
     }
 }
 
 impl<T: Scalar> ConstraintSlopes<T> {
-    /// Hands each constraint whose rows have forces, and the bodies of a coupler, to `each`.
-    fn each_held(
-        &self,
-        at: &SlopePoint<'_, T>,
-        mut each: impl FnMut(&HeldConstraint<'_, T>, Option<[usize; 2]>),
-    ) {
+    /// Hands each constraint whose rows have forces to `each`.
+    fn each_held(&self, at: &SlopePoint<'_, T>, mut each: impl FnMut(&HeldConstraint<'_, T>)) {
         let Some(held) = at.held else { return };
-        let mut first_row = 0;
+        let (mut first_row, mut first_block) = (0, 0);
         for (constraint, slots) in at.moment.simulator.constraints().iter().zip(&self.slots) {
-            let own = HeldConstraint {
+            each(&HeldConstraint {
                 at,
                 held,
                 constraint,
                 slots,
                 first_row,
-            };
-            let coupled = match constraint.kind() {
-                ConstraintKind::Coupler { bodies, .. } => Some(bodies.map(|body| body.0)),
-                _ => None,
-            };
-            each(&own, coupled);
+                first_block,
+            });
             first_row += constraint.rows();
+            first_block += constraint.blocks();
         }
     }
 }
@@ -361,27 +394,28 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
 
     fn emit_forces<S: Sink<T>>(&mut self, _: &SlopePoint<'_, T>, _: &Constraints<T>, _: &mut S) {}
 
-    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, _: &Constraints<T>, out: &mut S) {
-        turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
-        self.each_held(at, |held, coupled| match coupled {
-            None => held.emit_anchored(out),
-            Some(bodies) => {
-                let bodies = bodies.map(|i| &at.moment.model().bodies()[i]);
-                held.emit_coupler(bodies, &self.seen, out);
-            }
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        at: &SlopePoint<'_, T>,
+        term: &Constraints<T>,
+        out: &mut S,
+    ) {
+        self.each_held(at, |held| {
+            held.emit_anchored(out);
+            held.emit_tied(term.rows(), out);
         });
     }
 
     fn emit_numbers(
         &mut self,
         at: &SlopePoint<'_, T>,
-        _: &Constraints<T>,
+        term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {
-        self.each_held(at, |held, coupled| {
-            if let Some(bodies) = coupled {
-                held.emit_coupler_numbers(bodies, &self.seen, out);
-            }
+        turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
+        self.each_held(at, |held| {
+            held.emit_own_numbers(term.rows(), out);
+            held.emit_tied_numbers(&self.seen, term.rows(), out);
         });
     }
 }

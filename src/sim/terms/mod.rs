@@ -9,7 +9,7 @@
 //! |---|---|---|
 //! | `drives` | inputs through motors, springs, dampers, friction | |
 //! | `frame_forces` | external forces, frame actuators | |
-//! | `constraints` | | loops, welds, rods |
+//! | `constraints` | springs in place of rigid ones, at a moment | loops, welds, rods, tendons; springs over a step |
 //! | `stops` | at a moment, or linear in the velocity after the step | the same, beside a solver |
 //! | `contact` | soft, at a moment | rigid; soft over a step |
 //!
@@ -29,6 +29,7 @@ mod contact;
 mod delassus;
 mod drives;
 mod frame_forces;
+mod held_row;
 mod jacobian;
 mod list;
 mod local;
@@ -37,6 +38,7 @@ mod place;
 mod sink;
 mod stops;
 mod term;
+mod tied_slopes;
 mod weights;
 
 pub(crate) use adjoint::{AdjointMemory, AdjointSink};
