@@ -134,8 +134,10 @@ impl<T: Scalar> Interior<T> {
                 self.y[unit.row] = self.size;
             }
             self.extra.push(self.size / friction(unit));
-            let own = Multipliers::start(self.bound(unit), kappa);
-            self.multipliers.push(own);
+            self.multipliers.push(match unit.kind {
+                Kind::Interval => Multipliers::start(self.bound(unit), kappa),
+                _ => Multipliers::none(),
+            });
         }
     }
 

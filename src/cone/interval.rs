@@ -29,12 +29,17 @@ pub(super) struct Multipliers<T = f64> {
 }
 
 impl<T: Scalar> Multipliers<T> {
+    /// Those of what has none.
+    pub(super) fn none() -> Self {
+        let [z, constant, slope] = [[T::zero(); 2]; 3];
+        Self { z, constant, slope }
+    }
+
     /// On the path at κ, with no force.
     pub(super) fn start(bound: T, kappa: T) -> Self {
         Self {
             z: [kappa / bound; 2],
-            constant: [T::zero(); 2],
-            slope: [T::zero(); 2],
+            ..Self::none()
         }
     }
 

@@ -4,7 +4,8 @@
 //! hold, or friction in a cone, either convex or after Coulomb with De Saxcé's correction. Five ideas:
 //!
 //! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding; that on an
-//!   interval on three: at either bound, and between. Newton's method on the active set, the pieces that hold at the last forces, needs few steps, from a warm start often one.
+//!   interval is on three as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last forces, needs few steps,
+//!   from a warm start often one.
 //! * **Proximal steps.** Where redundant contacts let the active set change in circles, springs between the forces and their last values make
 //!   the problem regular, and are weakened step by step.
 //! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the

@@ -14,16 +14,14 @@ use super::columns::turned_into;
 use super::constraints::{Constraints, has_springs};
 use super::held_row::HeldRow;
 use super::local::{
-    FURTHER, OfBody, OfCoordinate, constant_motion, constant_pose, part, seeded_pose,
-    seeded_velocity,
+    FURTHER, OfBody, constant_motion, constant_pose, part, seeded_pose, seeded_velocity,
 };
 use super::numbers::Numbers;
-use super::sink::{ActingPlace, Bias, BodyRow, BodySink, Held, Own, Sink, SlopePoint};
+use super::sink::{ActingPlace, Bias, BodyRow, Held, Own, Sink, SlopePoint};
 use super::term::TermSlopes;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::linalg::product::dot;
 use crate::scalar::{Dual, Scalar, vectorized};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
@@ -31,9 +29,6 @@ use crate::spatial::{Force, SPATIAL};
 
 /// Direction of the bias of a row; those of numbers that are not of a place follow.
 const BIAS: usize = FURTHER;
-
-/// Directions of stiffness, damping, bound and length of a spring at a moment.
-const SPRING: [usize; 4] = [0, 1, 2, 3];
 
 /// Numbers of a place: its origin, and its turn where it is welded.
 const ORIGIN: usize = 3;
@@ -54,7 +49,7 @@ pub(super) struct Slots {
     /// Those of its kind and of how it is held.
     pub(super) own: Range<usize>,
     /// The largest force, if there is one.
-    bound: Range<usize>,
+    pub(super) bound: Range<usize>,
 }
 
 impl Slots {
@@ -89,7 +84,7 @@ pub(super) struct HeldConstraint<'a, T: Scalar> {
     pub(super) constraint: &'a Constraint,
     pub(super) slots: &'a Slots,
     pub(super) first_row: usize,
-    first_block: usize,
+    pub(super) first_block: usize,
 }
 
 /// Rows between anchors over numbers of one body.
@@ -292,81 +287,6 @@ fn in_directions_of<T: Scalar>(
             U: constant_motion(&at.U),
         }
     })
-}
-
-impl<T: Scalar> HeldConstraint<'_, T> {
-    /// Adds the slopes in its largest force, and of a spring between anchors at a moment those in all its own numbers.
-    fn emit_own_numbers(&self, rows: &[ConstraintRow<T>], out: &mut Numbers<'_, T>) {
-        let rows = &rows[self.first_row..][..self.constraint.rows()];
-        if self.is_spring_force() {
-            let slopes = self.spring_slopes(rows, out);
-            let [stiffness, damping, bound, length] = SPRING.map(|k| slopes.eps[k]);
-            out.add(&self.slots.bound, &[bound]);
-            match self.constraint.kind() {
-                ConstraintKind::Distance { .. } => {
-                    out.add(&self.slots.own, &[length, stiffness, damping]);
-                }
-                ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
-                    out.add(&self.slots.own, &[stiffness, damping]);
-                }
-                // The other numbers of these stand with those of their joints.
-                ConstraintKind::Coupler { .. } | ConstraintKind::Tendon { .. } => {}
-            }
-        } else if self.at.balance.is_some() && !self.slots.bound.is_empty() {
-            let mut sum = out.sum(None);
-            for block in self.first_block..self.first_block + rows.len() {
-                let bound = Dual::variable(T::zero(), 0);
-                sum.friction(block, bound);
-            }
-            let slope = sum.value.eps[0];
-            out.add(&self.slots.bound, &[slope]);
-        }
-    }
-
-    /// −μᵀ Jᵀ f of a spring at a moment, over its numbers.
-    fn spring_slopes(&self, rows: &[ConstraintRow<T>], out: &Numbers<'_, T>) -> OfCoordinate<T> {
-        let mut sum = OfCoordinate::from(0.0);
-        let (mu, Some(balance)) = (out.mu(), self.at.balance) else {
-            return sum;
-        };
-        let all = balance.rows().first_rows(self.first_row + rows.len());
-        let jacobian = all.chunks_exact(mu.len().max(1)).skip(self.first_row);
-        for (row, entries) in rows.iter().zip(jacobian) {
-            let along = dot(entries, mu);
-            if let Some(force) = over_spring(row).spring_force() {
-                sum -= force.each(|x| x * along);
-            }
-        }
-        sum
-    }
-}
-
-/// A row over the numbers of its spring.
-fn over_spring<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
-    let [stiffness, damping, bound, length] = SPRING;
-    let mut error = OfCoordinate::constant_of(row.error);
-    error.eps[length] = -T::one();
-    let seeded = |x, k| OfCoordinate::variable(x, k);
-    let hold = match row.hold {
-        Hold::Rigid { time_constant } => Hold::Rigid {
-            time_constant: Dual::constant_of(time_constant),
-        },
-        Hold::Spring {
-            stiffness: k,
-            damping: d,
-        } => Hold::Spring {
-            stiffness: seeded(k, stiffness),
-            damping: seeded(d, damping),
-        },
-    };
-    ConstraintRow {
-        error,
-        rate: Dual::constant_of(row.rate),
-        bias: Dual::constant_of(row.bias),
-        turning: Dual::constant_of(row.turning),
-        hold,
-        largest_force: row.largest_force.map(|x| seeded(x, bound)),
-    }
 }
 
 impl<T: Scalar> ConstraintSlopes<T> {

@@ -40,6 +40,7 @@ mod stops;
 mod term;
 mod tied_slopes;
 mod weights;
+mod yielding_slopes;
 
 pub(crate) use adjoint::{AdjointMemory, AdjointSink};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
