@@ -16,6 +16,17 @@
 //! feed a linkage nor brake it; what [`Integrator`](crate::Integrator) says of energy rests on it. In the first steps after a start whose
 //! velocity obeys J v = 0, as [`assemble`](crate::Simulator::assemble) gives it, forces lack up to Δt / T of those that b needs.
 //!
+//! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded:
+//!
+//! | | steps of Euler | Runge–Kutta |
+//! |---|---|---|
+//! | rigid | the second rule above | the first one, at each of its four moments |
+//! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit |
+//! | largest force | a row that holds with any force within the bound, or gives way at it | the same; a spring's force is cut at the bound |
+//!
+//! Velocity forces of the middle of a step are those of the motion that rigid and elastic constraints without a bound allow; bounded ones take part in the
+//! step alone, as contacts do.
+//!
 //! A step with constraints forms M, and solves for the forces of all rows together, O(rows³) an iteration.
 //!
 //! | question | function | rows | reference |
@@ -24,7 +35,10 @@
 //! | but let them turn? | [`Constraint::ball`] | 3 | |
 //! | hold their distance, as a rod does? | [`Constraint::distance`] | 1 | |
 //! | tie one joint's position to another's? | [`Constraint::coupler`] | 1 | |
+//! | tie positions of several joints, as a tendon does? | [`Constraint::tendon`] | 1 | |
 //! | how fast do errors go away? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
+//! | give way like a spring and damper? | [`Constraint::with_spring`] | | |
+//! | give way at a largest force? | [`Constraint::with_largest_force`] | | |
 //! | where on the robot? | [`Anchor`] | | |
 //! | a start that obeys them? | [`Simulator::assemble`](crate::Simulator::assemble) | | [Marquardt 1963] |
 //! | how far off are they? | [`Simulator::constraint_errors`](crate::Simulator::constraint_errors) | | |
@@ -34,20 +48,25 @@
 
 mod anchor;
 mod carried;
+mod hold;
+mod joints;
+mod kind;
+mod make;
 mod rows;
 
 pub use anchor::Anchor;
 use anchor::AnchorMotion;
 pub(crate) use carried::{CarriedRow, CarrierMotion, Mounted};
-pub(crate) use rows::{ConstraintRow, ConstraintRows, CoupledJoint};
+pub(crate) use hold::Hold;
+pub(crate) use joints::{JointMotion, TiedJoint};
+pub use kind::ConstraintKind;
+pub(crate) use rows::{ConstraintRow, ConstraintRows};
 
-use crate::error::UnknownName;
-use crate::model::{BodyId, JointId, Model, Structure};
-use crate::numbers::{Domain, Each, Numbers, numbers};
+use crate::model::{Model, Structure};
+use crate::numbers::{Domain, Each, Number, Numbers, numbers};
 use crate::scalar::{Dual, Over, Scalar};
-use crate::spatial::Transform;
 
-/// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, and the time in which errors go away.
+/// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, how it is held, and the largest force that holds it.
 ///
 /// # Examples
 /// ```
@@ -65,144 +84,37 @@ use crate::spatial::Transform;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint<P = f64> {
     kind: ConstraintKind<P>,
-    /// T, s.
-    time_constant: P,
+    hold: Hold<P>,
+    /// The largest force of each row, N or N·m; `None` for any.
+    largest_force: Option<P>,
     /// Structure of the robot whose joints it names, if any.
     structure: Option<Structure>,
 }
 
-/// Kinds of constraints with their anchors and numbers.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum ConstraintKind<P = f64> {
-    /// Two anchors coincide, position and orientation. Six rows: m, in the world's axes; then rad, in the world's axes, the rotation vector from
-    /// the first to the second.
-    Weld([Anchor<P>; 2]),
-    /// The origins of two anchors coincide: a ball joint. Three rows: m, in the world's axes, from the first to the second.
-    Ball([Anchor<P>; 2]),
-    /// The origins of two anchors are this far from each other: a massless rod. One row, m.
-    Distance {
-        /// The two anchors at the ends of the rod.
-        anchors: [Anchor<P>; 2],
-        /// m, positive.
-        length: P,
-    },
-    /// The position of a joint follows that of another one: q₁ = ratio q₂ + offset. One row, rad or m.
-    Coupler {
-        /// The bodies that the two joints move.
-        bodies: [BodyId; 2],
-        /// Transmission ratio: displacement of the first joint per displacement of the second.
-        ratio: P,
-        /// Position of the first where that of the second is 0, rad or m.
-        offset: P,
-    },
-}
-
 numbers! { pub struct Constraint {
     kind: part(ConstraintKind),
-    time_constant: Positive("time constant", "time constant of a constraint"),
+    hold: part(Hold),
+    largest_force: NotNegative("largest force", "largest force of a constraint"),
     structure: kept(),
 } }
 
-numbers! { pub enum ConstraintKind {
-    Weld(anchors: part(Anchor)),
-    Ball(anchors: part(Anchor)),
-    Distance { anchors: part(Anchor), length: Positive("length", "distance") },
-    Coupler {
-        bodies: kept(),
-        ratio: Finite("ratio", "ratio of a coupler"),
-        offset: Finite("offset", "offset of a coupler"),
-    },
-} }
-
-/// T where nothing else is said, s: ten steps of the usual millisecond.
-const DEFAULT_TIME_CONSTANT: f64 = 0.01;
-
 impl Constraint<f64> {
-    /// Makes a constraint by which two anchors coincide, position and orientation: six rows.
-    pub fn weld(anchors: [Anchor; 2]) -> Self {
-        Self::of(ConstraintKind::Weld(anchors))
-    }
-
-    /// Makes a constraint by which the origins of two anchors coincide: three rows.
-    pub fn ball(anchors: [Anchor; 2]) -> Self {
-        Self::of(ConstraintKind::Ball(anchors))
-    }
-
-    /// Makes a constraint by which the origins of two anchors keep a distance (m): one row.
-    ///
-    /// # Panics
-    /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
-    pub fn distance(anchors: [Anchor; 2], length: f64) -> Self {
-        Domain::Positive.hold(format_args!("a distance of {length} m"), length);
-        Self::of(ConstraintKind::Distance { anchors, length })
-    }
-
-    /// Makes a constraint by which the first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both; one row.
-    ///
-    /// # Errors
-    /// If the model has no joint of a name.
-    ///
-    /// # Panics
-    /// If a joint has not one degree of freedom, or a number is not finite.
-    pub fn coupler(
-        model: &Model,
-        joints: [&str; 2],
-        ratio: f64,
-        offset: f64,
-    ) -> Result<Self, UnknownName> {
-        let [first, second] = joints.map(|name| model.find_joint(name));
-        let joint_ids: [JointId; 2] = [first?, second?];
-        let bodies = joint_ids.map(|joint| model.joint_body(joint));
-        for (name, joint) in joints.iter().zip(joint_ids) {
-            let single = model.joint_q(joint).len() == 1;
-            assert!(single, "\"{name}\" has not one degree of freedom to couple");
-        }
-        let finite = ratio.is_finite() && offset.is_finite();
-        assert!(finite, "ratio {ratio} and offset {offset} are finite");
-        let kind = ConstraintKind::Coupler {
-            bodies,
-            ratio,
-            offset,
-        };
-        Ok(Self {
-            structure: Some(model.structure()),
-            ..Self::of(kind)
-        })
-    }
-
-    fn of(kind: ConstraintKind<f64>) -> Self {
-        let time_constant = DEFAULT_TIME_CONSTANT;
-        Self {
-            kind,
-            time_constant,
-            structure: None,
-        }
-    }
-
-    /// Sets the time in which errors go away, T (s; 10 ms otherwise). Below twice the time step it acts as if it were that; a longer one
-    /// is gentler with a start that is open, keeps the errors of the integrator longer, and takes more energy from fast loops in steps of Euler.
-    ///
-    /// # Panics
-    /// If it is not positive and finite.
-    #[must_use]
-    pub fn with_time_constant(mut self, time_constant: f64) -> Self {
-        let phrase = format_args!("a time constant of {time_constant} s");
-        Domain::Positive.hold(phrase, time_constant);
-        self.time_constant = time_constant;
-        self
-    }
-
-    /// The constraint over dual numbers along those of its numbers that are not those of a place, in their order, from a direction on.
+    /// The constraint over dual numbers along those of its kind, but for places, and of how it is held, in their order, from a direction on. No
+    /// kind between anchors has more than one, and none is held by more than two.
     pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
-        self.seed(first)
+        let (mut out, mut direction) = (self.lift::<Dual<T, N>>(), first);
+        let mut seed = |_: Number<'_>, x: &mut Dual<T, N>| {
+            x.eps[direction] = T::one();
+            direction += 1;
+        };
+        out.kind.each_number(&mut seed);
+        out.hold.each_number(&mut seed);
+        out
     }
 
-    /// Number of them.
+    /// Number of them. Allocates.
     pub(crate) fn own_numbers(&self) -> usize {
-        let mut count = 0;
-        self.clone().each_number(&mut |_, _| count += 1);
-        count
+        self.kind.to_vec().len() + self.hold.to_vec().len()
     }
 }
 
@@ -224,14 +136,36 @@ impl<P: Scalar> Constraint<P> {
         kind.check();
         Constraint {
             kind,
-            time_constant: self.time_constant.into(),
+            hold: self.hold.lift(),
+            largest_force: self.largest_force.map(Q::from),
             structure: self.structure,
         }
     }
 
-    /// Time constant T with which errors go away, s.
-    pub fn time_constant(&self) -> P {
-        self.time_constant
+    /// Time constant T with which errors go away, s; `None` for a spring.
+    pub fn time_constant(&self) -> Option<P> {
+        match self.hold {
+            Hold::Rigid { time_constant } => Some(time_constant),
+            Hold::Spring { .. } => None,
+        }
+    }
+
+    /// Stiffness (N/m or N·m/rad) and damping (N·s/m or N·m·s/rad) of a spring; `None` where the constraint is rigid.
+    pub fn spring(&self) -> Option<[P; 2]> {
+        match self.hold {
+            Hold::Rigid { .. } => None,
+            Hold::Spring { stiffness, damping } => Some([stiffness, damping]),
+        }
+    }
+
+    /// The largest force of each row, N or N·m; `None` for any.
+    pub fn largest_force(&self) -> Option<P> {
+        self.largest_force
+    }
+
+    /// Number of blocks of its rows: one, or with bounded forces one for each row.
+    pub(crate) fn blocks(&self) -> usize {
+        self.largest_force.map_or(1, |_| self.rows())
     }
 
     /// Number of scalar equations, rows of φ, of the constraint.
@@ -239,7 +173,8 @@ impl<P: Scalar> Constraint<P> {
         self.kind.rows()
     }
 
-    /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, length, ratio and offset, time constant.
+    /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, or coefficients of joints; length, ratio
+    /// and offset; time constant, or stiffness and damping; largest force.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         const OF: [&str; 2] = ["first anchor ", "second anchor "];
         if let ConstraintKind::Weld(anchors)
@@ -255,6 +190,13 @@ impl<P: Scalar> Constraint<P> {
                 anchor.each_turn(of, each);
             }
         }
+        if let ConstraintKind::Tendon { coefficients, .. } = &mut self.kind {
+            for (k, c) in coefficients.iter_mut().enumerate() {
+                let name = format_args!("coefficient {k}");
+                let quantity = &"coefficient of a tendon";
+                each(Number::new(&name, quantity, Domain::Finite), c);
+            }
+        }
         Numbers::each_number(self, each);
     }
 
@@ -267,50 +209,10 @@ impl<P: Scalar> Constraint<P> {
         for anchor in self.kind.anchors() {
             anchor.check(model);
         }
-        if let ConstraintKind::Coupler { bodies, .. } = &self.kind {
-            bodies.iter().for_each(|&body| {
-                model.body(body);
-            });
-        }
+        self.kind.joints().for_each(|joint| {
+            model.body(joint.body);
+        });
         self.kind.check();
-        self.check_numbers();
-    }
-}
-
-impl<P: Scalar> ConstraintKind<P> {
-    fn rows(&self) -> usize {
-        match self {
-            Self::Weld(_) => 6,
-            Self::Ball(_) => 3,
-            Self::Distance { .. } | Self::Coupler { .. } => 1,
-        }
-    }
-
-    /// Motions of the anchors at (q, v); identities at rest in place of missing ones, as couplers have none.
-    fn motions<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> [AnchorMotion<T>; 2] {
-        let anchors = self.anchors();
-        std::array::from_fn(|i| {
-            let still = || AnchorMotion::at_rest(Transform::identity());
-            anchors.get(i).map_or_else(still, |a| a.motion(model, q, v))
-        })
-    }
-
-    pub(crate) fn anchors(&self) -> &[Anchor<P>] {
-        match self {
-            Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
-            Self::Coupler { .. } => &[],
-        }
-    }
-
-    /// # Panics
-    /// If a number makes no sense.
-    fn check(&self) {
-        for anchor in self.anchors() {
-            anchor.placement.map_numbers(&mut |x| {
-                Domain::Finite.check("number of an anchor's placement", x);
-                x
-            });
-        }
         self.check_numbers();
     }
 }
@@ -334,6 +236,10 @@ mod tests {
             (Constraint::ball(anchors()), 3),
             (Constraint::distance(anchors(), 1.0), 5),
             (coupler, 5),
+            (
+                Constraint::tendon(&model, &[("elbow", 2.0)], 0.0).unwrap(),
+                5,
+            ),
         ];
         for (constraint, freedoms) in left {
             assert_eq!(constraint.rows() + freedoms, 6, "{:?}", constraint.kind());
@@ -347,7 +253,7 @@ mod tests {
             anchors: anchors(),
             length: 2.0,
         });
-        assert_eq!((longer.time_constant(), longer.rows()), (0.3, 1));
+        assert_eq!((longer.time_constant(), longer.rows()), (Some(0.3), 1));
         assert!(matches!(longer.kind(), ConstraintKind::Distance { length, .. } if *length == 2.0));
     }
 
@@ -375,5 +281,40 @@ mod tests {
         let model = samples::double_pendulum();
         let error = Constraint::coupler(&model, ["shoulder", "knee"], 1.0, 0.0).unwrap_err();
         assert_eq!(error.name, "knee");
+    }
+
+    #[test]
+    fn springs_and_largest_forces_are_kept_and_replace_what_was_rigid() {
+        let rod = Constraint::distance(anchors(), 1.0).with_largest_force(3.0);
+        assert_eq!((rod.spring(), rod.largest_force()), (None, Some(3.0)));
+        let soft = rod.with_spring(200.0, 5.0);
+        assert_eq!(
+            (soft.spring(), soft.time_constant()),
+            (Some([200.0, 5.0]), None)
+        );
+        assert_eq!((soft.largest_force(), soft.blocks()), (Some(3.0), 1));
+        let rigid = soft.with_time_constant(0.1);
+        assert_eq!((rigid.spring(), rigid.time_constant()), (None, Some(0.1)));
+        let ball = Constraint::ball(anchors());
+        assert_eq!(ball.blocks(), 1);
+        assert_eq!(ball.with_largest_force(1.0).blocks(), 3);
+    }
+
+    #[test]
+    #[should_panic(expected = "a stiffness of -1 is negative or not finite")]
+    fn negative_stiffness_is_refused() {
+        let _ = Constraint::ball(anchors()).with_spring(-1.0, 0.0);
+    }
+
+    #[test]
+    #[should_panic(expected = "a largest force of inf is negative or not finite")]
+    fn infinite_largest_force_is_refused() {
+        let _ = Constraint::ball(anchors()).with_largest_force(f64::INFINITY);
+    }
+
+    #[test]
+    #[should_panic(expected = "a tendon passes one joint or more, not none")]
+    fn tendon_without_joints_is_refused() {
+        let _ = Constraint::tendon(&samples::double_pendulum(), &[], 1.0);
     }
 }

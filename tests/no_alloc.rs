@@ -269,9 +269,19 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
     let actuation = Actuation::from_model(&model);
     let stand = Anchor::frame(&model, "FR_foot").expect("a frame of the robot");
     let tied = HoldTogether::distance([Anchor::world(), stand], 0.5);
+    let names = model.joint_names();
+    let tendon = HoldTogether::tendon(&model, &[(names[0], 0.3), (names[3], 0.2)], 0.1);
+    let tendon = tendon.expect("joints of the robot").with_largest_force(0.5);
+    let soft = [
+        tied.clone().with_spring(300.0, 3.0),
+        tendon.clone().with_spring(30.0, 0.3),
+        tendon,
+    ];
     let integrators = [
         (Integrator::SemiImplicitEuler, vec![]),
+        (Integrator::SemiImplicitEuler, soft.to_vec()),
         (Integrator::RungeKutta4, vec![tied.clone()]),
+        (Integrator::RungeKutta4, soft.to_vec()),
         (Integrator::ImplicitVelocity, vec![tied]),
     ];
     let cases = integrators
@@ -365,18 +375,19 @@ fn check_contact_forces<T: Scalar>(law: Law, kappa: f64) {
     let matrix: Vec<f64> = (0..n * n).map(|at| product(at % n, at / n)).collect();
     let offset: Vec<f64> = (0..n).map(|i| entry(i, 30) - 0.5).collect();
     let blocks = [[Block::Free(1), Block::Ray].as_slice(), &[Block::Cone; 4]].concat();
+    let bounded = [[Block::Interval; 5].as_slice(), &[Block::Cone; 3]].concat();
     let contradiction = [[Block::Free(n)].as_slice(), &[Block::Free(0); 5]].concat();
-    let mut solver =
-        ConeSolver::new(n, blocks.len()).with_options(ConeOptions::default().with_smoothing(kappa));
+    let mut solver = ConeSolver::new(n, bounded.len())
+        .with_options(ConeOptions::default().with_smoothing(kappa));
     let (matrix, offset) = (constants(&matrix), constants(&offset));
-    let (friction, regularization) = (constants(&[0.5; 6]), constants(&vec![0.0; n]));
+    let (friction, regularization) = (constants(&[0.5; 8]), constants(&vec![0.0; n]));
     let mut f = constants(&vec![0.0; n]);
     without_allocation("contact forces", || {
-        for blocks in [&blocks, &contradiction] {
+        for blocks in [&blocks, &bounded, &contradiction] {
             let problem = ConeProblem {
                 law,
                 blocks,
-                friction: &friction,
+                friction: &friction[..blocks.len()],
                 matrix: &matrix,
                 regularization: &regularization,
                 free_velocity: &offset,

@@ -26,6 +26,7 @@ from .sim import (
     Rollout,
     RolloutGradient,
     StepGradient,
+    Tendon,
     Weld,
 )
 from .trajopt import Problem, Term
@@ -220,7 +221,7 @@ class Simulator:
         actuated: Sequence[str] | None = None,
         contacts: Contacts | None = None,
         actuation: Actuation | None = None,
-        constraints: Sequence[Weld | Ball | Distance | Coupler] | None = None,
+        constraints: Sequence[Weld | Ball | Distance | Coupler | Tendon] | None = None,
         external_forces: Sequence[ExternalForce] | None = None,
         frame_actuators: Sequence[FrameActuator] | None = None,
         divergence_bound: float | None = None,

@@ -70,11 +70,17 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Weld:
-    """Two places coincide, axes too. time_constant: in which an error is undone, s."""
+    """Two places coincide, axes too.
+
+    time_constant: in which an error is undone, s. spring: (stiffness, damping) of each row, N/m and N·s/m (N·m/rad and N·m·s/rad for turns), in place of a
+    rigid constraint. largest_force: bound of the force of each row, N or N·m, at which it gives way. The same for all constraints.
+    """
 
     a: Anchor
     b: Anchor
     time_constant: float | None = None
+    spring: tuple[float, float] | None = None
+    largest_force: float | None = None
     _kind = "weld"
 
 
@@ -85,6 +91,8 @@ class Ball:
     a: Anchor
     b: Anchor
     time_constant: float | None = None
+    spring: tuple[float, float] | None = None
+    largest_force: float | None = None
     _kind = "ball"
 
 
@@ -96,18 +104,37 @@ class Distance:
     b: Anchor
     length: float
     time_constant: float | None = None
+    spring: tuple[float, float] | None = None
+    largest_force: float | None = None
     _kind = "distance"
 
 
 @dataclass(frozen=True)
 class Coupler:
-    """The second joint follows the first:  q₂ = ratio · q₁ + offset."""
+    """The first joint follows the second:  q₁ = ratio · q₂ + offset."""
 
     joints: tuple[str, str]
     ratio: float
     offset: float = 0.0
     time_constant: float | None = None
+    spring: tuple[float, float] | None = None
+    largest_force: float | None = None
     _kind = "coupler"
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """A fixed tendon: positions of joints of one degree of freedom, each times its coefficient, add up to a length.
+
+    joints: coefficient of each joint by its name, as the radius of the pulley that the tendon passes, m.
+    """
+
+    joints: Mapping[str, float]
+    length: float = 0.0
+    time_constant: float | None = None
+    spring: tuple[float, float] | None = None
+    largest_force: float | None = None
+    _kind = "tendon"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Weld
+    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
 
 __all__ = [
     "Actuation",
@@ -31,6 +31,7 @@ __all__ = [
     "Simulator",
     "Status",
     "StepGradient",
+    "Tendon",
     "Weld",
     "rollout_gradient",
     "set_threads",

@@ -8,7 +8,7 @@ from conftest import ASSETS, asset
 
 import dualbody as db
 from dualbody.contact import Contacts, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain
-from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Weld
+from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
 
 DT = 0.01
 
@@ -267,6 +267,9 @@ def test_progress_counts_the_steps(pole: db.Simulator) -> None:
         (lambda s: s.replace(actuation=Actuation("strong")), ValueError, "base is \"strong\""),  # type: ignore[arg-type]
         (lambda s: s.replace(contacts=Contacts(law=Rigid(friction=-1))), ValueError, "friction"),
         (lambda s: s.replace(constraints=[Coupler(("linear", "wheel"), 1.0)]), KeyError, "wheel"),
+        (lambda s: s.replace(constraints=[Tendon({"wheel": 1.0})]), KeyError, "wheel"),
+        (lambda s: s.replace(constraints=[Tendon({"linear": 1.0}, largest_force=-1.0)]), ValueError, "largest force of -1"),
+        (lambda s: s.replace(constraints=[Tendon({"linear": 1.0}, 0.0, 0.1, (1.0, 1.0))]), ValueError, "not both"),
         (lambda s: s.replace(external_forces=[ExternalForce(Anchor("hand"), [0] * 6)]), KeyError, "hand"),
         (lambda s: db.Lqr.discrete(np.eye(2), np.eye(3), np.eye(2), np.eye(3)), ValueError, "^b has the shape"),
         (lambda s: db.Lqr.discrete(np.eye(2), np.ones((2, 1)), np.eye(2), [1]), ValueError, "^r has the shape"),
@@ -378,6 +381,26 @@ def test_constraints_hold() -> None:
     rope = Distance(tip, Anchor(None, (5.0, 0, 0)), 3.0)
     with pytest.raises(ValueError, match="row"):
         db.Simulator(model, constraints=[rope]).assemble([0.3, 0.1], [0, 0])
+
+
+def test_constraints_give_way() -> None:
+    model = db.samples.cartpole()
+    brake = Tendon({"linear": 1.0}, largest_force=2.0)
+    braked = db.Simulator(model, time_step=1e-3, constraints=[brake])
+    rest = braked.rollout([0, 0], [0, 0], inputs=np.tile([1.9, 0.0], (50, 1)))
+    assert np.abs(rest.q).max() < 1e-9
+    assert braked.step([0, 0], [0, 0], [2.5, 0])[1][0] > 1e-5
+    model = db.samples.double_pendulum()
+    first, second = model.joint_names
+    stiffness, damping, dt = 50.0, 2.0, 1e-3
+    for spring in (
+        Tendon({first: 1.0, second: -0.5}, 0.1, spring=(stiffness, damping)),
+        Coupler((first, second), 0.5, 0.1, spring=(stiffness, damping)),
+    ):
+        soft = db.Simulator(model, time_step=dt, constraints=[spring])
+        q, v = soft.step([0.4, 0.2], [0.1, -0.3])
+        force = -stiffness * (q[0] - 0.5 * q[1] - 0.1) - damping * (v[0] - 0.5 * v[1])
+        assert abs(soft.contact_report([0.4, 0.2], [0.1, -0.3]).constraints[0] - force) < 1e-9
 
 
 def test_forces_on_frames_act() -> None:

@@ -1,6 +1,7 @@
 //! Certificate of a solution: residuals, and the mode of each block.
 
 use super::Law;
+use super::interval::clamped;
 use super::law::Piece;
 use super::newton::{Newton, UnitEquations};
 use super::system::{Kind, Unit, UnitState, of_unit};
@@ -38,13 +39,14 @@ pub struct Certificate {
     pub status: Status,
     /// Matrices factorised.
     pub iterations: usize,
-    /// Natural map: ‖f − P(f − ŷ)‖ with P the projection on the cone; on the central path the residual of its equations.
+    /// Natural map: ‖f − P(f − ŷ)‖ with P the projection on the cone or the interval; on the central path the residual of its equations.
     pub residual: f64,
-    /// Distance of the force from its cone.
+    /// Distance of the force from its cone or its interval.
     pub cone_violation: f64,
-    /// |fᵀ ŷ|; on the central path |fᵀ ŷ − κ|, with its ŷ.
+    /// |fᵀ ŷ|; on the central path |fᵀ ŷ − κ|, with its ŷ. Of an interval |y| times the distance of the force from the bound at which that velocity is
+    /// allowed; 0 on the path, where the residual says all.
     pub complementarity: f64,
-    /// Distance of the velocity ŷ from the dual cone; |y| of bilateral rows.
+    /// Distance of the velocity ŷ from the dual cone; |y| of bilateral rows; 0 of intervals, which allow any.
     pub dual_violation: f64,
 }
 
@@ -80,10 +82,14 @@ pub enum Mode {
     Pressing,
     /// A force inside the cone: no velocity.
     Sticking,
-    /// A force on the surface of the cone and no slip; derivatives are those of sticking or those of sliding.
+    /// A force on the surface of the cone and no slip, or at a bound and no velocity; derivatives are those of either side.
     Impending,
     /// A force on the surface of the cone, against the slip.
     Sliding,
+    /// A force between its bounds: no velocity.
+    Holding,
+    /// A force at a bound, which gives way.
+    Yielding,
     /// A smoothed law: all derivatives are there, the smaller the farther from the next mode.
     Smoothed,
 }
@@ -97,6 +103,9 @@ pub(super) fn mode(newton: &Newton, unit: &Unit, own: &UnitEquations) -> Mode {
         (Kind::Row, Piece::Separated) => Mode::Separated,
         (Kind::Row, _) => Mode::Bilateral,
         (_, piece) if piece.is_smoothed() => Mode::Smoothed,
+        (Kind::Interval, _) if unit.mu - f[0].abs() > near => Mode::Holding,
+        (Kind::Interval, _) if y[0].abs() > near => Mode::Yielding,
+        (Kind::Interval, _) => Mode::Impending,
         _ if f[0] <= near => {
             if y[0] <= near {
                 Mode::Touching
@@ -125,6 +134,7 @@ pub(super) fn measure(newton: &Newton) -> Certificate {
             Kind::Row => of_row(y[0], size),
             _ if smoothed => of_path(newton, unit, own, size),
             Kind::Ray => of_cone(f, y, 0.0, size),
+            Kind::Interval => of_interval(f[0], y[0], unit.mu, size),
             Kind::Cone => of_cone(f, corrected(newton.system.law, unit.mu, y), unit.mu, size),
         };
         worst = worst.worse(of_unit);
@@ -137,6 +147,17 @@ fn of_row(y: f64, size: f64) -> Certificate {
     Certificate {
         residual: violation,
         dual_violation: violation,
+        ..Certificate::default()
+    }
+}
+
+fn of_interval(f: f64, y: f64, bound: f64, size: f64) -> Certificate {
+    // Velocities against the force are allowed at the bound that it has reached.
+    let room = if y > 0.0 { bound + f } else { bound - f };
+    Certificate {
+        residual: (f - clamped(f - y, bound)).abs() / size,
+        cone_violation: (f - clamped(f, bound)).abs() / size,
+        complementarity: (room * y).abs() / (size * size),
         ..Certificate::default()
     }
 }
@@ -172,6 +193,13 @@ fn of_path(newton: &Newton, unit: &Unit, own: &UnitEquations, size: f64) -> Cert
         .e
         .iter()
         .fold(0.0, |largest: f64, e| largest.max(e.abs()));
+    if unit.kind == Kind::Interval {
+        return Certificate {
+            residual: e / size,
+            cone_violation: (f[0] - clamped(f[0], unit.mu)).abs() / size,
+            ..Certificate::default()
+        };
+    }
     Certificate {
         residual: e / size,
         cone_violation: distance(f, project(f, unit.mu)) / size,

@@ -83,7 +83,8 @@ impl<T: Scalar> ConeSolver<T> {
         let newton = &self.search.newton;
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             let [force, velocity] = self.scaled_numbers(unit, f);
-            let friction = problem.friction[unit.block];
+            let given = problem.friction[unit.block];
+            let friction = unit.own_number(given, newton.system.scale[unit.row]);
             let e = equations(own.piece, force, velocity, friction, newton.kappa);
             for i in 0..unit.rows() {
                 self.e[unit.row + i] = e[i] * own.weight[i];

@@ -2,9 +2,10 @@
 //!
 //! Forces f and velocities y are inside their cones; each step solves the path's equations for a smaller κ, linearised after Nesterov and Todd,
 //! and goes at most to just before the surface. For Coulomb's law the tangential pair has a third number, the velocity `extra` that
-//! goes with μ fₙ in the law of greatest dissipation. [Nesterov & Todd 1997; Vandenberghe 2010; Howell et al. 2022].
+//! goes with μ fₙ in the law of greatest dissipation; an interval has a multiplier for each of its bounds. [Nesterov & Todd 1997; Vandenberghe 2010; Howell et al. 2022].
 
 use super::Law;
+use super::interval::{Multipliers, bound_on_path};
 use super::jacobian::Square;
 use super::newton::{RIDGE, largest, product};
 use super::second_order_cone::{Pair, scaling};
@@ -57,6 +58,8 @@ pub(super) struct Interior<T = f64> {
     c: Vec<T>,
     /// The first row of the cone's law, for `extra`.
     extra_rows: Vec<([T; 3], T)>,
+    /// Of intervals.
+    multipliers: Vec<Multipliers<T>>,
     df: Vec<T>,
     dy: Vec<T>,
     size: T,
@@ -79,6 +82,7 @@ impl<T: Scalar> Default for Interior<T> {
             h: Vec::new(),
             c: Vec::new(),
             extra_rows: Vec::new(),
+            multipliers: Vec::new(),
             df: Vec::new(),
             dy: Vec::new(),
             size: T::zero(),
@@ -99,6 +103,7 @@ impl<T: Scalar> Interior<T> {
         all.for_each(|x| x.reserve(rows));
         self.h.reserve(rows);
         self.extra_rows.reserve(rows);
+        self.multipliers.reserve(rows);
     }
 
     /// A start inside all cones, of the size of the problem.
@@ -121,12 +126,18 @@ impl<T: Scalar> Interior<T> {
         self.size = size.max(T::constant(f64::MIN_POSITIVE.sqrt()));
         (self.share, self.hold) = (T::constant(SHARES.1), T::zero());
         self.arrived = false;
+        self.multipliers.clear();
+        let kappa = self.size * self.size * STRONG;
         for unit in &system.units {
-            if unit.kind != Kind::Row {
+            if matches!(unit.kind, Kind::Ray | Kind::Cone) {
                 self.f[unit.row] = self.size * STRONG;
                 self.y[unit.row] = self.size;
             }
             self.extra.push(self.size / friction(unit));
+            self.multipliers.push(match unit.kind {
+                Kind::Interval => Multipliers::start(self.bound(unit), kappa),
+                _ => Multipliers::none(),
+            });
         }
     }
 
@@ -189,6 +200,12 @@ impl<T: Scalar> Interior<T> {
                 sum += self.pair(unit, index).product();
                 count += 1.0;
             }
+            if unit.kind == Kind::Interval {
+                let (own, f) = (&self.multipliers[index], self.f[unit.row]);
+                let [below, above] = own.products(f, self.bound(unit));
+                sum += below + above;
+                count += 2.0;
+            }
         }
         if count > 0.0 { sum / count } else { T::zero() }
     }
@@ -200,6 +217,11 @@ impl<T: Scalar> Interior<T> {
             *c -= y;
         }
         largest(&self.c)
+    }
+
+    /// The bound of an interval, near enough to the size of the problem for the path.
+    fn bound(&self, unit: &Unit<T>) -> T {
+        bound_on_path(unit.mu, self.size)
     }
 
     /// (μ fₙ, fₜ) and (velocity that goes with it, yₜ).
@@ -226,6 +248,11 @@ impl<T: Scalar> Interior<T> {
                 Kind::Row => {}
                 Kind::Ray => (h[0][0], c[0]) = (y[0] / f[0], kappa / f[0] - y[0]),
                 Kind::Cone => (h, c) = self.linearize_cone(unit, index, kappa),
+                Kind::Interval => {
+                    let bound = self.bound(unit);
+                    let own = &mut self.multipliers[index];
+                    (h[0][0], c[0]) = own.linearize(f[0], bound, kappa);
+                }
             }
             self.h[index] = h;
             for i in 0..unit.rows() {
@@ -304,6 +331,12 @@ impl<T: Scalar> Interior<T> {
                 *x += length * dx;
             }
         }
+        for (unit, own) in system.units.iter().zip(&mut self.multipliers) {
+            if unit.kind == Kind::Interval {
+                own.advance(length, self.df[unit.row]);
+                self.y[unit.row] = own.velocity();
+            }
+        }
         length
     }
 
@@ -321,6 +354,12 @@ impl<T: Scalar> Interior<T> {
         match unit.kind {
             Kind::Row => T::constant(f64::INFINITY),
             Kind::Ray => ray,
+            Kind::Interval => {
+                let own = &self.multipliers[index];
+                let pairs = own.positive(f, df[0], self.bound(unit).detached());
+                let rooms = pairs.map(|(x, dx)| room_of_ray(x, dx));
+                rooms.into_iter().fold(rooms[0], |least, x| x.min(least))
+            }
             Kind::Cone => {
                 let mu = friction(unit);
                 let first = match self.law {

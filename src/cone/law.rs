@@ -13,7 +13,7 @@ const NO_DIRECTION: f64 = 1e-100;
 /// All but the smoothed ones have the form  e = f − Π(f − y)  with one smooth piece Π of a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Piece {
-    /// y = 0: bilateral rows, pressing rays, sticking contacts. Π(a) = a.
+    /// y = 0: bilateral rows, pressing rays, sticking contacts, forces between their bounds. Π(a) = a.
     Stick,
     /// f = 0: no contact. Π(a) = 0.
     Separated,
@@ -23,14 +23,23 @@ pub(super) enum Piece {
     Frictionless,
     /// The central path of a ray, or of a cone without friction:  fₙ yₙ = κ,  fₜ = 0.
     PathOfRay,
+    /// The force is at the upper bound b of its interval: Π(a) = b.
+    Upper,
+    /// The force is at the lower bound: Π(a) = −b.
+    Lower,
     /// The central path of a cone with friction.
     PathOfCone(Law),
+    /// The central path of an interval:  y = κ / (b + f) − κ / (b − f).
+    PathOfInterval,
 }
 
 impl Piece {
     /// Whether it is one of the central path.
     pub(super) fn is_smoothed(self) -> bool {
-        matches!(self, Self::PathOfRay | Self::PathOfCone(_))
+        matches!(
+            self,
+            Self::PathOfRay | Self::PathOfCone(_) | Self::PathOfInterval
+        )
     }
 }
 
@@ -40,6 +49,18 @@ pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
         Piece::Stick
     } else {
         Piece::Separated
+    }
+}
+
+/// The piece of an interval's law that holds at f − y.
+pub(super) fn piece_of_interval(f: f64, y: f64, bound: f64) -> Piece {
+    let a = f - y;
+    if a > bound {
+        Piece::Upper
+    } else if a < -bound {
+        Piece::Lower
+    } else {
+        Piece::Stick
     }
 }
 
@@ -65,9 +86,10 @@ pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piec
 
 /// The left sides of a piece's equations e(f, y, μ) = 0.
 ///
+/// * `mu` – friction of a cone, bound of an interval
 /// * `kappa` – κ, where the piece is one of the central path
 ///
-/// One row for a ray, in the first entry; the others have to be zero then.
+/// One row for a ray or an interval, in the first entry; the others have to be zero then.
 #[inline]
 pub(super) fn equations<T: Scalar>(
     piece: Piece,
@@ -81,7 +103,10 @@ pub(super) fn equations<T: Scalar>(
         Piece::Separated => f,
         Piece::Frictionless => [y[0], f[1], f[2]],
         Piece::Slip(law) => slip(law, f, y, mu),
+        Piece::Upper => [f[0] - mu, f[1], f[2]],
+        Piece::Lower => [f[0] + mu, f[1], f[2]],
         Piece::PathOfRay => [f[0] * y[0] - kappa, f[1], f[2]],
+        Piece::PathOfInterval => path_of_interval(f, y, mu, kappa),
         Piece::PathOfCone(Law::Convex) => path_of_convex(f, y, mu, kappa),
         Piece::PathOfCone(Law::Coulomb) => path_of_coulomb(f, y, mu, kappa),
     }
@@ -118,4 +143,10 @@ fn path_of_coulomb<T: Scalar>(f: [T; 3], y: [T; 3], mu: T, kappa: f64) -> [T; 3]
         inside * y[1] + f[1] * kappa,
         inside * y[2] + f[2] * kappa,
     ]
+}
+
+/// (b² − f²) y + 2 κ f = 0: both products of a bound's distance and its multiplier are κ.
+fn path_of_interval<T: Scalar>(f: [T; 3], y: [T; 3], bound: T, kappa: f64) -> [T; 3] {
+    let inside = (bound - f[0]) * (bound + f[0]);
+    [inside * y[0] + f[0] * (2.0 * kappa), f[1], f[2]]
 }

@@ -1,10 +1,11 @@
-//! Forces of contacts and constraints: one solver for bilateral, unilateral and frictional rows.
+//! Forces of contacts and constraints: one solver for bilateral, unilateral, bounded and frictional rows.
 //!
-//! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or friction in a cone, either convex
-//! or after Coulomb with De Saxcé's correction. Five ideas:
+//! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or y = 0 but for what a bounded force does not
+//! hold, or friction in a cone, either convex or after Coulomb with De Saxcé's correction. Five ideas:
 //!
-//! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding. Newton's
-//!   method on the active set, the pieces that hold at the last forces, needs few steps, from a warm start often one.
+//! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding; that on an
+//!   interval is on three as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last forces, needs few steps,
+//!   from a warm start often one.
 //! * **Proximal steps.** Where redundant contacts let the active set change in circles, springs between the forces and their last values make
 //!   the problem regular, and are weakened step by step.
 //! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
@@ -32,6 +33,7 @@
 mod certificate;
 mod implicit;
 mod interior;
+mod interval;
 mod jacobian;
 mod law;
 mod newton;

@@ -2,7 +2,7 @@
 
 use super::Law;
 use super::jacobian::{EquationJacobian, Square, jacobian_of};
-use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
+use super::law::{Piece, equations, piece_of_cone, piece_of_interval, piece_of_ray};
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
 use crate::linalg::Lu;
@@ -286,24 +286,28 @@ impl Newton {
 
     /// Whether the pieces that hold are planes, whose slopes are the same everywhere.
     fn is_flat(&self) -> bool {
-        let flat = |piece| matches!(piece, Piece::Stick | Piece::Separated | Piece::Frictionless);
+        let flat = |piece| {
+            use Piece::{Frictionless, Lower, Separated, Stick, Upper};
+            matches!(piece, Stick | Separated | Frictionless | Upper | Lower)
+        };
         self.equations.iter().all(|own| flat(own.piece))
     }
 
     /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.
     fn is_inside(&self) -> bool {
+        let mut all = self.system.units.iter().zip(&self.equations);
         self.kappa == 0.0
-            || self
-                .system
-                .units
-                .iter()
-                .zip(&self.equations)
-                .all(|(unit, own)| {
-                    let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
-                    let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
-                    !own.piece.is_smoothed()
-                        || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
-                })
+            || all.all(|(unit, own)| {
+                let UnitState { f, y } = UnitState::of(unit, &self.f, &self.y);
+                let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
+                match own.piece {
+                    Piece::PathOfInterval => f[0].abs() <= unit.mu,
+                    piece => {
+                        !piece.is_smoothed()
+                            || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
+                    }
+                }
+            })
     }
 }
 
@@ -333,6 +337,8 @@ impl UnitEquations {
             (Kind::Row, _) => Piece::Stick,
             (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
             (Kind::Ray, true) => Piece::PathOfRay,
+            (Kind::Interval, false) => piece_of_interval(f[0], y[0], unit.mu),
+            (Kind::Interval, true) => Piece::PathOfInterval,
             (Kind::Cone, false) => piece_of_cone(law, f, y, unit.mu),
             (Kind::Cone, true) if unit.mu > 0.0 => Piece::PathOfCone(law),
             (Kind::Cone, true) => Piece::PathOfRay,

@@ -11,6 +11,9 @@ pub enum Block {
     Ray,
     /// Three rows (normal, tangent, tangent) with friction μ:  ‖fₜ‖ ≤ μ fₙ.
     Cone,
+    /// One row with a bounded force:  f = Π(f − y)  with the projection Π on [−b, b]. So y = 0 where |f| < b, y ≤ 0 at f = b, y ≥ 0 at f = −b. A bound of
+    /// zero leaves no force, an infinite one a bilateral row.
+    Interval,
 }
 
 impl Block {
@@ -18,7 +21,7 @@ impl Block {
     pub fn rows(self) -> usize {
         match self {
             Self::Free(rows) => rows,
-            Self::Ray => 1,
+            Self::Ray | Self::Interval => 1,
             Self::Cone => 3,
         }
     }
@@ -43,7 +46,7 @@ pub struct ConeProblem<'a, T> {
     pub law: Law,
     /// The kind of every block; their rows add up to n.
     pub blocks: &'a [Block],
-    /// μ ≥ 0 of every block; read for cones only.
+    /// μ ≥ 0 of every cone, and b ≥ 0 of every interval, in the unit of f; not read for other blocks.
     pub friction: &'a [T],
     /// G by columns, n × n, symmetric and positive semidefinite; singular where rows are redundant.
     pub matrix: &'a [T],

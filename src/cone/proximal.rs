@@ -92,7 +92,9 @@ impl Search {
         let newton = &self.newton;
         let bounded = newton.best_force() <= STRONGEST * newton.size_of_problem();
         let mut units = newton.system.units.iter();
-        let bilateral = units.any(|unit| unit.kind == Kind::Row && !unit.absent);
+        // What holds with a bounded force may hold for ever, as bilateral rows do.
+        let holds = |kind| matches!(kind, Kind::Row | Kind::Interval);
+        let bilateral = units.any(|unit| holds(unit.kind) && !unit.absent);
         bounded && !bilateral && newton.kappa == 0.0 && self.regularization == 0.0
     }
 }

@@ -9,11 +9,14 @@
 //!
 //! Rows that may give way without a force, as those of points above the ground do, stay: without a coupling to others, and as if they were
 //! left fast, so that their force vanishes along the path like that of any contact that opens.
+//!
+//! A bound that is next to nothing, or infinite, is replaced by one that the path can follow, and forces are brought back within the one that is given.
 
 use super::interior::Interior;
+use super::interval::clamped;
 use super::newton::largest;
 use super::problem::{Block, ConeProblem, Law};
-use super::system::{Kind, System};
+use super::system::{Kind, System, Unit};
 use crate::linalg::Symmetric;
 use crate::scalar::Scalar;
 
@@ -85,6 +88,10 @@ impl<T: Scalar> Recorded<T> {
         let found = T::constant(FOUND);
         let residual = residual.select_lt(found, residual, T::constant(f64::INFINITY));
         residual.is_at_most(FOUND, "the forces of contact and constraints are found");
+        for unit in full.units.iter().filter(|u| u.kind == Kind::Interval) {
+            let own = &mut interior.f[unit.row];
+            *own = clamped(*own, unit.mu);
+        }
         for (i, f) in f.iter_mut().enumerate() {
             *f = interior.f[i] * full.scale[i] * takes_part[i];
         }
@@ -100,9 +107,11 @@ impl<T: Scalar> Recorded<T> {
         fill(system, problem, &self.takes_part);
         system.scale.resize(system.n, T::one());
         system.find_scale();
+        system.scale_bounds();
         system.rescale(|_| {});
         let size = largest(&system.g).detached().max(T::constant(LEAST_SIZE));
-        for unit in system.units.iter().filter(|unit| unit.kind != Kind::Row) {
+        let opens = |unit: &&Unit<T>| matches!(unit.kind, Kind::Ray | Kind::Cone);
+        for unit in system.units.iter().filter(opens) {
             let left_out = -self.takes_part[unit.row] + 1.0;
             system.g[unit.row] += left_out * size;
         }
@@ -127,8 +136,8 @@ fn check<T: Scalar>(problem: &ConeProblem<'_, T>, smoothing: f64) {
         file!()
     );
     assert!(
-        smoothing == 0.0 || !has(Block::Ray),
-        "{}: smoothed contact beside stops of joints cannot be traced",
+        smoothing == 0.0 || !(has(Block::Ray) || has(Block::Interval)),
+        "{}: smoothed contact beside stops of joints or bounded forces cannot be traced",
         file!()
     );
 }

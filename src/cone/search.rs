@@ -3,6 +3,7 @@
 use super::Law;
 use super::certificate::{Certificate, Status, measure, project};
 use super::interior::{Interior, PathTarget};
+use super::interval::clamped;
 use super::newton::Newton;
 use super::system::{Kind, of_unit};
 use super::{ConeOptions, ConeProblem, REGULARIZATION};
@@ -211,7 +212,12 @@ impl Search {
     fn may_start_here(&self) -> bool {
         let newton = &self.newton;
         let mut units = newton.system.units.iter();
-        newton.kappa == 0.0 || units.all(|unit| unit.kind == Kind::Row || newton.f[unit.row] > 0.0)
+        newton.kappa == 0.0
+            || units.all(|unit| match unit.kind {
+                Kind::Row => true,
+                Kind::Interval => newton.f[unit.row].abs() < unit.mu,
+                Kind::Ray | Kind::Cone => newton.f[unit.row] > 0.0,
+            })
     }
 
     fn along_the_path(&mut self, tolerance: f64) -> bool {
@@ -294,6 +300,7 @@ impl Search {
             let inside = match unit.kind {
                 Kind::Row => continue,
                 Kind::Ray => [f[0].max(0.0), 0.0, 0.0],
+                Kind::Interval => [clamped(f[0], unit.mu), 0.0, 0.0],
                 Kind::Cone => project(f, unit.mu),
             };
             clipped |= inside != f;

@@ -5,10 +5,12 @@ use super::system::Kind;
 /// Which laws of a problem are smoothed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Smoothed {
-    /// Those of rays and of cones.
+    /// Those of rays, cones and intervals.
     #[default]
+    All,
+    /// Those of rays and of cones; intervals keep the exact law.
     RaysAndCones,
-    /// Those of cones; rays keep the exact law.
+    /// Those of cones; rays and intervals keep the exact law.
     Cones,
 }
 
@@ -16,7 +18,9 @@ impl Smoothed {
     /// κ for the law of a unit, 0 for the exact one.
     pub(super) fn kappa(self, kappa: f64, kind: Kind) -> f64 {
         match (self, kind) {
-            (_, Kind::Row) | (Self::Cones, Kind::Ray) => 0.0,
+            (_, Kind::Row)
+            | (Self::Cones, Kind::Ray | Kind::Interval)
+            | (Self::RaysAndCones, Kind::Interval) => 0.0,
             _ => kappa,
         }
     }

@@ -29,7 +29,7 @@ pub struct ConeOptions {
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
     pub smoothing: f64,
-    /// Laws that κ smooths; default rays and cones.
+    /// Laws that κ smooths; default all but bilateral rows, which have nothing to smooth.
     pub smoothed: Smoothed,
     /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
     pub(crate) measured: bool,
@@ -42,7 +42,7 @@ impl Default for ConeOptions {
             iterations: 200,
             acceptable: 0.0,
             smoothing: 0.0,
-            smoothed: Smoothed::RaysAndCones,
+            smoothed: Smoothed::All,
             measured: true,
         }
     }
@@ -139,7 +139,7 @@ impl<T: Scalar> ConeSolver<T> {
     ///
     /// * `f` – on entry the values to start from, such as the forces of the last time step, or zeros; on return the forces, length n
     ///
-    /// Differentiable in G, R, g and μ on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
+    /// Differentiable in G, R, g, μ and bounds on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
     /// redundant, the forces are one of many solutions, near the one with least change from the start, and derivatives those of least size.
     /// The values of `f` have the same bits for every scalar that can hold them. What a scalar of another kind holds besides its value goes
     /// through the last step of the solution alone, which is linear in it.
@@ -148,8 +148,8 @@ impl<T: Scalar> ConeSolver<T> {
     /// condition of the graph.
     ///
     /// # Panics
-    /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives; of traced numbers, if cones obey Coulomb's law, or are
-    /// smoothed beside rays that are not.
+    /// If a length is wrong, friction or a bound negative, or a scalar has both lanes and derivatives; of traced numbers, if cones obey Coulomb's law, or are
+    /// smoothed beside rays or intervals that are not.
     pub fn solve(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
         assert!(
             T::LANES == 1 || T::ORDER == 0,

@@ -15,6 +15,8 @@ pub(super) enum Kind {
     /// One bilateral row.
     Row,
     Ray,
+    /// One row with a bounded force.
+    Interval,
     /// Three rows.
     Cone,
 }
@@ -28,8 +30,21 @@ pub(super) struct Unit<T = f64> {
     pub(super) block: usize,
     /// Whether it gives way without a force and so takes no part.
     pub(super) absent: bool,
-    /// Friction; 0 where there is none.
+    /// Friction of a cone; bound of an interval, scaled; 0 for others.
     pub(super) mu: T,
+}
+
+impl Unit {
+    /// The number of its law, scaled, from that of its block.
+    ///
+    /// * `scale` – s of its rows
+    pub(super) fn own_number<T: Scalar>(&self, given: T, scale: f64) -> T {
+        if self.kind == Kind::Interval {
+            given / scale
+        } else {
+            given
+        }
+    }
 }
 
 impl<T> Unit<T> {
@@ -87,6 +102,7 @@ impl System {
         self.take_out_what_is_absent();
         self.scale.resize(n, 1.0);
         self.find_scale();
+        self.scale_bounds();
         let mut finite = true;
         // Without an early end, which would keep numbers from being worked on together.
         self.rescale(|x| finite &= x.is_finite());
@@ -132,7 +148,7 @@ impl<T: Scalar> System<T> {
     /// Lists the units of blocks.
     ///
     /// * `is_infinite` – whether a row gives way without a force
-    /// * `friction` – μ of a block that is a cone
+    /// * `friction` – μ of a block that is a cone, b of one that is an interval
     pub(super) fn list_units(
         &mut self,
         blocks: &[Block],
@@ -146,10 +162,13 @@ impl<T: Scalar> System<T> {
             let (kind, count) = match kind {
                 Block::Ray if !absent => (Kind::Ray, 1),
                 Block::Cone if !absent => (Kind::Cone, 1),
+                Block::Interval if !absent && !is_infinite_bound(friction(block)) => {
+                    (Kind::Interval, 1)
+                }
                 // Rows by themselves: what takes no part has no law.
                 other => (Kind::Row, other.rows()),
             };
-            let mu = if kind == Kind::Cone {
+            let mu = if matches!(kind, Kind::Cone | Kind::Interval) {
                 friction(block)
             } else {
                 T::zero()
@@ -183,6 +202,15 @@ impl<T: Scalar> System<T> {
         }
     }
 
+    /// b′ = b / s of intervals.
+    pub(super) fn scale_bounds(&mut self) {
+        for unit in &mut self.units {
+            if unit.kind == Kind::Interval {
+                unit.mu = unit.mu / self.scale[unit.row];
+            }
+        }
+    }
+
     /// W′ = s W s,  g′ = s g. Each of these numbers is shown to `look`.
     #[inline(always)]
     pub(super) fn rescale(&mut self, mut look: impl FnMut(T)) {
@@ -211,6 +239,11 @@ impl<T: Scalar> System<T> {
             }
         }
     }
+}
+
+/// Whether a bound is none.
+fn is_infinite_bound<T: Scalar>(bound: T) -> bool {
+    bound.has_value() && bound.value(0) == f64::INFINITY
 }
 
 fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {

@@ -45,13 +45,15 @@ impl<T: Scalar> Transposed<T> {
         }
     }
 
-    /// −(∂e/∂μ)ᵀ z of every cone, as far as there is memory for it.
-    fn find_by_friction(&self, units: &[Unit], out: &mut [T]) {
+    /// −(∂e/∂μ)ᵀ z of every cone, and that in the bound of every interval, as far as there is memory for it.
+    fn find_by_friction(&self, units: &[Unit], scale: &[f64], out: &mut [T]) {
         for (unit, own) in units.iter().zip(&self.jacobians) {
-            let wanted = out.get_mut(unit.block);
-            if let Some(out) = wanted.filter(|_| unit.kind == Kind::Cone) {
-                let z = self.z[unit.row..].iter().zip(own.mu);
-                *out = z.fold(T::zero(), |sum, (&z, slope)| sum - z * slope);
+            let has_number = matches!(unit.kind, Kind::Cone | Kind::Interval);
+            let wanted = out.get_mut(unit.block).filter(|_| has_number);
+            if let Some(out) = wanted {
+                let z = self.z[unit.row..][..unit.rows()].iter().zip(own.mu);
+                let sum = z.fold(T::zero(), |sum, (&z, slope)| sum - z * slope);
+                *out = unit.own_number(sum, scale[unit.row]);
             }
         }
     }
@@ -61,7 +63,7 @@ impl<T: Scalar> ConeSolver<T> {
     /// Turns weights of the forces of the last solution into those of the velocities g, Sᵀ λ.
     ///
     /// * `f` – the forces of that solution
-    /// * `by_friction` – output, the weights of the friction of each block; empty if they are not wanted
+    /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not wanted
     pub(crate) fn respond_transposed(
         &mut self,
         problem: &ConeProblem<'_, T>,
@@ -79,7 +81,7 @@ impl<T: Scalar> ConeSolver<T> {
         own.find_by_velocity(&system.units, &system.scale);
         let out = weights.iter_mut().zip(&own.by_velocity);
         out.for_each(|(out, &x)| *out = -x);
-        own.find_by_friction(&system.units, by_friction);
+        own.find_by_friction(&system.units, &system.scale, by_friction);
     }
 
     /// Finds z of scaled weights by so many steps.
@@ -108,7 +110,8 @@ impl<T: Scalar> ConeSolver<T> {
         jacobians.clear();
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             let [force, velocity] = self.scaled_numbers(unit, f);
-            let friction = problem.friction[unit.block];
+            let given = problem.friction[unit.block];
+            let friction = unit.own_number(given, newton.system.scale[unit.row]);
             let mut out = jacobian_of(own.piece, force, velocity, friction, newton.kappa);
             for (i, &weight) in own.weight.iter().enumerate() {
                 out.f[i] = out.f[i].map(|x| x * weight);

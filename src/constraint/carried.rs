@@ -74,7 +74,7 @@ pub(crate) struct CarriedRow<T> {
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// Hands each row between anchors that bodies carry to `each`; a coupler has none.
+    /// Hands each row between anchors that bodies carry to `each`; constraints that tie joints have none.
     ///
     /// * `mounted` – poses of the anchors in the bodies
     #[inline(always)]

@@ -5,9 +5,11 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::anchor::{AnchorMotion, turn_between};
+use super::hold::Hold;
 use super::{Constraint, ConstraintKind};
+use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::model::{Body, Model};
+use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Motion, SPATIAL};
@@ -24,29 +26,48 @@ pub(crate) struct ConstraintRow<T> {
     pub(crate) bias: T,
     /// J (ω × v), by which J ã is more than J v̇.
     pub(crate) turning: T,
-    /// T, s.
-    pub(crate) time_constant: T,
+    /// How it is held.
+    pub(crate) hold: Hold<T>,
+    /// The largest force, N or N·m; `None` for any.
+    pub(crate) largest_force: Option<T>,
 }
 
 impl<T: Scalar> ConstraintRow<T> {
-    /// Stabilised bias at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
+    /// Stabilised bias of a rigid row at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
     /// twice the time step.
-    pub(crate) fn at_moment(&self, dt: f64) -> T {
-        self.stabilized(self.bias, self.rate, dt)
+    pub(crate) fn at_moment(&self, time_constant: T, dt: f64) -> T {
+        stabilized(self.error, self.rate, self.bias, time_constant, dt)
     }
 
-    /// Stabilised bias over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
+    /// Stabilised bias of a rigid row over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
     /// T²,  with the bias b⁺ at the velocity after the step. A step moves along that velocity, so φ changed by Δt
     /// (φ̇ − ½ Δt b) in the one before.
-    pub(crate) fn over_step(&self, after: T, dt: f64) -> T {
+    pub(crate) fn over_step(&self, after: T, time_constant: T, dt: f64) -> T {
         let rate = self.rate - self.bias * (0.5 * dt);
-        self.stabilized((self.bias + after) * 0.5, rate, dt)
+        let bias = (self.bias + after) * 0.5;
+        stabilized(self.error, rate, bias, time_constant, dt)
     }
 
-    fn stabilized(&self, bias: T, rate: T, dt: f64) -> T {
-        let often = T::one() / self.time_constant.max(T::constant(2.0 * dt));
-        bias + often * (rate * 2.0 + often * self.error)
+    /// Whether it is to be closed, not one of a spring.
+    pub(crate) fn is_rigid(&self) -> bool {
+        matches!(self.hold, Hold::Rigid { .. })
     }
+
+    /// The force of a spring and damper at a moment, within its bound: −k φ − d φ̇; `None` for rigid rows.
+    pub(crate) fn spring_force(&self) -> Option<T> {
+        let Hold::Spring { stiffness, damping } = self.hold else {
+            return None;
+        };
+        let force = -(stiffness * self.error + damping * self.rate);
+        let bounded = |bound: T| force.max(-bound).min(bound);
+        Some(self.largest_force.map_or(force, bounded))
+    }
+}
+
+/// b + (2 / T) φ̇ + φ / T²
+fn stabilized<T: Scalar>(error: T, rate: T, bias: T, time_constant: T, dt: f64) -> T {
+    let often = T::one() / time_constant.max(T::constant(2.0 * dt));
+    bias + often * (rate * 2.0 + often * error)
 }
 
 /// Rows of several constraints.
@@ -146,13 +167,13 @@ impl<T: Scalar> ConstraintRows<T> {
                 let along = columns.map(|c| n.x * c[0] + n.y * c[1] + n.z * c[2]);
                 self.jacobian.extend(along);
             }
-            ConstraintKind::Coupler { bodies, ratio, .. } => {
-                let [first, second] = bodies.map(|body| model.body(body));
+            ConstraintKind::Coupler { .. } | ConstraintKind::Tendon { .. } => {
                 let row = self.jacobian.len();
-                let ratio: T = (*ratio).into();
                 self.jacobian.resize(row + model.nv(), T::zero());
-                self.jacobian[row + first.v] += first.scaled(T::one());
-                self.jacobian[row + second.v] -= second.scaled(ratio);
+                for tied in kind.joints() {
+                    let body = model.body(tied.body);
+                    self.jacobian[row + body.v] += body.scaled(tied.coefficient.into());
+                }
             }
         }
     }
@@ -167,59 +188,13 @@ fn push_rows<P: Scalar, T: Over<P>>(
     q: &[T],
     v: &[T],
 ) {
-    match constraint.kind() {
-        ConstraintKind::Coupler { bodies, .. } => {
-            let joints = bodies.map(|body| CoupledJoint::of(model.body(body), q, v));
-            rows.extend(constraint.row_of_joints(&joints));
-        }
-        _ => constraint.each_row_of_anchors(motions, |row, _| rows.push(row)),
-    }
-}
-
-/// A joint of a coupler: its position and rate, rad or m, also of one that follows another.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CoupledJoint<T> {
-    pub(crate) position: T,
-    pub(crate) rate: T,
-}
-
-impl<T: Scalar> CoupledJoint<T> {
-    pub(crate) fn of<P: Scalar>(body: &Body<P>, q: &[T], v: &[T]) -> Self
-    where
-        T: Over<P>,
-    {
-        let x = body.scaled(q[body.q]);
-        Self {
-            position: body.coupling.map_or(x, |coupling| x + coupling.offset),
-            rate: body.scaled(v[body.v]),
-        }
-    }
+    rows.extend(constraint.row_of_joints(model, q, v));
+    constraint.each_row_of_anchors(motions, |row, _| rows.push(row));
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// The row of a coupler; `None` for other kinds.
-    pub(crate) fn row_of_joints<T: Over<P>>(
-        &self,
-        [first, second]: &[CoupledJoint<T>; 2],
-    ) -> Option<ConstraintRow<T>> {
-        let ConstraintKind::Coupler { ratio, offset, .. } = *self.kind() else {
-            return None;
-        };
-        let ratio: T = ratio.into();
-        let error = first.position - ratio * second.position - T::from(offset);
-        Some(self.row(error, first.rate - ratio * second.rate, T::zero()))
-    }
-
-    /// J of a coupler times rates of its joints; `None` for other kinds.
-    pub(crate) fn rate_of_joints<T: Over<P>>(&self, [first, second]: [T; 2]) -> Option<T> {
-        let ConstraintKind::Coupler { ratio, .. } = *self.kind() else {
-            return None;
-        };
-        let ratio: T = ratio.into();
-        Some(first - ratio * second)
-    }
-
-    /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; a coupler has none.
+    /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; constraints that tie joints have
+    /// none.
     #[inline(always)]
     pub(super) fn each_row_of_anchors<T: Over<P>>(
         &self,
@@ -247,7 +222,7 @@ impl<P: Scalar> Constraint<P> {
                     RowAxis::Along(n),
                 );
             }
-            ConstraintKind::Coupler { .. } => {}
+            ConstraintKind::Coupler { .. } | ConstraintKind::Tendon { .. } => {}
         }
         if let ConstraintKind::Weld(_) = self.kind() {
             let turn = turn_between(&from.X, &to.X);
@@ -258,13 +233,15 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    fn row<T: Over<P>>(&self, error: T, rate: T, bias: T) -> ConstraintRow<T> {
+    #[inline]
+    pub(super) fn row<T: Over<P>>(&self, error: T, rate: T, bias: T) -> ConstraintRow<T> {
         ConstraintRow {
             error,
             rate,
             bias,
             turning: T::zero(),
-            time_constant: self.time_constant().into(),
+            hold: self.hold.lift(),
+            largest_force: self.largest_force().map(T::from),
         }
     }
 }
@@ -369,6 +346,7 @@ mod tests {
             Constraint::ball([a, far]),
             Constraint::distance([a, far], 0.5),
             Constraint::coupler(model, ["joint0", "joint1"], -0.7, 0.2).unwrap(),
+            Constraint::tendon(model, &[("joint1", 0.3), ("joint0", -1.1)], 0.2).unwrap(),
         ]
     }
 
@@ -468,12 +446,35 @@ mod tests {
             rate: 0.2,
             bias: 5.0,
             turning: 0.0,
-            time_constant: 0.1,
+            hold: Hold::Rigid { time_constant: 0.1 },
+            largest_force: None,
         };
-        assert!((row.at_moment(0.01) - 12.0_f64).abs() < 10.0 * ROUNDING);
-        assert!((row.at_moment(0.1) - 7.75).abs() < 10.0 * ROUNDING);
+        assert!((row.at_moment(0.1, 0.01) - 12.0_f64).abs() < 10.0 * ROUNDING);
+        assert!((row.at_moment(0.1, 0.1) - 7.75).abs() < 10.0 * ROUNDING);
         // ½ (5 + 7) + 20 (0.2 − 0.005 · 5) + 100 · 0.03
-        assert!((row.over_step(7.0, 0.01) - 12.5).abs() < 10.0 * ROUNDING);
+        assert!((row.over_step(7.0, 0.1, 0.01) - 12.5).abs() < 10.0 * ROUNDING);
+        assert_eq!(row.spring_force(), None);
+    }
+
+    // −200 · 0.03 − 10 · 0.2 = −8
+    #[test]
+    fn force_of_a_spring_at_a_moment_stays_within_its_bound() {
+        let hold = Hold::Spring {
+            stiffness: 200.0,
+            damping: 10.0,
+        };
+        let row = |largest_force| ConstraintRow {
+            error: 0.03,
+            rate: 0.2,
+            bias: 5.0,
+            turning: 0.0,
+            hold,
+            largest_force,
+        };
+        let force = |bound| row(bound).spring_force().expect("a spring");
+        assert!((force(None) + 8.0_f64).abs() < 10.0 * ROUNDING);
+        assert!((force(Some(9.0)) + 8.0).abs() < 10.0 * ROUNDING);
+        assert_eq!(force(Some(3.0)), -3.0);
     }
 
     #[test]

@@ -96,8 +96,8 @@ impl ContactReason {
             },
             Mode::Touching => Self::Touching,
             Mode::Impending => Self::Impending,
-            Mode::Sticking | Mode::Pressing | Mode::Bilateral => Self::Sticking,
-            Mode::Sliding => Self::Sliding,
+            Mode::Sticking | Mode::Pressing | Mode::Bilateral | Mode::Holding => Self::Sticking,
+            Mode::Sliding | Mode::Yielding => Self::Sliding,
             Mode::Separated => Self::without_force(at),
         }
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::simulator::Simulator;
 use super::state::State;
-use crate::constraint::ConstraintRows;
+use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::dynamics::{MassMatrixFactor, mass_matrix};
 use crate::scalar::{Over, Scalar};
 
@@ -75,7 +75,7 @@ impl<P: Scalar> Simulator<P> {
 }
 
 impl Simulator<f64> {
-    /// Closes the kinematic constraints: the configuration nearby that obeys them, and the velocity with the least change of kinetic energy
+    /// Closes the kinematic constraints, but for those that are [springs](crate::constraint::Constraint::with_spring): the configuration nearby that obeys them, and the velocity with the least change of kinetic energy
     /// that keeps them, v − M⁻¹ Jᵀ (J M⁻¹ Jᵀ)⁺ J v. Allocates.
     ///
     /// Steps of Levenberg and Marquardt on the configuration manifold, q ⊕ −Jᵀ (J Jᵀ + λ)⁻¹ φ; redundant rows do no harm. Limits of joints
@@ -93,11 +93,11 @@ impl Simulator<f64> {
         let mut state = state.clone();
         let mut iterations = 0;
         let (mut damping, factor, least) = DAMPING;
-        let mut errors = self.constraint_errors(&state);
+        let mut errors = self.open_errors(&state);
         while largest(&errors).1 > CLOSED && iterations < MOST_ITERATIONS {
             iterations += 1;
             let trial = self.nearer(&state, &errors, damping);
-            let now = self.constraint_errors(&trial);
+            let now = self.open_errors(&trial);
             if square(&now) < square(&errors) {
                 (state, errors) = (trial, now);
                 damping = (damping / factor).max(least);
@@ -146,9 +146,23 @@ impl Simulator<f64> {
         }
     }
 
+    /// Errors of the rows that are to be closed, zero for springs.
+    fn open_errors(&self, state: &State) -> Vec<f64> {
+        let rows = self.constraint_rows(state).rows;
+        let error = |row: &ConstraintRow<f64>| if row.is_rigid() { row.error } else { 0.0 };
+        rows.iter().map(error).collect()
+    }
+
+    /// J, with rows of zeros for springs.
     fn constraint_jacobian(&self, state: &State) -> DMatrix<f64> {
         let rows = self.constraint_rows(state);
-        DMatrix::from_row_slice(rows.rows.len(), self.model().nv(), &rows.jacobian)
+        let mut out = DMatrix::from_row_slice(rows.rows.len(), self.model().nv(), &rows.jacobian);
+        for (row, mut entries) in rows.rows.iter().zip(out.row_iter_mut()) {
+            if !row.is_rigid() {
+                entries.fill(0.0);
+            }
+        }
+        out
     }
 
     fn project_velocity(&self, state: &mut State) {

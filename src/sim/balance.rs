@@ -40,7 +40,7 @@ impl<T: Scalar> Balance<T> {
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
         let rows = simulator.held_rows() + nv + ROWS * n;
-        let blocks = simulator.constraints().len() + nv + n;
+        let blocks = simulator.held_blocks() + nv + n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,
@@ -98,7 +98,7 @@ impl<T: Scalar> Balance<T> {
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.
     ///
-    /// * `by_friction` – output, the weights of the friction of each block; empty if they are not wanted
+    /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not wanted
     pub(crate) fn respond_transposed<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,

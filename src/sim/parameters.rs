@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | the model's | inertias, placements of joints, gravity, damping, armature, springs, placements of frames | see [`Model::parameters`](crate::Model::parameters) |
 //! | actuator of each velocity coordinate, those that it has | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper end, stiffness, damping and their exponents of its stops; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
-//! | each kinematic constraint | origins of its anchors in their frames; turns of those that are welded; length, or ratio and offset; time constant | m; rad; m, or rad or m; s |
+//! | each kinematic constraint | origins of its anchors in their frames; turns of those that are welded; coefficients of a tendon; length, or ratio and offset; time constant, or stiffness and damping of a spring; largest force | m; rad; m, or rad or m; s, or N/m, N·s/m; N |
 //! | each point of contact | centre in the body frame, radius | m |
 //! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
 //! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |

@@ -48,7 +48,8 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &mut scratch.balance {
             balance.measure();
         }
-        self.accelerate(&Moment::of_step(self, state, u), &mut scratch);
+        let at = Moment::of_step(self, state, u);
+        self.accelerate(&at, &mut scratch);
         let contact = &scratch.terms.contact;
         let n = contact.points.len();
         let mut out = ContactReport {
@@ -63,7 +64,8 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &scratch.balance {
             let modes = contact.modes(balance);
             modes.for_each(|(i, mode)| out.modes[i] = mode);
-            out.constraints = balance.rows().first_forces(self.held_rows()).to_vec();
+            let solved = balance.rows().first_forces(self.held_rows());
+            out.constraints = scratch.terms.constraints.forces(&at, solved);
             out.certificate = balance.certificate();
         }
         if let Some(contacts) = self.contacts() {

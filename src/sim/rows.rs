@@ -98,6 +98,9 @@ impl<T: Scalar> Rows<T> {
         self.regularization.push(compliance);
     }
 
+    /// Adds a block of rows.
+    ///
+    /// * `friction` – that of a cone, the bound of an interval
     pub(super) fn push_block(&mut self, block: Block, friction: T) {
         self.blocks.push(block);
         self.friction.push(friction);

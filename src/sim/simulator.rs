@@ -220,6 +220,11 @@ impl<P: Scalar> Simulator<P> {
         self.constraints.iter().map(Constraint::rows).sum()
     }
 
+    /// Number of blocks of these rows.
+    pub(crate) fn held_blocks(&self) -> usize {
+        self.constraints.iter().map(Constraint::blocks).sum()
+    }
+
     fn check_integrator(&self) {
         let law = self.contacts.as_ref().and_then(Contacts::acting_over_step);
         let law = law.filter(|_| self.integrator == Integrator::RungeKutta4);

@@ -44,15 +44,26 @@ pub(super) struct StoredBond {
 }
 
 impl Bond {
-    pub(super) fn of(model: &Model, constraint: &Constraint) -> Self {
-        let both = |anchors: &[Anchor; 2]| anchors.each_ref().map(|anchor| End::of(model, anchor));
-        let (kind, ends) = match constraint.kind() {
-            ConstraintKind::Weld(anchors) => (BondKind::Weld, both(anchors)),
-            ConstraintKind::Ball(anchors) => (BondKind::Ball, both(anchors)),
-            ConstraintKind::Distance { anchors, .. } => (BondKind::Rod, both(anchors)),
-            ConstraintKind::Coupler { bodies, .. } => (BondKind::Coupler, bodies.map(End::joint)),
+    /// The bonds of a constraint: one, or of a tendon one from each joint to the next.
+    pub(super) fn all(model: &Model, constraint: &Constraint) -> Vec<Self> {
+        let one = |kind, anchors: &[Anchor; 2]| {
+            let ends = anchors.each_ref().map(|anchor| End::of(model, anchor));
+            vec![Self { kind, ends }]
         };
-        Self { kind, ends }
+        let tied = |bodies: &[BodyId]| {
+            let pairs = bodies.windows(2).map(|pair| Self {
+                kind: BondKind::Coupler,
+                ends: [pair[0], pair[1]].map(End::joint),
+            });
+            pairs.collect()
+        };
+        match constraint.kind() {
+            ConstraintKind::Weld(anchors) => one(BondKind::Weld, anchors),
+            ConstraintKind::Ball(anchors) => one(BondKind::Ball, anchors),
+            ConstraintKind::Distance { anchors, .. } => one(BondKind::Rod, anchors),
+            ConstraintKind::Coupler { bodies, .. } => tied(bodies),
+            ConstraintKind::Tendon { joints, .. } => tied(joints),
+        }
     }
 
     pub(super) fn stored(&self, model: &Model) -> StoredBond {

@@ -310,7 +310,7 @@ impl Track {
             .for_each(|constraint| constraint.check(&self.model));
         let bonds = constraints
             .iter()
-            .map(|constraint| Bond::of(&self.model, constraint));
+            .flat_map(|constraint| Bond::all(&self.model, constraint));
         self.bonds.extend(bonds);
         self
     }

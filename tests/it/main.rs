@@ -71,3 +71,4 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
+mod yielding_constraints;

@@ -652,7 +652,7 @@ pub(crate) fn closed_loops() -> Vec<Case> {
                         .with_constraints(tied.clone())
                         .with_integrator(integrator)
                         .with_time_step(0.002);
-                    let what = format!("{what}, {:?}", tied[0].kind());
+                    let what = format!("{what}, {tied:?}");
                     all.push(Case::new(simulator, speed, &what, 4));
                 }
             }
@@ -670,11 +670,21 @@ fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let end = on("link6").moved([0.1, -0.2, 0.3]);
     let nail = Anchor::world().moved([0.3, 0.2, -0.4]);
     let rod = Constraint::distance([on("link3").moved([0.2, 0.1, 0.0]), end], 0.4);
+    let other = rod.clone();
     let ball = Constraint::ball([nail, end]).with_time_constant(0.05);
     let weld = Constraint::weld([welded, on("link6")]);
     (
         model.clone(),
-        vec![vec![rod.clone()], vec![weld], vec![ball, rod]],
+        vec![
+            vec![rod.clone()],
+            vec![weld.clone()],
+            vec![ball.clone(), rod.clone()],
+            vec![weld.with_spring(300.0, 20.0), rod.with_largest_force(9.0)],
+            vec![
+                ball.with_spring(50.0, 3.0).with_largest_force(4.0),
+                other.with_spring(400.0, 2.0).with_largest_force(300.0),
+            ],
+        ],
     )
 }
 
@@ -685,9 +695,22 @@ fn gripper_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let rod = Constraint::distance([tip.moved([0.1, 0.0, 0.2]), Anchor::world()], 0.7);
     let couple = |joints| Constraint::coupler(&model, joints, 0.8, 0.1).expect("two joints");
     let coupler = couple(["tip_joint", "elbow_joint"]);
+    let joints = [
+        ("tip_joint", 0.8),
+        ("left_joint", -0.5),
+        ("elbow_joint", 0.3),
+    ];
+    let tendon = Constraint::tendon(&model, &joints, 0.1).expect("joints");
     (
         model.clone(),
-        vec![vec![coupler.clone()], vec![rod, coupler]],
+        vec![
+            vec![coupler.clone()],
+            vec![rod.clone(), coupler.clone()],
+            vec![tendon.clone(), rod.with_spring(90.0, 2.0)],
+            vec![coupler.with_spring(30.0, 1.0).with_largest_force(0.3)],
+            vec![tendon.clone().with_spring(30.0, 1.0)],
+            vec![tendon.with_largest_force(0.3)],
+        ],
     )
 }
 

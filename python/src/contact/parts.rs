@@ -4,6 +4,7 @@ use dualbody::constraint::{Anchor, Constraint};
 use dualbody::sim::{ExternalForce, FrameActuator};
 use dualbody::spatial::{Force, Representation};
 use dualbody::{Model, Simulator};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::dynamics::Named;
@@ -35,16 +36,38 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
             let (anchors, length) = (anchors()?, number("length")?);
             guarded(|| Constraint::distance(anchors, length))?
         }
+        "tendon" => {
+            let joints: Vec<(String, f64)> =
+                value.getattr("joints")?.call_method0("items")?.try_iter()?
+                    .map(|item| item?.extract())
+                    .collect::<PyResult<_>>()?;
+            let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
+            let length = number("length")?;
+            guarded(|| Constraint::tendon(model, &joints, length))?.or_raise()?
+        }
         _ => {
             let (one, other): (String, String) = value.getattr("joints")?.extract()?;
             let (ratio, offset) = (number("ratio")?, number("offset")?);
             guarded(|| Constraint::coupler(model, [&one, &other], ratio, offset))?.or_raise()?
         }
     };
-    match value.getattr("time_constant")?.extract::<Option<f64>>()? {
-        None => Ok(constraint),
-        Some(time) => guarded(|| constraint.with_time_constant(time)),
+    let given = |name: &str| value.getattr(name);
+    let time: Option<f64> = given("time_constant")?.extract()?;
+    let spring: Option<(f64, f64)> = given("spring")?.extract()?;
+    let bound: Option<f64> = given("largest_force")?.extract()?;
+    if time.is_some() && spring.is_some() {
+        let text = "a constraint has a time_constant or a spring, not both";
+        return Err(PyValueError::new_err(text));
     }
+    guarded(|| {
+        let timed = time.map(|time| constraint.clone().with_time_constant(time));
+        let sprung = spring.map(|(k, d)| constraint.clone().with_spring(k, d));
+        let held = timed.or(sprung).unwrap_or(constraint);
+        match bound {
+            Some(bound) => held.with_largest_force(bound),
+            None => held,
+        }
+    })
 }
 
 fn force_of(x: [f64; 6]) -> Force<f64> {

@@ -3,6 +3,7 @@
 mod closed_forms;
 mod derivatives;
 mod hostile;
+mod intervals;
 mod optimality;
 mod smoothing;
 
@@ -114,17 +115,25 @@ impl Random {
     }
 
     /// Bilateral rows, rays and cones on so many coordinates with inverse masses over so many decades.
-    fn case(
+    fn case(&mut self, law: Law, counts: [usize; 3], dof: usize, decades: f64) -> Case {
+        let [free, rays, cones] = counts;
+        self.mixed_case(law, [free, rays, cones, 0], dof, decades)
+    }
+
+    /// The same with intervals after them.
+    fn mixed_case(
         &mut self,
         law: Law,
-        [free, rays, cones]: [usize; 3],
+        [free, rays, cones, intervals]: [usize; 4],
         dof: usize,
         decades: f64,
     ) -> Case {
         let mut blocks = vec![Block::Free(free)];
         blocks.extend(vec![Block::Ray; rays]);
         blocks.extend(vec![Block::Cone; cones]);
-        let j = DMatrix::from_fn(free + rays + 3 * cones, dof, |_, _| self.next());
+        blocks.extend(vec![Block::Interval; intervals]);
+        let rows = free + rays + 3 * cones + intervals;
+        let j = DMatrix::from_fn(rows, dof, |_, _| self.next());
         let m = self.vector(dof).map(|x| 10_f64.powf(0.5 * decades * x));
         let mut case = Case::of_jacobian(law, &blocks, &j, &m, &self.vector(dof));
         case.friction.fill_with(|| 0.6 + 0.6 * self.next());

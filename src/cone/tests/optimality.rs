@@ -4,7 +4,7 @@ use super::*;
 
 /// Distance allowed to the surfaces and products, beside the size of forces and velocities.
 const OPTIMAL: f64 = 1e-8;
-const OTHER_METHOD: f64 = 1e-7;
+pub(super) const OTHER_METHOD: f64 = 1e-7;
 /// Tolerance on single forces that only count in sum: rounding divided by the ridge.
 const REDUNDANT: f64 = 1e-6;
 
@@ -31,7 +31,7 @@ fn corrected(law: Law, y: [f64; 3], mu: f64) -> [f64; 3] {
 }
 
 /// f ← Π(f − ŷ / L), very many times.
-fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
+pub(super) fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
     let step = 1.0 / case.matrix.norm();
     let mut f = DVector::zeros(case.free_velocity.len());
     for _ in 0..sweeps {
@@ -41,6 +41,7 @@ fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
             match *block {
                 Block::Free(rows) => (row..row + rows).for_each(|i| f[i] -= step * y[i]),
                 Block::Ray => f[row] = (f[row] - step * y[row]).max(0.0),
+                Block::Interval => f[row] = (f[row] - step * y[row]).clamp(-mu, mu),
                 Block::Cone => {
                     let y = corrected(case.law, [y[row], y[row + 1], y[row + 2]], mu);
                     let a = std::array::from_fn(|i| f[row + i] - step * y[i]);
@@ -54,7 +55,7 @@ fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
 }
 
 #[track_caller]
-fn assert_optimal(name: &str, case: &Case, f: &DVector<f64>) {
+pub(super) fn assert_optimal(name: &str, case: &Case, f: &DVector<f64>) {
     let y = case.velocity(f);
     let (force, velocity) = (
         f.amax(),
@@ -76,6 +77,13 @@ fn assert_optimal(name: &str, case: &Case, f: &DVector<f64>) {
                     "{name}: ray"
                 );
                 assert!(f[row] * y[row] <= OPTIMAL * force * velocity, "{name}: ray");
+            }
+            Block::Interval => {
+                let (f, y) = (f[row], y[row]);
+                assert!(f.abs() <= mu * (1.0 + 1e-12), "{name}: interval {f}");
+                let room = if y > 0.0 { mu + f } else { mu - f };
+                let product = room.min(force) * y.abs();
+                assert!(product <= OPTIMAL * force * velocity, "{name}: interval");
             }
             Block::Cone => {
                 let y = corrected(case.law, [y[row], y[row + 1], y[row + 2]], mu);

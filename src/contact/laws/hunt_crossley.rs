@@ -41,11 +41,11 @@ pub(crate) struct StepForce<T> {
 
 /// Coefficients of a linear spring and damper, s = K δᵖ and c = D δ^q.
 #[derive(Clone, Copy)]
-pub(super) struct SpringDamper<T> {
+pub(crate) struct SpringDamper<T> {
     /// s, N/m.
-    pub(super) spring: T,
+    pub(crate) spring: T,
     /// c, N·s/m.
-    pub(super) damper: T,
+    pub(crate) damper: T,
 }
 
 /// Resistance below which a spring and damper count as this, N·s/m: it moves nothing.
@@ -143,7 +143,7 @@ impl<T: Scalar> SpringDamper<T> {
     }
 
     /// [`HuntCrossley::row`] with these coefficients.
-    pub(super) fn row(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
+    pub(crate) fn row(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
         let resistance = self.resistance(dt);
         let compliance = T::one() / (resistance * dt);
         ContactRow {

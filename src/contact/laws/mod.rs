@@ -8,7 +8,7 @@ mod rigid;
 mod soft;
 
 pub use hunt_crossley::HuntCrossley;
-pub(crate) use hunt_crossley::StepForce;
+pub(crate) use hunt_crossley::{SpringDamper, StepForce};
 pub use impedance::{Impedance, Sigmoid};
 pub(crate) use law::{
     BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,

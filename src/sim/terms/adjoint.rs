@@ -152,6 +152,12 @@ impl<T: Scalar> CoordinateSink<OfCoordinate<T>> for AdjointSink<'_, '_, T> {
         }
     }
 
+    fn coupled(&mut self, k: usize, l: usize, force: OfCoordinate<T>) {
+        let weight = -self.weights.mu[k];
+        self.out.q[l] += weight * force.eps[POSITION];
+        self.out.v[l] += weight * force.eps[RATE];
+    }
+
     #[inline]
     fn resistance(&mut self, k: usize, resistance: OfCoordinate<T>) {
         self.memory.resistance[k] += resistance;

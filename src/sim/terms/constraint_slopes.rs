@@ -1,27 +1,27 @@
 //! Derivatives of rows of kinematic constraints.
 //!
 //! Seen from the two bodies that carry its anchors, a row is a small function of their poses and motions, and so are the forces of it on both: evaluations
-//! over numbers of one body give derivatives in its motion, which sinks take to the joints. The row of a
-//! coupler is a function of the positions and rates of two joints.
+//! over numbers of one body give derivatives in its motion, which sinks take to the joints. The row of a coupler or a tendon is a function of the positions and rates of its joints (`tied_slopes.rs`).
+//!
+//! At a moment a spring is no row, but a force that follows from error and rate.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::ops::Range;
 
 use super::columns::turned_into;
-use super::constraints::Constraints;
+use super::constraints::{Constraints, has_springs};
+use super::held_row::HeldRow;
 use super::local::{
-    FURTHER, OfBody, OfCoordinate, POSITION, RATE, constant_motion, constant_pose, part,
-    seeded_pose, seeded_velocity,
+    FURTHER, OfBody, constant_motion, constant_pose, part, seeded_pose, seeded_velocity,
 };
 use super::numbers::Numbers;
-use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
+use super::sink::{Acting, ActingPlace, BodyRow, Own, Sink, SlopePoint};
 use super::term::TermSlopes;
 use crate::constraint::{
-    CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, CoupledJoint, Mounted,
+    CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::model::Body;
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::scalar::{Dual, Scalar, vectorized};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, SPATIAL};
@@ -35,28 +35,54 @@ const ORIGIN: usize = 3;
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstraintSlopes<T> {
-    /// Parameters of each constraint.
-    slots: Vec<Range<usize>>,
-    /// ã, of which the rows of couplers know the two entries of their joints.
+    slots: Vec<Slots>,
+    /// ã, of which rows that tie joints know the entries of these.
     seen: Vec<T>,
+}
+
+/// Parameters of a constraint.
+#[derive(Clone, Debug)]
+pub(super) struct Slots {
+    /// Those of places of anchors, or coefficients of joints.
+    pub(super) placed: Range<usize>,
+    /// Those of its kind and of how it is held.
+    pub(super) own: Range<usize>,
+    /// The largest force, if there is one.
+    pub(super) bound: Range<usize>,
+}
+
+impl Slots {
+    fn new(constraint: &Constraint, all: &Range<usize>) -> Self {
+        let bounds = usize::from(constraint.largest_force().is_some());
+        let bound = all.end - bounds;
+        let own = bound - constraint.own_numbers();
+        Self {
+            placed: all.start..own,
+            own: own..bound,
+            bound: bound..all.end,
+        }
+    }
 }
 
 impl<T: Scalar> ConstraintSlopes<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
+        let slots = PartSlots::new(simulator).constraints;
+        let all = simulator.constraints().iter().zip(&slots);
         Self {
-            slots: PartSlots::new(simulator).constraints,
+            slots: all.map(|(own, all)| Slots::new(own, all)).collect(),
             seen: vec![T::zero(); simulator.model().nv()],
         }
     }
 }
 
 /// A constraint with the forces of its rows.
-struct HeldConstraint<'a, T: Scalar> {
-    at: &'a SlopePoint<'a, T>,
-    constraint: &'a Constraint,
-    /// Its own parameters.
-    slots: &'a Range<usize>,
-    first_row: usize,
+#[derive(Clone, Copy)]
+pub(super) struct HeldConstraint<'a, T: Scalar> {
+    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) constraint: &'a Constraint,
+    pub(super) slots: &'a Slots,
+    pub(super) first_row: usize,
+    pub(super) first_block: usize,
 }
 
 /// Rows between anchors over numbers of one body.
@@ -77,17 +103,18 @@ impl<T: Scalar> HeldConstraint<'_, T> {
             }
             out.turn_to(self.at, on, None);
             let rows = self.rows(&mounted, &in_directions_of(side, &motions));
-            let own = self.slots.end - self.constraint.own_numbers()..self.slots.end;
             let own = if side == 0 {
-                Own::Parameters(own)
+                Own::Parameters(self.slots.own.clone())
             } else {
                 Own::Nothing
             };
-            with_rows(
-                &rows,
-                |r, row| self.row(r, side, row),
-                |rows| out.rows(rows, own),
-            );
+            if self.has_rows() {
+                with_rows(
+                    &rows,
+                    |r, row| self.row(r, side, row),
+                    |rows| out.rows(rows, own),
+                );
+            }
             if !self.is_ahead() {
                 for (acting, mounted) in mounted.iter().enumerate() {
                     let force = self.force(&rows, acting, acting == side);
@@ -121,38 +148,66 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         rows
     }
 
+    /// y = J ã + bias; over a step half of the bias is that at the velocity after it, which is a part by itself: that of [`Acting::Ahead`].
     fn row(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
-        let y = self.y(&own.row, own.along_seen);
+        let (rest, along_seen) = match self.is_ahead() {
+            true => (own.row.bias * 0.5, Dual::from(0.0)),
+            false => (self.rest(&own.row, self.forces()[r]), own.along_seen),
+        };
         let unit = part(&own.unit_forces[side], |x| x.re);
         BodyRow {
             row: self.first_row + r,
-            y,
+            y: along_seen + rest,
             by_seen: if self.is_ahead() { Force::zero() } else { unit },
-            by_bias: Some(unit.scaled(y.eps[BIAS])),
+            by_bias: Some(unit.scaled(rest.eps[BIAS])),
         }
     }
 
-    /// y = J ã + bias. Over a step half of the bias is that at the velocity after it, which is a part by itself: that of [`Acting::Ahead`].
-    fn y<N: Scalar>(&self, row: &ConstraintRow<N>, along_seen: N) -> N {
+    /// y − J ã of a row under its force, but for the half of the bias that is that at the velocity after a step.
+    pub(super) fn rest<const N: usize>(
+        &self,
+        row: &ConstraintRow<Dual<T, N>>,
+        force: T,
+    ) -> Dual<T, N> {
         let moment = self.at.moment;
-        match self.at.acting {
-            Acting::All(_) if moment.half_step.is_none() => along_seen + row.at_moment(moment.dt()),
-            Acting::All(_) => along_seen + row.over_step(N::zero(), moment.dt()),
-            Acting::Start(_) => along_seen + row.over_step(row.bias, moment.dt()),
-            Acting::Ahead => row.bias * 0.5,
+        let after = match self.at.acting {
+            Acting::Start(_) => Some(row.bias),
+            _ => moment.half_step.map(|_| Dual::from(0.0)),
+        };
+        let held = HeldRow::of(row, after, moment.dt());
+        match row.hold {
+            Hold::Rigid { .. } => held.rest,
+            _ if !held.takes_part() => Dual::from(0.0),
+            Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
         }
     }
 
-    fn is_ahead(&self) -> bool {
+    /// Whether it is a force that follows from error and rate, without rows.
+    pub(super) fn is_spring_force(&self) -> bool {
+        self.constraint.spring().is_some() && has_springs(self.at.moment)
+    }
+
+    /// Whether it has rows: of a spring over a step, without a part at the velocity after it.
+    fn has_rows(&self) -> bool {
+        !self.is_spring_force()
+    }
+
+    /// Whether the part of y at the velocity after a step is asked for: rows that tie joints have none.
+    pub(super) fn is_ahead(&self) -> bool {
         matches!(self.at.acting, Acting::Ahead)
     }
 
     /// The force of all rows on a body; of another body than the one of the numbers the derivatives alone, since it counts there.
     fn force(&self, rows: &CarriedRows<T>, acting: usize, is_own: bool) -> Force<OfBody<T>> {
         let pushes = rows.iter().flatten().zip(self.forces());
+        let springs = self.is_spring_force();
         let sum = pushes.fold(Force::zero(), |sum, (row, &push)| {
             let unit = row.unit_forces[acting].to_array();
-            sum + Force::from_array(unit.map(|x| x.each(|x| x * push)))
+            let spring = row.row.spring_force().filter(|_| springs);
+            sum + Force::from_array(match spring {
+                None => unit.map(|x| x.each(|x| x * push)),
+                Some(force) => unit.map(|x| x * force),
+            })
         });
         match is_own {
             true => sum,
@@ -160,12 +215,14 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    fn forces(&self) -> &[T] {
+    /// Forces that a solver has found; zeros where a spring is no row.
+    pub(super) fn forces(&self) -> &[T] {
         &self.at.row_forces()[self.first_row..][..self.constraint.rows()]
     }
 
     fn place(&self, side: usize, mounted: &Mounted<f64>) -> ActingPlace {
-        let first = self.slots.start + ORIGIN * side;
+        let placed = self.slots.placed.start;
+        let first = placed + ORIGIN * side;
         let origin = first..first + ORIGIN;
         let is_weld = matches!(self.constraint.kind(), ConstraintKind::Weld(_));
         let turn = first + 2 * ORIGIN..first + 3 * ORIGIN;
@@ -213,122 +270,20 @@ fn in_directions_of<T: Scalar>(
     })
 }
 
-/// A joint of a coupler over numbers: its own position and rate, and its rate by ã.
-#[derive(Clone, Copy)]
-struct CoupledMotion<L> {
-    joint: CoupledJoint<L>,
-    seen: L,
-}
-
-impl<T: Scalar> CoupledMotion<T> {
-    fn of(body: &Body<f64>, at: &SlopePoint<'_, T>, seen: &[T]) -> Self {
-        Self {
-            joint: CoupledJoint::of(body, at.moment.q(), at.moment.v()),
-            seen: body.scaled(seen[body.v]),
-        }
-    }
-
-    fn map<L>(self, to: impl Fn(T) -> L) -> CoupledMotion<L> {
-        CoupledMotion {
-            joint: CoupledJoint {
-                position: to(self.joint.position),
-                rate: to(self.joint.rate),
-            },
-            seen: to(self.seen),
-        }
-    }
-}
-
-impl<T: Scalar> HeldConstraint<'_, T> {
-    /// y = J ã + bias of a coupler.
-    fn coupled_row<P: Scalar, const N: usize>(
-        &self,
-        constraint: &Constraint<P>,
-        motions: &[CoupledMotion<Dual<T, N>>; 2],
-    ) -> Option<Dual<T, N>>
-    where
-        Dual<T, N>: Over<P>,
-    {
-        let row = constraint.row_of_joints(&motions.map(|at| at.joint))?;
-        let seen = constraint.rate_of_joints(motions.map(|at| at.seen))?;
-        Some(self.y(&row, seen))
-    }
-
-    /// States the row of a coupler in derivatives of one joint after the other; its forces on them are constant.
-    fn emit_coupler(&self, bodies: [&Body<f64>; 2], seen: &[T], out: &mut impl Sink<T>) {
-        let all = bodies.map(|body| CoupledMotion::of(body, self.at, seen));
-        for (i, body) in bodies.into_iter().enumerate() {
-            let mut motions = all.map(|at| at.map(OfCoordinate::constant_of));
-            let CoupledJoint { position, rate } = &mut motions[i].joint;
-            position.eps[POSITION] = body.scaled(T::one());
-            rate.eps[RATE] = body.scaled(T::one());
-            if let Some(y) = self.coupled_row(self.constraint, &motions) {
-                out.coordinate_row(self.first_row, body.v, y);
-            }
-        }
-    }
-
-    /// In the numbers of a coupler, and in ratio and offset of joints of it that follow another one.
-    fn emit_coupler_numbers(&self, indices: [usize; 2], seen: &[T], out: &mut Numbers<'_, T>) {
-        let (moment, y, force) = (self.at.moment, self.first_row, self.forces()[0]);
-        let bodies = indices.map(|i| &moment.model().bodies()[i]);
-        let all = bodies.map(|body| CoupledMotion::of(body, self.at, seen));
-        let weights = bodies.map(|body| body.scaled(out.mu()[body.v]));
-        let seeded: Constraint<OfCoordinate<T>> = self.constraint.seeded(0);
-        let fixed = all.map(|at| at.map(OfCoordinate::constant_of));
-        let along = seeded.rate_of_joints(weights.map(OfCoordinate::constant_of));
-        if let Some((row, along)) = self.coupled_row(&seeded, &fixed).zip(along) {
-            let mut sum = out.sum(None);
-            sum.coordinate_row(y, 0, row);
-            let slopes = (sum.value - along.each(|x| x * force)).eps;
-            out.add(self.slots, &slopes);
-        }
-        for (i, body) in bodies.into_iter().enumerate() {
-            let Some(first) = out.slots().1.coupling[indices[i]] else {
-                continue;
-            };
-            // The position of a follower is r q + o, and each of its rates r times that of its leader.
-            let by_ratio = |own: &mut OfCoordinate<T>, of_leader: T| own.eps[0] = of_leader;
-            let (mut motions, k) = (fixed, body.v);
-            let moving = &mut motions[i];
-            by_ratio(&mut moving.joint.position, moment.q()[body.q]);
-            moving.joint.position.eps[1] = T::one();
-            by_ratio(&mut moving.joint.rate, moment.v()[k]);
-            by_ratio(&mut moving.seen, seen[k]);
-            let mut weights = weights.map(OfCoordinate::constant_of);
-            by_ratio(&mut weights[i], out.mu()[k]);
-            let along = self.constraint.rate_of_joints(weights);
-            if let Some((row, along)) = self.coupled_row(self.constraint, &motions).zip(along) {
-                let mut sum = out.sum(None);
-                sum.coordinate_row(y, 0, row);
-                let slopes = (sum.value - along.each(|x| x * force)).eps;
-                out.add(&(first..first + 2), &slopes);
-            }
-        }
-    }
-}
-
 impl<T: Scalar> ConstraintSlopes<T> {
-    /// Hands each constraint whose rows have forces, and the bodies of a coupler, to `each`.
-    fn each_held(
-        &self,
-        at: &SlopePoint<'_, T>,
-        mut each: impl FnMut(&HeldConstraint<'_, T>, Option<[usize; 2]>),
-    ) {
-        let mut first_row = 0;
+    /// Hands each constraint whose rows have forces to `each`.
+    fn each_held(&self, at: &SlopePoint<'_, T>, mut each: impl FnMut(&HeldConstraint<'_, T>)) {
+        let (mut first_row, mut first_block) = (0, 0);
         for (constraint, slots) in at.moment.simulator.constraints().iter().zip(&self.slots) {
-            let own = HeldConstraint {
+            each(&HeldConstraint {
                 at,
                 constraint,
                 slots,
                 first_row,
-            };
-            let coupled = match constraint.kind() {
-                ConstraintKind::Coupler { bodies, .. } => Some(bodies.map(|body| body.0)),
-                _ => None,
-            };
-            each(&own, coupled);
+                first_block,
+            });
             first_row += constraint.rows();
+            first_block += constraint.blocks();
         }
     }
 }
@@ -338,27 +293,28 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
 
     fn emit_forces<S: Sink<T>>(&mut self, _: &SlopePoint<'_, T>, _: &Constraints<T>, _: &mut S) {}
 
-    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, _: &Constraints<T>, out: &mut S) {
-        turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
-        self.each_held(at, |held, coupled| match coupled {
-            None => held.emit_anchored(out),
-            Some(bodies) => {
-                let bodies = bodies.map(|i| &at.moment.model().bodies()[i]);
-                held.emit_coupler(bodies, &self.seen, out);
-            }
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        at: &SlopePoint<'_, T>,
+        term: &Constraints<T>,
+        out: &mut S,
+    ) {
+        self.each_held(at, |held| {
+            held.emit_anchored(out);
+            held.emit_tied(term.rows(), out);
         });
     }
 
     fn emit_numbers(
         &mut self,
         at: &SlopePoint<'_, T>,
-        _: &Constraints<T>,
+        term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {
-        self.each_held(at, |held, coupled| {
-            if let Some(bodies) = coupled {
-                held.emit_coupler_numbers(bodies, &self.seen, out);
-            }
+        turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
+        self.each_held(at, |held| {
+            held.emit_own_numbers(term.rows(), out);
+            held.emit_tied_numbers(&self.seen, term.rows(), out);
         });
     }
 }

@@ -1,8 +1,9 @@
-//! Kinematic constraints: rows whose forces hold loops closed.
+//! Kinematic constraints: rows whose forces hold loops closed, rigidly, as springs, or with bounded forces.
 
+use super::held_row::HeldRow;
 use super::term::Term;
 use crate::cone::Block;
-use crate::constraint::ConstraintRows;
+use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
@@ -27,11 +28,42 @@ impl<T: Scalar> Constraints<T> {
         }
     }
 
-    /// J, row after row, and the accelerations J a that hold the rows along the velocity of the start of a step.
-    pub(in crate::sim) fn along_start(&self, dt: f64) -> (&[T], impl Iterator<Item = T>) {
+    /// J, row after row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
+    pub(in crate::sim) fn along_start(&self, dt: f64) -> (&[T], impl Iterator<Item = (T, T)>) {
         let rows = self.rows.rows.iter();
-        let wanted = rows.map(move |row| -(row.over_step(row.bias, dt) + row.turning));
+        let wanted = rows.map(move |row| {
+            let HeldRow { rest, compliance } = HeldRow::of(row, Some(row.bias), dt);
+            // Rows that may give way do not hold this motion.
+            let bounded = row.largest_force.map(|_| T::constant(f64::INFINITY));
+            (-(rest + row.turning), bounded.unwrap_or(compliance))
+        });
         (&self.rows.jacobian, wanted)
+    }
+
+    /// The rows at the state.
+    pub(super) fn rows(&self) -> &[ConstraintRow<T>] {
+        &self.rows.rows
+    }
+
+    /// The forces of all rows: of those that a solver has found, and of springs at a moment.
+    pub(in crate::sim) fn forces<P: Scalar>(&self, at: &Moment<'_, P, T>, solved: &[T]) -> Vec<T>
+    where
+        T: Over<P>,
+    {
+        let spring = |row: &ConstraintRow<T>| row.spring_force().filter(|_| has_springs(at));
+        let rows = self.rows().iter().zip(solved);
+        rows.map(|(row, &f)| spring(row).unwrap_or(f)).collect()
+    }
+
+    /// Adds the forces of springs as they are at the state.
+    fn add_springs(&self, tau: &mut [T]) {
+        let jacobian = self.rows.jacobian.chunks_exact(tau.len().max(1));
+        for (row, jacobian) in self.rows().iter().zip(jacobian) {
+            if let Some(force) = row.spring_force() {
+                let entries = tau.iter_mut().zip(jacobian);
+                entries.for_each(|(tau, &j)| *tau += j * force);
+            }
+        }
     }
 
     /// Finds the biases at the velocity after a step with the acceleration `a`, which the rows of that step contain.
@@ -51,6 +83,11 @@ impl<T: Scalar> Constraints<T> {
     }
 }
 
+/// Whether forces of springs are those of the state, as at a moment; over a step a solver finds them.
+pub(super) fn has_springs<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>) -> bool {
+    at.half_step.is_none()
+}
+
 /// The velocity after a step, along the axes of before it.
 fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], next_v: &mut [T]) {
     for body in at.model().independent() {
@@ -62,11 +99,14 @@ fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], nex
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, _: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
         let constraints = at.simulator.constraints();
         if !constraints.is_empty() {
             let rows = &mut self.rows;
             rows.evaluate(at.model(), constraints, at.q(), at.v());
+            if has_springs(at) {
+                self.add_springs(&mut forces.tau);
+            }
         }
     }
 
@@ -81,15 +121,16 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         let own = rows.grow(self.rows.rows.len());
         own.copy_from_slice(&self.rows.jacobian);
         for (r, row) in self.rows.rows.iter().enumerate() {
-            let bias = if at.half_step.is_some() {
-                row.over_step(self.rows.bias_after(r), dt)
-            } else {
-                row.at_moment(dt)
-            };
-            rows.push_reference(-bias, T::zero());
+            let after = at.half_step.map(|_| self.rows.bias_after(r));
+            let held = HeldRow::of(row, after, dt);
+            rows.push_reference(-held.rest, held.compliance);
         }
         for constraint in constraints {
-            rows.push_block(Block::Free(constraint.rows()), T::zero());
+            match constraint.largest_force() {
+                None => rows.push_block(Block::Free(constraint.rows()), T::zero()),
+                Some(bound) => (0..constraint.rows())
+                    .for_each(|_| rows.push_block(Block::Interval, bound.into())),
+            }
         }
     }
 }

@@ -172,6 +172,11 @@ impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> 
         }
     }
 
+    fn coupled(&mut self, k: usize, l: usize, force: OfCoordinate<T>) {
+        let columns = &mut self.forces.acceleration.columns;
+        columns.add(k, l, -force.eps[POSITION], -force.eps[RATE]);
+    }
+
     #[inline]
     fn resistance(&mut self, k: usize, resistance: OfCoordinate<T>) {
         self.forces.resistance[k] += resistance;

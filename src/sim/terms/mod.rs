@@ -9,7 +9,7 @@
 //! |---|---|---|
 //! | `drives` | inputs through motors, springs, dampers, friction | |
 //! | `frame_forces` | external forces, frame actuators | |
-//! | `constraints` | | loops, welds, rods |
+//! | `constraints` | springs in place of rigid ones, at a moment | loops, welds, rods, tendons; springs over a step |
 //! | `stops` | at a moment, or linear in the velocity after the step | the same, beside a solver |
 //! | `contact` | soft, at a moment | rigid; soft over a step |
 //!
@@ -28,6 +28,7 @@ mod contact;
 mod delassus;
 mod drives;
 mod frame_forces;
+mod held_row;
 mod jacobian;
 mod list;
 mod local;
@@ -36,7 +37,9 @@ mod place;
 mod sink;
 mod stops;
 mod term;
+mod tied_slopes;
 mod weights;
+mod yielding_slopes;
 
 pub(crate) use adjoint::{AdjointMemory, AdjointSink};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};

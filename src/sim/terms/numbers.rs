@@ -48,6 +48,11 @@ impl<'a, T: Scalar> Numbers<'a, T> {
         self.weights.mu
     }
 
+    /// λ, of y of a row.
+    pub(super) fn row_weight(&self, row: usize) -> T {
+        self.weights.y[row]
+    }
+
     /// A sum of all that a term states where it acts.
     pub(super) fn sum<const N: usize>(&self, on: Option<BodyId>) -> WeightedSum<'_, T, N> {
         let zero = Motion::zero;
@@ -93,6 +98,10 @@ pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
 impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T, N> {
     fn coordinate(&mut self, k: usize, _: Option<usize>, force: Dual<T, N>) {
         self.value -= force.each(|x| x * self.weights.mu[k]);
+    }
+
+    fn coupled(&mut self, k: usize, _: usize, force: Dual<T, N>) {
+        self.coordinate(k, None, force);
     }
 
     fn resistance(&mut self, k: usize, resistance: Dual<T, N>) {

@@ -76,6 +76,9 @@ pub(crate) trait CoordinateSink<L> {
     /// Takes a joint force at fixed accelerations, but for what resistance takes from it, and the input that it depends on.
     fn coordinate(&mut self, k: usize, input: Option<usize>, force: L);
 
+    /// Takes the derivatives of a joint force on the coordinate `k` in position and rate of the coordinate `l`.
+    fn coupled(&mut self, k: usize, l: usize, force: L);
+
     /// Takes what stands beside M: the joint force falls by it times the acceleration.
     fn resistance(&mut self, k: usize, resistance: L);
 

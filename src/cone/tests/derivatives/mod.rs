@@ -81,6 +81,14 @@ fn cases(law: Law) -> Vec<Case> {
         particle(law, [1.0, 0.3, 0.1]),
     ];
     cases.extend((0..4).map(|_| random.case(law, [1, 2, 3], 20, 1.0)));
+    cases.push(Case::new(
+        law,
+        &[Block::Interval],
+        0.4,
+        DMatrix::identity(1, 1),
+        &[0.7],
+    ));
+    cases.extend((0..3).map(|_| random.mixed_case(law, [1, 1, 1, 4], 20, 1.0)));
     cases
 }
 
@@ -122,6 +130,8 @@ fn derivatives_in_all_parameters_equal_finite_differences() {
             Mode::Separated,
             Mode::Pressing,
             Mode::Bilateral,
+            Mode::Holding,
+            Mode::Yielding,
         ] {
             assert!(seen.contains(&mode), "{law:?} was never {mode:?}");
         }
@@ -206,7 +216,8 @@ fn values_have_the_same_bits_for_every_scalar() {
     for law in LAWS {
         for kappa in [0.0, 1e-3] {
             let mut random = Random(40.0);
-            let lane: [Case; 4] = std::array::from_fn(|_| random.case(law, [1, 1, 3], 20, 1.0));
+            let lane: [Case; 4] =
+                std::array::from_fn(|_| random.mixed_case(law, [1, 1, 3, 3], 20, 1.0));
             let start = vec![0.1; lane[0].free_velocity.len()];
             let solved: Vec<Vec<f64>> = lane
                 .iter()

@@ -1,9 +1,9 @@
 //! Bilateral rows beside equations without symmetry.
 //!
-//! > N a − Jᵀ λ = f,  J a = r
+//! > N a − Jᵀ λ = f,  J a = r − R λ
 //!
-//! With S = J N⁻¹ Jᵀ, which is N⁻¹ seen from the rows:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow
-//! from those before them take no force.
+//! With S = J N⁻¹ Jᵀ + R, which is N⁻¹ seen from the rows and how they give way:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow
+//! from those before them take no force, and neither do rows with an infinite R.
 
 #![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
 
@@ -26,6 +26,8 @@ pub(super) struct Bilateral<T> {
     factors: Vec<T>,
     /// Reciprocals of the diagonal after elimination; zero for redundant rows.
     reciprocals: Vec<T>,
+    /// R.
+    compliance: Vec<T>,
     /// λ of the last [`hold`](Self::hold).
     pub(super) forces: Vec<T>,
 }
@@ -39,6 +41,7 @@ impl<T: Scalar> Bilateral<T> {
             response: Vec::with_capacity(rows * nv),
             factors: Vec::with_capacity(rows * rows),
             reciprocals: Vec::with_capacity(rows),
+            compliance: Vec::with_capacity(rows),
             forces: Vec::with_capacity(rows),
         }
     }
@@ -54,17 +57,23 @@ impl<T: Scalar> Bilateral<T> {
     }
 
     /// Finds a and the forces λ from N⁻¹ f; without rows, a stays.
+    ///
+    /// * `wanted` – r and R of each row
     pub(super) fn hold(
         &mut self,
         factor: &TreeLu<T>,
         jacobian: &[T],
-        wanted: impl Iterator<Item = T>,
+        wanted: impl Iterator<Item = (T, T)>,
         a: &mut [T],
     ) {
-        self.factorize(factor, jacobian);
         let mut forces = std::mem::take(&mut self.forces);
         forces.clear();
-        forces.extend(wanted);
+        self.compliance.clear();
+        for (r, compliance) in wanted {
+            forces.push(r);
+            self.compliance.push(compliance);
+        }
+        self.factorize(factor, jacobian);
         self.solve(a, &mut forces);
         self.forces = forces;
     }
@@ -83,6 +92,9 @@ impl<T: Scalar> Bilateral<T> {
         for row in jacobian.chunks_exact(nv) {
             let columns = self.response.chunks_exact(nv);
             self.factors.extend(columns.map(|x| product(row, x)));
+        }
+        for (k, &compliance) in self.compliance.iter().enumerate() {
+            self.factors[k * (n + 1)] += compliance;
         }
         self.reciprocals.clear();
         self.reciprocals.resize(n, T::zero());

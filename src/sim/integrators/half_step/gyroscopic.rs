@@ -106,18 +106,18 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
-    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r  at the point of [`differentiate`](Self::differentiate).
+    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r − R λ₀  at the point of [`differentiate`](Self::differentiate).
     ///
     /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
-    /// * `held` – J, row after row, and r; empty for none
+    /// * `held` – J, row after row, and r and R of each; empty for none; a row with an infinite R takes no part
     fn solve(
         &mut self,
         mass: &DMatrix<T>,
         s: T,
         forces: &[T],
-        held: (&[T], impl Iterator<Item = T>),
+        held: (&[T], impl Iterator<Item = (T, T)>),
     ) {
         let slope = &self.slope;
         self.factor.factorize(|out| {
@@ -149,7 +149,7 @@ impl<T: Scalar> Gyroscopic<T> {
         resistance: &[T],
         mass: &mut DMatrix<T>,
         forces: &mut [T],
-        held: (&[T], impl Iterator<Item = T>),
+        held: (&[T], impl Iterator<Item = (T, T)>),
     ) where
         T: Over<P>,
     {

@@ -1,0 +1,28 @@
+//! How a constraint holds: rigidly, or as a spring and damper.
+
+use crate::numbers::numbers;
+
+/// Means by which the rows of a constraint go back to zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Hold<P> {
+    /// No motion but what takes errors away.
+    Rigid {
+        /// T, s.
+        time_constant: P,
+    },
+    /// f = −k φ − d φ̇.
+    Spring {
+        /// k, N/m or N·m/rad.
+        stiffness: P,
+        /// d, N·s/m or N·m·s/rad.
+        damping: P,
+    },
+}
+
+numbers! { enum Hold {
+    Rigid { time_constant: Positive("time constant", "time constant of a constraint") },
+    Spring {
+        stiffness: NotNegative("stiffness", "stiffness of a constraint"),
+        damping: NotNegative("damping", "damping of a constraint"),
+    },
+} }

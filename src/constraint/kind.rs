@@ -1,0 +1,105 @@
+//! Kinds of constraints.
+
+use super::{Anchor, AnchorMotion};
+use crate::model::{BodyId, Model};
+use crate::numbers::{Domain, Numbers, numbers};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Transform;
+
+/// Kinds of constraints with their anchors and numbers.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ConstraintKind<P = f64> {
+    /// Two anchors coincide, position and orientation. Six rows: m, in the world's axes; then rad, in the world's axes, the rotation vector from
+    /// the first to the second.
+    Weld([Anchor<P>; 2]),
+    /// The origins of two anchors coincide: a ball joint. Three rows: m, in the world's axes, from the first to the second.
+    Ball([Anchor<P>; 2]),
+    /// The origins of two anchors are this far from each other: a massless rod. One row, m.
+    Distance {
+        /// The two anchors at the ends of the rod.
+        anchors: [Anchor<P>; 2],
+        /// m, positive.
+        length: P,
+    },
+    /// The position of a joint follows that of another one: q₁ = ratio q₂ + offset. One row, rad or m.
+    Coupler {
+        /// The bodies that the two joints move.
+        bodies: [BodyId; 2],
+        /// Transmission ratio: displacement of the first joint per displacement of the second.
+        ratio: P,
+        /// Position of the first where that of the second is 0, rad or m.
+        offset: P,
+    },
+    /// Positions of joints add up to a length, Σ cᵢ qᵢ = length, as where a fixed tendon passes them. One row, in the unit of that sum.
+    Tendon {
+        /// The bodies that the joints move.
+        joints: Vec<BodyId>,
+        /// cᵢ of each joint, as the moment arm of a pulley (m).
+        coefficients: Vec<P>,
+        /// Sum where the tendon is neither stretched nor slack.
+        length: P,
+    },
+}
+
+numbers! { pub enum ConstraintKind {
+    Weld(anchors: part(Anchor)),
+    Ball(anchors: part(Anchor)),
+    Distance { anchors: part(Anchor), length: Positive("length", "distance") },
+    Coupler {
+        bodies: kept(),
+        ratio: Finite("ratio", "ratio of a coupler"),
+        offset: Finite("offset", "offset of a coupler"),
+    },
+    Tendon {
+        joints: kept(),
+        coefficients: hidden(),
+        length: Finite("length", "length of a tendon"),
+    },
+} }
+
+impl<P: Scalar> ConstraintKind<P> {
+    pub(super) fn rows(&self) -> usize {
+        match self {
+            Self::Weld(_) => 6,
+            Self::Ball(_) => 3,
+            Self::Distance { .. } | Self::Coupler { .. } | Self::Tendon { .. } => 1,
+        }
+    }
+
+    /// Motions of the anchors at (q, v); identities at rest in place of missing ones, where it ties joints.
+    pub(super) fn motions<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        v: &[T],
+    ) -> [AnchorMotion<T>; 2] {
+        let anchors = self.anchors();
+        std::array::from_fn(|i| {
+            let still = || AnchorMotion::at_rest(Transform::identity());
+            anchors.get(i).map_or_else(still, |a| a.motion(model, q, v))
+        })
+    }
+
+    pub(crate) fn anchors(&self) -> &[Anchor<P>] {
+        match self {
+            Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
+            Self::Coupler { .. } | Self::Tendon { .. } => &[],
+        }
+    }
+
+    /// # Panics
+    /// If a number makes no sense.
+    pub(super) fn check(&self) {
+        for anchor in self.anchors() {
+            anchor.placement.map_numbers(&mut |x| {
+                Domain::Finite.check("number of an anchor's placement", x);
+                x
+            });
+        }
+        for joint in self.joints() {
+            Domain::Finite.check("coefficient of a joint", joint.coefficient);
+        }
+        self.check_numbers();
+    }
+}

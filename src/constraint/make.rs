@@ -1,0 +1,200 @@
+//! How constraints are made.
+
+use super::hold::Hold;
+use super::{Anchor, Constraint, ConstraintKind};
+use crate::error::UnknownName;
+use crate::model::{BodyId, Model};
+use crate::numbers::Domain;
+
+/// T where nothing else is said, s: ten steps of the usual millisecond.
+const DEFAULT_TIME_CONSTANT: f64 = 0.01;
+
+impl Constraint<f64> {
+    /// Makes a constraint by which two anchors coincide, position and orientation: six rows.
+    pub fn weld(anchors: [Anchor; 2]) -> Self {
+        Self::of(ConstraintKind::Weld(anchors))
+    }
+
+    /// Makes a constraint by which the origins of two anchors coincide: three rows.
+    pub fn ball(anchors: [Anchor; 2]) -> Self {
+        Self::of(ConstraintKind::Ball(anchors))
+    }
+
+    /// Makes a constraint by which the origins of two anchors keep a distance (m): one row.
+    ///
+    /// # Panics
+    /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
+    pub fn distance(anchors: [Anchor; 2], length: f64) -> Self {
+        Domain::Positive.hold(format_args!("a distance of {length} m"), length);
+        Self::of(ConstraintKind::Distance { anchors, length })
+    }
+
+    /// Makes a constraint by which the first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both; one row.
+    ///
+    /// # Errors
+    /// If the model has no joint of a name.
+    ///
+    /// # Panics
+    /// If a joint has not one degree of freedom, or a number is not finite.
+    pub fn coupler(
+        model: &Model,
+        joints: [&str; 2],
+        ratio: f64,
+        offset: f64,
+    ) -> Result<Self, UnknownName> {
+        let [first, second] = joints.map(|name| single_joint(model, name));
+        let bodies = [first?, second?];
+        let finite = ratio.is_finite() && offset.is_finite();
+        assert!(finite, "ratio {ratio} and offset {offset} are finite");
+        let kind = ConstraintKind::Coupler {
+            bodies,
+            ratio,
+            offset,
+        };
+        Ok(Self {
+            structure: Some(model.structure()),
+            ..Self::of(kind)
+        })
+    }
+
+    /// Makes a constraint by which positions of joints add up to a length, Σ cᵢ qᵢ = length, with forces cᵢ f on all of them: a fixed tendon; one row.
+    ///
+    /// * `joints` – joints of one degree of freedom with their coefficients cᵢ, such as the radius of the pulley that it passes (m)
+    /// * `length` – in the unit of cᵢ qᵢ, in which error and force are too: with radii m and N, with numbers the unit of qᵢ
+    ///
+    /// # Errors
+    /// If the model has no joint of a name.
+    ///
+    /// # Panics
+    /// If there is no joint, a joint has not one degree of freedom, or a number is not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, constraint::Constraint, model::samples};
+    ///
+    /// // A cable from the shoulder over a pulley of 2 cm at the elbow of 1 cm: as the first joint turns one way, the second turns back twice as far.
+    /// let model = samples::double_pendulum();
+    /// let cable = Constraint::tendon(&model, &[("shoulder", 0.02), ("elbow", 0.01)], 0.0)?;
+    /// let simulator = Simulator::new(model).with_constraints(vec![cable]);
+    /// let next = simulator.step(&State::new(&[0.1, -0.2], &[0.0, 0.0]), &[1.0, 0.0]);
+    /// assert!((next.v[1] + 2.0 * next.v[0]).abs() < 1e-9);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn tendon(model: &Model, joints: &[(&str, f64)], length: f64) -> Result<Self, UnknownName> {
+        assert!(
+            !joints.is_empty(),
+            "a tendon passes one joint or more, not none"
+        );
+        Domain::Finite.hold(format_args!("a tendon's length of {length}"), length);
+        let mut bodies = Vec::with_capacity(joints.len());
+        for (name, c) in joints {
+            bodies.push(single_joint(model, name)?);
+            Domain::Finite.hold(format_args!("a coefficient {c} of \"{name}\""), *c);
+        }
+        let kind = ConstraintKind::Tendon {
+            joints: bodies,
+            coefficients: joints.iter().map(|(_, c)| *c).collect(),
+            length,
+        };
+        Ok(Self {
+            structure: Some(model.structure()),
+            ..Self::of(kind)
+        })
+    }
+
+    fn of(kind: ConstraintKind<f64>) -> Self {
+        let time_constant = DEFAULT_TIME_CONSTANT;
+        Self {
+            kind,
+            hold: Hold::Rigid { time_constant },
+            largest_force: None,
+            structure: None,
+        }
+    }
+
+    /// Makes a spring and damper of the constraint, f = −k φ − d φ̇ on each row, in place of what holds it rigidly. Stiffness k in N/m (N·m/rad for
+    /// rows of angles), damping d in N·s/m (N·m·s/rad); without both there is no force.
+    ///
+    /// In steps of Euler the force is that of the end of the step, as at joint limits: stable at any stiffness and damping, and dissipative where the
+    /// step does not resolve the spring. Runge–Kutta's method takes it as it is at each moment, explicitly, so that it needs steps that are short
+    /// beside the period of the spring. [`assemble`](crate::Simulator::assemble) does not close it: its force lets φ be what it is.
+    ///
+    /// # Panics
+    /// If a number is negative or not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, constraint::{Anchor, Constraint}, model::samples};
+    ///
+    /// // A level link of 1 kg on a pivot and a spring: each carries half of its weight.
+    /// let model = samples::pendulum();
+    /// let tip = Anchor::frame(&model, "rod")?.moved([0.0, 0.0, -1.0]);
+    /// let nail = Anchor::world().moved([0.0, 1.0, 0.0]);
+    /// let spring = Constraint::ball([nail, tip]).with_spring(1e4, 1e3);
+    /// let simulator = Simulator::new(model).with_constraints(vec![spring]);
+    /// let start = simulator.state(&[1.5], &[0.0]);
+    /// let rest = simulator.rollout(&start, 2000, |_, _, _| {}).last().clone();
+    /// let force = simulator.contact_report(&rest, &[0.0]).constraints;
+    /// assert!((force[2] - 0.5 * 9.81).abs() < 0.01);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    #[must_use]
+    pub fn with_spring(mut self, stiffness: f64, damping: f64) -> Self {
+        let domain = Domain::NotNegative;
+        domain.hold(format_args!("a stiffness of {stiffness}"), stiffness);
+        domain.hold(format_args!("a damping of {damping}"), damping);
+        self.hold = Hold::Spring { stiffness, damping };
+        self
+    }
+
+    /// Bounds the force of each row (N, or N·m for rows of angles): beyond it the constraint gives way, and keeps pulling with it until errors are
+    /// gone. A breakaway, a motor of limited force; with [a damper alone](Self::with_spring), dry friction.
+    ///
+    /// A zero leaves no force. Bounds act on each row by itself, the three axes of a ball joint, not on the length of its force. Where a bounded row
+    /// is between holding and giving way, derivatives are those of one side.
+    ///
+    /// # Panics
+    /// If it is negative or not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, constraint::Constraint, model::samples};
+    ///
+    /// // The cart is held with up to 2 N.
+    /// let model = samples::cartpole();
+    /// let brake = Constraint::tendon(&model, &[("linear", 1.0)], 0.0)?.with_largest_force(2.0);
+    /// let simulator = Simulator::new(model).with_constraints(vec![brake]);
+    /// let rest = simulator.neutral_state();
+    /// assert!(simulator.step(&rest, &[1.9, 0.0]).v[0].abs() < 1e-12);
+    /// assert!(simulator.step(&rest, &[2.1, 0.0]).v[0] > 1e-6);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    #[must_use]
+    pub fn with_largest_force(mut self, bound: f64) -> Self {
+        let phrase = format_args!("a largest force of {bound}");
+        Domain::NotNegative.hold(phrase, bound);
+        self.largest_force = Some(bound);
+        self
+    }
+
+    /// Sets the time in which errors go away, T (s; 10 ms otherwise), and holds the constraint rigidly. Below twice the time step it acts as if
+    /// it were that; a longer one is gentler with a start that is open, keeps the errors of the integrator longer, and takes more energy from fast loops in steps of Euler.
+    ///
+    /// # Panics
+    /// If it is not positive and finite.
+    #[must_use]
+    pub fn with_time_constant(mut self, time_constant: f64) -> Self {
+        let phrase = format_args!("a time constant of {time_constant} s");
+        Domain::Positive.hold(phrase, time_constant);
+        self.hold = Hold::Rigid { time_constant };
+        self
+    }
+}
+
+/// The body that a joint of one degree of freedom moves.
+fn single_joint(model: &Model, name: &str) -> Result<BodyId, UnknownName> {
+    let joint = model.find_joint(name)?;
+    let single = model.joint_q(joint).len() == 1;
+    assert!(single, "\"{name}\" has not one degree of freedom to couple");
+    Ok(model.joint_body(joint))
+}
