@@ -29,22 +29,42 @@ pub(crate) struct ConstraintRow<T> {
 }
 
 impl<T: Scalar> ConstraintRow<T> {
+    /// The row over other numbers.
+    pub(crate) fn map<L>(&self, to: impl Fn(T) -> L) -> ConstraintRow<L> {
+        ConstraintRow {
+            error: to(self.error),
+            rate: to(self.rate),
+            bias: to(self.bias),
+            turning: to(self.turning),
+            time_constant: to(self.time_constant),
+        }
+    }
+
     /// Stabilised bias at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
     /// twice the time step.
-    pub(crate) fn at_moment(&self, dt: f64) -> T {
+    pub(crate) fn at_moment<D: Scalar>(&self, dt: D) -> T
+    where
+        T: Over<D>,
+    {
         self.stabilized(self.bias, self.rate, dt)
     }
 
     /// Stabilised bias over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
     /// T²,  with the bias b⁺ at the velocity after the step. A step moves along that velocity, so φ changed by Δt
     /// (φ̇ − ½ Δt b) in the one before.
-    pub(crate) fn over_step(&self, after: T, dt: f64) -> T {
-        let rate = self.rate - self.bias * (0.5 * dt);
+    pub(crate) fn over_step<D: Scalar>(&self, after: T, dt: D) -> T
+    where
+        T: Over<D>,
+    {
+        let rate = self.rate - self.bias * (dt * 0.5);
         self.stabilized((self.bias + after) * 0.5, rate, dt)
     }
 
-    fn stabilized(&self, bias: T, rate: T, dt: f64) -> T {
-        let often = T::one() / self.time_constant.max(T::constant(2.0 * dt));
+    fn stabilized<D: Scalar>(&self, bias: T, rate: T, dt: D) -> T
+    where
+        T: Over<D>,
+    {
+        let often = T::one() / self.time_constant.max(T::from(dt * 2.0));
         bias + often * (rate * 2.0 + often * self.error)
     }
 }

@@ -16,6 +16,7 @@ use super::weights::{SlopeWeights, StepSlopes};
 use crate::constraint::CarrierMotion;
 use crate::contact::Contacts;
 use crate::dynamics::{EnergySlopes, Kinematics, Sweep};
+use crate::linalg::product::dot;
 use crate::model::BodyId;
 use crate::scalar::Scalar;
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
@@ -134,6 +135,10 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
         let mut by_next_v = std::mem::take(&mut self.memory.by_next_v);
         if let Some(after) = self.memory.after_of(self.at) {
             after.finish(self.at.moment, self.out, &mut by_next_v);
+        }
+        // Rows look ahead to v + Δt ã₀.
+        if let Some(Bias::Ahead(seen)) = self.at.held.map(|held| held.bias) {
+            self.out.add_time_step(dot(&by_next_v, seen));
         }
         self.memory.by_next_v = by_next_v;
     }

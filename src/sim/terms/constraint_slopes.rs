@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::columns::turned_into;
 use super::constraints::Constraints;
 use super::local::{
-    FURTHER, OfBody, OfCoordinate, POSITION, RATE, constant_motion, constant_pose, part,
+    FURTHER, OfBody, OfCoordinate, POSITION, RATE, TIME_STEP, constant_motion, constant_pose, part,
     seeded_pose, seeded_velocity,
 };
 use super::numbers::Numbers;
@@ -206,12 +206,28 @@ fn with_rows<T: Scalar>(
 }
 
 /// The bias of a row, but for the half of it that is that at the velocity after a step.
-fn stabilized<N: Scalar, T>(row: &ConstraintRow<N>, bias: &Bias<'_, T>, dt: f64) -> N {
+fn stabilized<D: Scalar, N: Over<D>, T>(row: &ConstraintRow<N>, bias: &Bias<'_, T>, dt: D) -> N {
     match bias {
         Bias::Moment => row.at_moment(dt),
         Bias::Start => row.over_step(row.bias, dt),
         Bias::Ahead(_) => row.over_step(N::zero(), dt),
     }
+}
+
+/// States all rows over the time step, but for the velocity after the step.
+fn emit_time_step<T: Scalar>(
+    at: &SlopePoint<'_, T>,
+    term: &Constraints<T>,
+    out: &mut Numbers<'_, T>,
+) {
+    let Some(held) = at.held else { return };
+    let dt = OfCoordinate::variable(T::constant(at.moment.dt()), TIME_STEP);
+    let mut sum = out.sum(None);
+    term.each_constant_row(|index, row| {
+        sum.coordinate_row(index, 0, stabilized(row, &held.bias, dt));
+    });
+    let slope = sum.value.eps[TIME_STEP];
+    out.add_time_step(slope);
 }
 
 /// Motions of both bodies with derivatives in pose and velocity of one.
@@ -272,7 +288,8 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     {
         let row = constraint.row_of_joints(&motions.map(|at| at.joint))?;
         let seen = constraint.rate_of_joints(motions.map(|at| at.seen))?;
-        Some(seen + stabilized(&row, &self.held.bias, self.at.moment.dt()))
+        let dt: f64 = self.at.moment.dt();
+        Some(seen + stabilized::<f64, _, _>(&row, &self.held.bias, dt))
     }
 
     /// States the row of a coupler in derivatives of one joint after the other; its forces on them are constant.
@@ -375,9 +392,10 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
     fn emit_numbers(
         &mut self,
         at: &SlopePoint<'_, T>,
-        _: &Constraints<T>,
+        term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {
+        emit_time_step(at, term, out);
         self.each_held(at, |held, coupled| {
             if let Some(bodies) = coupled {
                 held.emit_coupler_numbers(bodies, &self.seen, out);

@@ -1,8 +1,9 @@
 //! Kinematic constraints: rows whose forces hold loops closed.
 
+use super::local::OfCoordinate;
 use super::term::Term;
 use crate::cone::Block;
-use crate::constraint::ConstraintRows;
+use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::{Balance, HeldStart};
@@ -28,15 +29,28 @@ impl<T: Scalar> Constraints<T> {
     }
 
     /// The rows along the velocity of the start of a step.
-    pub(in crate::sim) fn held_along_start(
+    pub(in crate::sim) fn held_along_start<D: Scalar>(
         &self,
-        dt: f64,
-    ) -> HeldStart<'_, impl Iterator<Item = T>, T> {
+        dt: D,
+    ) -> HeldStart<'_, impl Iterator<Item = T>, T>
+    where
+        T: Over<D>,
+    {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| -(row.over_step(row.bias, dt) + row.turning));
         HeldStart {
             jacobian: &self.rows.jacobian,
             wanted,
+        }
+    }
+
+    /// Hands each row at the state of the last evaluation, over numbers with a direction for the time step, to `each`.
+    pub(super) fn each_constant_row(
+        &self,
+        mut each: impl FnMut(usize, &ConstraintRow<OfCoordinate<T>>),
+    ) {
+        for (index, row) in self.rows.rows.iter().enumerate() {
+            each(index, &row.map(OfCoordinate::constant_of));
         }
     }
 

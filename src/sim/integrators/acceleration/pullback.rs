@@ -48,7 +48,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let is_free = self.solve(at, found, weights);
+        let is_free = self.solve(at, found, weights, out);
         if !is_free {
             let here = Balanced {
                 a: &found.a,
@@ -77,10 +77,12 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
     ) -> bool {
         if at.has_rows() {
             let BalanceAdjoint { rows, mu, .. } = &mut self.balance;
             rows.solve(at, found, weights, mu);
+            out.add_time_step(rows.by_time_step(at));
             return false;
         }
         let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();

@@ -1,11 +1,13 @@
 //! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
 
 use crate::joint::MAX_NV;
+use crate::linalg::product::dot;
 use crate::model::Body;
+use crate::model::manifold::v_range;
 use crate::scalar::Scalar;
 use crate::sim::integrators::acceleration::AccelerationAdjoint;
 use crate::sim::integrators::balance::AccelerationWeights;
-use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
+use crate::sim::integrators::joint_tangents::{joint_step, joint_step_in_time, stepped_velocity};
 use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 
 /// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
@@ -29,6 +31,7 @@ pub(in crate::sim::integrators) fn add_gradient<T: Scalar>(
             out.q[k] += by_q[k];
             out.v[k] += by_next_v;
             weights[k] = by_next_v * dt;
+            out.add_time_step(by_next_v * found.a[k] + by_q[k] * next.v[k]);
         } else {
             let joint = Curved {
                 at,
@@ -82,6 +85,12 @@ impl<T: Scalar> Curved<'_, T> {
                 out.v[body.v + l] += x * w.eps[l];
             }
             weights[body.v + l] = by_w[l] * dt;
+        }
+        if out.has_parts {
+            let (dq, dv) = joint_step_in_time(body, state, self.a, self.next, dt);
+            let own = v_range(body);
+            let slope = dot(&by_q[own.clone()], &dq[..nv]) + dot(&by_v[own], &dv[..nv]);
+            out.add_time_step(slope);
         }
     }
 }

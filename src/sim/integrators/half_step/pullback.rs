@@ -198,19 +198,25 @@ impl<T: Scalar> MidpointAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ in s, where it grows with the speed.
+    /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ in s, which the time step has and, where it grows with it, the speed.
     fn add_whirl(
         &mut self,
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        if at.simulator.always_in_the_middle() {
+        if at.simulator.always_in_the_middle() && !out.has_parts {
             return;
         }
         let by_s = dot(&self.sum, &gyroscopic.change);
         let v = self.fastest.iter_mut().zip(at.v());
         v.for_each(|(out, &v)| *out = Dual::constant_of(v));
+        let dt = Along::variable(T::constant(at.dt()), 0);
+        let s = at.simulator.half_of(dt, &self.fastest);
+        out.add_time_step(by_s * s.map_or(T::zero(), |s| s.eps[0]));
+        if at.simulator.always_in_the_middle() {
+            return;
+        }
         for k in at.simulator.turning() {
             self.fastest[k].eps[0] = T::one();
             let s = at.simulator.half_step(&self.fastest);

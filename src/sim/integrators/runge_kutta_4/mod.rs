@@ -82,7 +82,10 @@ impl<T: Scalar> Stages<T> {
     }
 
     /// Adds the rates to their sums, with the time for which they count.
-    pub(crate) fn add(&mut self, found: &AccelerationScratch<T>, time: f64) {
+    pub(crate) fn add<D: Scalar>(&mut self, found: &AccelerationScratch<T>, time: D)
+    where
+        T: Over<D>,
+    {
         add_scaled(&mut self.sum_rate, self.rate.as_slice(), time);
         add_scaled(&mut self.sum_a, &found.a, time);
         let rates = self.sum_contact.iter_mut().zip(found.terms.contact.rates());
@@ -90,13 +93,15 @@ impl<T: Scalar> Stages<T> {
     }
 
     /// The next stage: the start, moved on by the rates for some time.
-    pub(crate) fn move_on<P: Scalar>(
+    pub(crate) fn move_on<P: Scalar, D: Scalar>(
         &mut self,
         simulator: &Simulator<P>,
         start: &State<T>,
         found: &AccelerationScratch<T>,
-        time: f64,
-    ) {
+        time: D,
+    ) where
+        T: Over<D>,
+    {
         let rates = self.offset.iter_mut().zip(&self.rate);
         rates.for_each(|(offset, &rate)| *offset = rate * time);
         let (q, offset) = (start.q.as_slice(), self.offset.as_slice());
@@ -141,12 +146,12 @@ pub(in crate::sim) fn step<P: Scalar, T: Over<P>>(
     stages.start(start);
     for (weight, fraction) in STAGES {
         stages.evaluate(simulator, u, found);
-        stages.add(found, weight * dt);
-        stages.move_on(simulator, start, found, fraction * dt);
+        stages.add(found, dt * weight);
+        stages.move_on(simulator, start, found, dt * fraction);
     }
     stages.finish(simulator, start, next);
 }
 
-fn add_scaled<T: Scalar>(out: &mut DVector<T>, x: &[T], s: f64) {
+fn add_scaled<D: Scalar, T: Over<D>>(out: &mut DVector<T>, x: &[T], s: D) {
     out.iter_mut().zip(x).for_each(|(out, &x)| *out += x * s);
 }

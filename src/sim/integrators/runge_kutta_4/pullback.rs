@@ -2,7 +2,7 @@
 
 use super::{STAGES, Stages};
 use crate::dynamics::Calls;
-use crate::linalg::product::add_scaled;
+use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::integrators::acceleration::AccelerationAdjoint;
 use crate::sim::integrators::balance::AccelerationWeights;
@@ -13,8 +13,9 @@ use crate::sim::{AccelerationScratch, Moment, Simulator, State, StepSlopes};
 #[derive(Clone, Debug)]
 struct Evaluated<T: Scalar> {
     state: State<T>,
-    /// Its configuration as a tangent at the start of the step.
+    /// Its configuration as a tangent at the start of the step, and the rate of that.
     offset: Vec<T>,
+    rate: Vec<T>,
     found: AccelerationScratch<T>,
 }
 
@@ -51,6 +52,7 @@ impl<T: Scalar> StageAdjoint<T> {
         let evaluated = STAGES.map(|_| Evaluated {
             state: simulator.neutral_state(),
             offset: zeros(),
+            rate: zeros(),
             found: AccelerationScratch::new(simulator, calls),
         });
         Self {
@@ -102,6 +104,8 @@ impl<T: Scalar> StageAdjoint<T> {
                     *rate = (from * *weight + next * *fraction) * dt;
                 }
             }
+            let by_log = self.evaluated[stage].weighted_rates(w);
+            out.add_time_step(by_log * (1.0 / dt));
             self.add_stage(stage, at, out);
         }
     }
@@ -114,6 +118,7 @@ impl<T: Scalar> StageAdjoint<T> {
             own.state.copy_from(&self.stages.state);
             own.offset.copy_from_slice(self.stages.offset.as_slice());
             self.stages.evaluate(simulator, at.u, &mut own.found);
+            own.rate.copy_from_slice(self.stages.rate.as_slice());
             self.stages.add(&own.found, weight * dt);
             self.stages
                 .move_on(simulator, at.state, &own.found, fraction * dt);
@@ -150,6 +155,15 @@ impl<T: Scalar> StageAdjoint<T> {
         add_integrated(model, at.q(), offset, end, &w.q, out.q, &mut w.offset);
         add_scaled(out.v, &w.v, T::one());
         add_scaled(out.contact, &w.contact, T::one());
+    }
+}
+
+impl<T: Scalar> Evaluated<T> {
+    /// The weighted rates of the stage.
+    fn weighted_rates(&self, weights: &StageWeights<T>) -> T {
+        let contact = self.found.terms.contact.rates().zip(&weights.contact_rate);
+        let of_contact = contact.fold(T::zero(), |sum, (rate, &weight)| sum + rate * weight);
+        dot(&self.rate, &weights.rate) + dot(&self.found.a, &weights.a) + of_contact
     }
 }
 
