@@ -61,6 +61,7 @@ mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;
 mod step_adjoints;
+mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

@@ -9,7 +9,9 @@ use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// A number that depends on one coordinate and its input only.
-pub(crate) type OfCoordinate<T = f64> = Dual<T, 4>;
+pub(crate) type OfCoordinate<T = f64> = Dual<T, COORDINATE_DIRECTIONS>;
+
+pub(super) const COORDINATE_DIRECTIONS: usize = TIME_STEP + 1;
 
 /// Directions of a coordinate, and that of the time step, where it has one.
 pub(super) const POSITION: usize = 0;

@@ -9,13 +9,14 @@ use super::rows::Contact;
 use super::slopes::{SolvedPoint, each_solved};
 use crate::contact::{BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS};
 use crate::scalar::Scalar;
-use crate::sim::terms::local::{OfCoordinate, TIME_STEP};
+use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
 use crate::sim::terms::sink::{CoordinateSink, SlopePoint};
 use crate::spatial::linear::dot;
 
 /// A number with its derivative in the time step.
 type Timed<T> = OfCoordinate<T>;
+type TimedSum<'a, T> = WeightedSum<'a, T, COORDINATE_DIRECTIONS>;
 
 /// States all points over the time step.
 pub(super) fn emit_time_step<T: Scalar>(
@@ -81,7 +82,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
     }
 
     /// y of its rows, where it takes part.
-    fn emit_rows(&self, solved: &SolvedPoint<'_, T>, sum: &mut WeightedSum<'_, T, 4>) {
+    fn emit_rows(&self, solved: &SolvedPoint<'_, T>, sum: &mut TimedSum<'_, T>) {
         let Some(active) = &solved.active else { return };
         let kinematics = PointKinematics {
             state: &self.state,
@@ -100,7 +101,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
     }
 
     /// By how much its bristle moves over the step under its forces.
-    fn emit_bristle(&self, solved: &SolvedPoint<'_, T>, sum: &mut WeightedSum<'_, T, 4>) {
+    fn emit_bristle(&self, solved: &SolvedPoint<'_, T>, sum: &mut TimedSum<'_, T>) {
         let Some(deflection) = &self.deflection else {
             return;
         };
