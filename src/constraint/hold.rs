@@ -19,6 +19,21 @@ pub(crate) enum Hold<P> {
     },
 }
 
+impl<P> Hold<P> {
+    /// The same over other numbers.
+    pub(crate) fn map<L>(self, to: impl Fn(P) -> L) -> Hold<L> {
+        match self {
+            Self::Rigid { time_constant } => Hold::Rigid {
+                time_constant: to(time_constant),
+            },
+            Self::Spring { stiffness, damping } => Hold::Spring {
+                stiffness: to(stiffness),
+                damping: to(damping),
+            },
+        }
+    }
+}
+
 numbers! { enum Hold {
     Rigid { time_constant: Positive("time constant", "time constant of a constraint") },
     Spring {

@@ -33,17 +33,35 @@ pub(crate) struct ConstraintRow<T> {
 }
 
 impl<T: Scalar> ConstraintRow<T> {
+    /// The row over other numbers.
+    pub(crate) fn map<L>(&self, to: impl Fn(T) -> L) -> ConstraintRow<L> {
+        ConstraintRow {
+            error: to(self.error),
+            rate: to(self.rate),
+            bias: to(self.bias),
+            turning: to(self.turning),
+            hold: self.hold.map(&to),
+            largest_force: self.largest_force.map(&to),
+        }
+    }
+
     /// Stabilised bias of a rigid row at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
     /// twice the time step.
-    pub(crate) fn at_moment(&self, time_constant: T, dt: f64) -> T {
+    pub(crate) fn at_moment<D: Scalar>(&self, time_constant: T, dt: D) -> T
+    where
+        T: Over<D>,
+    {
         stabilized(self.error, self.rate, self.bias, time_constant, dt)
     }
 
     /// Stabilised bias of a rigid row over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
     /// T²,  with the bias b⁺ at the velocity after the step. A step moves along that velocity, so φ changed by Δt
     /// (φ̇ − ½ Δt b) in the one before.
-    pub(crate) fn over_step(&self, after: T, time_constant: T, dt: f64) -> T {
-        let rate = self.rate - self.bias * (0.5 * dt);
+    pub(crate) fn over_step<D: Scalar>(&self, after: T, time_constant: T, dt: D) -> T
+    where
+        T: Over<D>,
+    {
+        let rate = self.rate - self.bias * (dt * 0.5);
         let bias = (self.bias + after) * 0.5;
         stabilized(self.error, rate, bias, time_constant, dt)
     }
@@ -65,8 +83,8 @@ impl<T: Scalar> ConstraintRow<T> {
 }
 
 /// b + (2 / T) φ̇ + φ / T²
-fn stabilized<T: Scalar>(error: T, rate: T, bias: T, time_constant: T, dt: f64) -> T {
-    let often = T::one() / time_constant.max(T::constant(2.0 * dt));
+fn stabilized<D: Scalar, T: Over<D>>(error: T, rate: T, bias: T, time_constant: T, dt: D) -> T {
+    let often = T::one() / time_constant.max(T::from(dt * 2.0));
     bias + often * (rate * 2.0 + often * error)
 }
 

@@ -1,30 +1,40 @@
 //! Activation margin: the height above the ground up to which points take part in a step.
 
 use super::point_state::PointState;
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
-/// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). By default none.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct ActivationMargin {
+/// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). Derivatives of its numbers do not
+/// count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ActivationMargin<D = f64> {
     /// Time in which a point may come down, s.
-    pub(crate) duration: f64,
+    pub(crate) duration: D,
     /// Velocity towards the ground that a point may gain until then, m/s.
-    pub(crate) approach: f64,
+    pub(crate) approach: D,
     /// Height up to which it takes part in any case, m.
     pub(crate) reach: f64,
 }
 
-impl ActivationMargin {
+impl<D: Scalar> ActivationMargin<D> {
+    /// The surface itself: no height above the ground.
+    pub(crate) fn surface() -> Self {
+        Self {
+            duration: D::zero(),
+            approach: D::zero(),
+            reach: 0.0,
+        }
+    }
+
     /// Distance of a point below the margin, m, in each lane and without derivatives; negative above it.
-    pub(crate) fn distance_inside<T: Scalar>(&self, point: &PointState<T>) -> T {
+    pub(crate) fn distance_inside<T: Over<D>>(&self, point: &PointState<T>) -> T {
         let closing = (-dot(&point.normal, &point.velocity)).detached();
-        let height = (closing.max(T::zero()) + self.approach) * self.duration;
+        let height = (closing.max(T::zero()) + self.approach.detached()) * self.duration.detached();
         point.depth.detached() + height.max(T::constant(self.reach))
     }
 
     /// Whether a point takes part in some lane, as one may whose place is not known yet.
-    pub(crate) fn contains<T: Scalar>(&self, point: &PointState<T>) -> bool {
+    pub(crate) fn contains<T: Over<D>>(&self, point: &PointState<T>) -> bool {
         let inside = self.distance_inside(point);
         !inside.has_value() || (0..T::LANES).any(|lane| inside.value(lane) > 0.0)
     }
@@ -72,12 +82,12 @@ mod tests {
 
     #[test]
     fn margin_is_at_least_its_reach_and_by_default_the_surface() {
-        let reach = ActivationMargin {
+        let reach = ActivationMargin::<f64> {
             reach: 0.1,
-            ..ActivationMargin::default()
+            ..ActivationMargin::surface()
         };
         assert!((reach.distance_inside(&point(0.06, -50.0)) - 0.04).abs() < 1e-15);
-        let none = ActivationMargin::default();
+        let none = ActivationMargin::<f64>::surface();
         assert_eq!(none.distance_inside(&point(0.0, -50.0)), 0.0);
         assert!(!none.contains(&point(0.0, -50.0)) && none.contains(&point(-1e-12, 50.0)));
     }
@@ -90,7 +100,7 @@ mod tests {
             depth: Lanes([-0.01, 0.02]),
             ..PointState::<Lanes<2>>::zero()
         };
-        let none = ActivationMargin::default();
+        let none = ActivationMargin::<f64>::surface();
         assert_eq!(none.distance_inside(&lanes).0, [-0.01, 0.02]);
         assert!(none.contains(&lanes));
     }

@@ -33,14 +33,14 @@ impl<P: Scalar> Contacts<P> {
     /// # Panics
     /// If `out` has the wrong length, or the kinematics belong to another model.
     pub fn states_into<T: Over<P>>(&self, kinematics: &Kinematics<T>, out: &mut [PointState<T>]) {
-        self.states_over_step_into(kinematics, 0.0, out);
+        self.states_over_step_into(kinematics, T::zero(), out);
     }
 
     /// As [`states_into`](Self::states_into), for contact that acts for a `duration` from now on, s.
     pub(crate) fn states_over_step_into<T: Over<P>>(
         &self,
         kinematics: &Kinematics<T>,
-        duration: f64,
+        duration: T,
         out: &mut [PointState<T>],
     ) {
         assert_eq!(out.len(), self.points().len(), "a state for each point");

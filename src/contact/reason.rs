@@ -16,8 +16,8 @@ pub(crate) struct PointOutcome<'a, T> {
     pub(crate) mode: Mode,
     /// Δt, s.
     pub(crate) dt: f64,
-    /// κ over the step, N·m/s²; 0 for the exact law.
-    pub(crate) kappa: f64,
+    /// Whether the law is smoothed.
+    pub(crate) is_smoothed: bool,
 }
 
 /// Behaviour of a contact point at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.

@@ -57,7 +57,7 @@ pub(crate) struct BodyMotion<'a, T> {
     pub(crate) V_B: &'a Motion<T>,
     /// Duration of contact, s: of two sides that a shape may touch, the one counts that is deeper after this time. 0 for that of the
     /// moment.
-    pub(crate) duration: f64,
+    pub(crate) duration: T,
 }
 
 /// A rolling point over curved ground.
@@ -194,7 +194,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
             body: &BodyMotion {
                 X_WB: &pose,
                 V_B: &velocity,
-                duration,
+                duration: number(duration),
             },
             radius: number(self.radius),
             above: self.above.map(number),
@@ -332,7 +332,7 @@ impl Rolling<'_, f64, PlanarDual> {
         } = *self.body;
         let y = Vector3::new(unknowns.x.into(), unknowns.y.into(), ground.height);
         let velocity = rotate(&X_WB.rotation, &velocity_at(V_B, &lowest));
-        let above = X_WB.point(&lowest) + velocity * PlanarDual::from(duration) - y;
+        let above = X_WB.point(&lowest) + velocity * duration - y;
         let depth = -dot(&above, &normal).re;
         Nearest {
             unknowns,

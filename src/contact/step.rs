@@ -57,28 +57,28 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Region about the ground in which points take part in a step of `dt` (s): that of their law, or of its smoothing.
-    pub(crate) fn activation_margin(&self, dt: f64) -> ActivationMargin {
+    pub(crate) fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
         let law = self.point_laws().first();
         ActivationMargin {
             reach: self.smoothing().map_or(0.0, |s| s.reach()),
-            ..law.map_or_else(Default::default, |law| law.activation_margin(dt))
+            ..law.map_or_else(ActivationMargin::surface, |law| law.activation_margin(dt))
         }
     }
 
-    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; 0 for the exact law.
-    pub(crate) fn kappa_over_step(&self, dt: f64) -> f64 {
-        self.smoothing().map_or(0.0, |s| s.kappa() / dt)
+    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; `None` for the exact law.
+    pub(crate) fn kappa_over_step<D: Scalar>(&self, dt: D) -> Option<D> {
+        self.smoothing().map(|s| D::constant(s.kappa()) / dt)
     }
 
     /// Rows of a point by its law. In a lane in which a smoothed law does not reach it, it takes no part.
-    pub(crate) fn rows<T: Over<P>>(
+    pub(crate) fn rows<D: Scalar, T: Over<P> + Over<D>>(
         &self,
         point: usize,
-        at: &PointKinematics<'_, T>,
+        at: &PointKinematics<'_, D, T>,
     ) -> PointRows<T> {
         let law = &self.laws()[point];
         let mut rows = law.rows(at);
-        if at.kappa > 0.0 {
+        if at.kappa.is_some() {
             let inside = self.activation_margin(at.dt).distance_inside(at.state);
             rows = rows.map(|row| row.within(inside));
         }
@@ -149,7 +149,8 @@ mod tests {
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
         assert!(rigid.use_working_set() && !smoothed(&rigid, 0.1).use_working_set());
-        assert!((smoothed(&rigid, 0.1).kappa_over_step(0.01) - 100.0).abs() < 1e-12);
+        let kappa = smoothed(&rigid, 0.1).kappa_over_step(0.01);
+        assert!((kappa.unwrap_or_default() - 100.0).abs() < 1e-12);
     }
 
     // Beyond its reach a smoothed law has no force.

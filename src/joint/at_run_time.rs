@@ -102,7 +102,7 @@ impl Joint for JointKind {
         Self::difference(self, q0, q1, out);
     }
 
-    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
         self.move_on(q, dt, next_q, next_v);
     }
 

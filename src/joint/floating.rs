@@ -7,7 +7,7 @@ use rand::Rng;
 
 use super::spherical::{self, Spherical};
 use super::{Coordinate, Joint, sizes, symmetric_unit};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Quaternion, Transform};
@@ -45,8 +45,8 @@ impl Joint for Floating {
     }
 
     #[inline(always)]
-    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
-        let dt = T::constant(dt);
+    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
+        let dt = T::from(dt);
         let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
         let R = Quaternion::from_slice(&q[3..]).to_matrix();
         let p = vector(q) + rotate(&R, &(w * dt));

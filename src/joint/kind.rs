@@ -137,7 +137,7 @@ pub(crate) trait Joint: Copy {
     /// The second half of a step of semi-implicit Euler. Comes with the velocity `next_v` after it along the axes of before it; gives the
     /// position, and the velocity along the axes of after it.
     #[inline(always)]
-    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
         let mut turn = [T::zero(); super::MAX_NV];
         for (turn, &v) in turn.iter_mut().zip(&*next_v) {
             *turn = v * dt;

@@ -291,39 +291,40 @@ impl JointKind {
         with_joint!(self, joint => joint.integrate(q, dv, out));
     }
 
-    /// One step of semi-implicit Euler: velocity and configuration after the time `dt` (s), in which the body accelerates by `a`.
+    /// One step of semi-implicit Euler: velocity and configuration after the time `dt` (s), in which the body accelerates by `a`. The time may have
+    /// derivatives of its own.
     ///
     /// v⁺ = v + Δt a,  q⁺ = q ⊕ Δt v⁺. Of the kinds whose linear velocity turns with the body, floating and planar, it is the velocity
     /// in the joint frame that is stepped, and the position with it:  (R v)⁺ = R (v + Δt (a + ω × v)),  p⁺ = p + Δt (R v)⁺. A free
     /// body keeps its momentum and flies straight however it spins; stepped in the body, its speed would grow by the factor
     /// √(1 + (ω Δt)²) a step.
     #[inline(always)]
-    pub fn advance<T: Scalar>(
+    pub fn advance<D: Scalar, T: Over<D>>(
         self,
         q: &[T],
         v: &[T],
         a: &[T],
-        dt: f64,
+        dt: D,
         next_q: &mut [T],
         next_v: &mut [T],
     ) {
         match self {
             Self::Revolute | Self::Continuous | Self::Prismatic => {
-                let v = a[0].mul_add_real(dt, v[0]);
+                let v = dt.scale_add(a[0], v[0]);
                 next_v[0] = v;
-                next_q[0] = v.mul_add_real(dt, q[0]);
+                next_q[0] = dt.scale_add(v, q[0]);
             }
             _ => self.advance_rare(q, v, a, dt, next_q, next_v),
         }
     }
 
     #[inline(never)]
-    fn advance_rare<T: Scalar>(
+    fn advance_rare<D: Scalar, T: Over<D>>(
         self,
         q: &[T],
         v: &[T],
         a: &[T],
-        dt: f64,
+        dt: D,
         next_q: &mut [T],
         next_v: &mut [T],
     ) {
@@ -338,16 +339,28 @@ impl JointKind {
 
     /// The first half of a step: the velocity after it, along the axes of before it.
     #[inline(always)]
-    pub(crate) fn step_velocity<T: Scalar>(self, v: &[T], a: &[T], dt: f64, next_v: &mut [T]) {
+    pub(crate) fn step_velocity<D: Scalar, T: Over<D>>(
+        self,
+        v: &[T],
+        a: &[T],
+        dt: D,
+        next_v: &mut [T],
+    ) {
         for (k, v_next) in next_v.iter_mut().enumerate() {
-            *v_next = a[k].mul_add_real(dt, v[k]);
+            *v_next = dt.scale_add(a[k], v[k]);
         }
         self.turning(v, |k, x| next_v[k] += x * dt);
     }
 
     /// The second half: the position, and the axes of the velocity with it.
     #[inline(always)]
-    pub(crate) fn move_on<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+    pub(crate) fn move_on<D: Scalar, T: Over<D>>(
+        self,
+        q: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
         with_joint!(self, joint => joint.advance(q, dt, next_q, next_v));
     }
 

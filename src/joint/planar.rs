@@ -9,7 +9,7 @@ use rand::Rng;
 
 use super::revolute::rotation_z;
 use super::{Joint, sizes, symmetric_unit};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
@@ -37,9 +37,9 @@ impl Joint for Planar {
     }
 
     #[inline(always)]
-    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
         let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
-        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::constant(dt)));
+        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::from(dt)));
         let linear = rotate_back(&rotation_z(turn), &w);
         next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
         next_v[..2].copy_from_slice(&[linear.x, linear.y]);

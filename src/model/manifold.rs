@@ -5,7 +5,7 @@ use rand::{Rng, RngExt};
 
 use super::{Body, Model};
 use crate::joint::JointKind;
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Model<P> {
     /// The configuration in which every joint frame coincides with its body: zeros and identity quaternions. Length `nq`.
@@ -49,12 +49,12 @@ impl<P: Scalar> Model<P> {
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    pub(crate) fn advance_into<T: Scalar>(
+    pub(crate) fn advance_into<D: Scalar, T: Over<D>>(
         &self,
         q: &[T],
         v: &[T],
         a: &[T],
-        dt: f64,
+        dt: D,
         next_q: &mut [T],
         next_v: &mut [T],
     ) {

@@ -16,7 +16,7 @@ use crate::contact::{Contacts, ROWS};
 use crate::dynamics::MassMatrixFactor;
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar, is_f64};
 use crate::spatial::{Motion, Transform};
 
 /// Mass matrix, forces, rows, and the solver of their forces.
@@ -90,10 +90,34 @@ impl<T: Scalar> Balance<T> {
         T: Over<P>,
     {
         self.see_turning(at);
-        let (contacts, law) = (at.simulator.contacts(), law_of(at));
-        self.solver.options.smoothing = contacts.map_or(0.0, |c| c.kappa_over_step(at.dt()));
-        self.certificate = self.rows.solve(law, &mut self.solver);
+        self.smooth(at);
         self.rows.accelerations(&self.factor, a);
+    }
+
+    /// The forces of the rows, with the κ of the step. Where the time step is more than a plain number, so is κ, and the solver gets that of a plain step Δt₀:
+    /// the laws have no scale of their own but κ, so that with s = √(Δt / Δt₀) the forces s f and the velocities s y obey those with κ / Δt₀.
+    fn smooth<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let (law, dt) = (law_of(at), at.dt());
+        let smoothed = at.simulator.contacts().filter(|c| c.smoothing().is_some());
+        let plain = match dt.has_value() {
+            true => dt.value(0),
+            false => 1.0,
+        };
+        let kappa = smoothed.and_then(|contacts| contacts.kappa_over_step(plain));
+        self.solver.options.smoothing = kappa.unwrap_or(0.0);
+        let scale = smoothed
+            .filter(|_| !is_f64::<P>())
+            .map(|_| T::from((dt / plain).sqrt()));
+        if let Some(scale) = scale {
+            self.rows.scale_offsets(scale);
+        }
+        self.certificate = self.rows.solve(law, &mut self.solver);
+        if let Some(scale) = scale {
+            self.rows.scale_forces(T::one() / scale);
+        }
     }
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.

@@ -77,7 +77,7 @@ impl<'a, P: Scalar, T: Over<P>> Moment<'a, P, T> {
         self.state.v.as_slice()
     }
 
-    pub(crate) fn dt(&self) -> f64 {
+    pub(crate) fn dt(&self) -> P {
         self.simulator.time_step()
     }
 
@@ -131,8 +131,8 @@ impl<P: Scalar> Simulator<P> {
 
     /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
     /// where they are those of its start.
-    pub(crate) fn contact_duration(&self) -> f64 {
+    pub(crate) fn contact_duration(&self) -> P {
         let solved = self.solved_contacts(self.at_end());
-        solved.map_or(0.0, |_| self.time_step())
+        solved.map_or(P::zero(), |_| self.time_step())
     }
 }

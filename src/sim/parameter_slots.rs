@@ -26,6 +26,8 @@ pub enum SimulatorParameterGroup {
     ExternalForce(usize),
     /// A frame actuator, in the order of [`Simulator::frame_actuators`].
     FrameActuator(usize),
+    /// The time step, which is the last number.
+    TimeStep,
 }
 
 use SimulatorParameterGroup as Group;
@@ -63,7 +65,7 @@ impl PartSlots {
         };
         for (group, range) in layout.groups() {
             match *group {
-                Group::Model(_) => {}
+                Group::Model(_) | Group::TimeStep => {}
                 Group::Constraint(k) => slots.constraints[k] = range.clone(),
                 Group::Actuator(k) => slots.actuators[k] = range.clone(),
                 Group::ContactPoint(i) => slots.points[i] = range.clone(),
@@ -74,6 +76,13 @@ impl PartSlots {
             }
         }
         slots
+    }
+}
+
+/// Adds a slope to the last of all parameters, the time step.
+pub(crate) fn add_to_last<T: Scalar>(parameters: &mut [T], slope: T) {
+    if let Some(last) = parameters.last_mut() {
+        *last += slope;
     }
 }
 

@@ -9,9 +9,10 @@
 //! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
 //! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |
 //! | each external force, then each frame actuator | origin of its place in its frame, turn of the place; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
+//! | the method | time step | s |
 //!
 //! Turns are increments, zero as they are, about the axes of the place. Not among them: axes of rims, which are unit vectors (the placement of the joint that
-//! carries them turns them); grids' origins and spacings, and angles on rims, which are `f64` over any scalar; numbers of the method, as the time step and smoothing.
+//! carries them turns them); grids' origins and spacings, and angles on rims, which are `f64` over any scalar; other numbers of the method, as smoothing.
 
 use nalgebra::DVector;
 
@@ -21,14 +22,14 @@ use super::simulator::Simulator;
 use super::{Actuation, Actuator};
 use crate::contact::{ContactLaw, ContactPart, Contacts};
 use crate::model::ParameterLayout;
-use crate::numbers::{EachIn, Number, Numbers, of};
+use crate::numbers::{Domain, EachIn, Number, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Simulator<P> {
     /// Collects all numbers that a step depends on: first those of the [model](crate::Model::parameters), then those of actuators, constraints, points of contact,
-    /// their laws, the ground and forces on frames; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
+    /// their laws, the ground and forces on frames, and last the time step; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
     ///
-    /// The module's table lists them; axes of rims and numbers of the method, as the time step, are not among them. A grid gives the ground as many numbers as it has nodes:
+    /// The module's table lists them; axes of rims and other numbers of the method, as smoothing, are not among them. A grid gives the ground as many numbers as it has nodes:
     /// the gradient in all of them costs each step that touches it a pass over the grid.
     ///
     /// # Examples
@@ -50,12 +51,16 @@ impl<P: Scalar> Simulator<P> {
 
     /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
     ///
-    /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`.
+    /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`; the
+    /// last is `time step`.
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
         let mut out = self.model().parameter_layout().regrouped(Group::Model);
         let coordinates = tangent_names(self.model());
         self.clone().each_number(&mut |group, own, _| {
-            let name = format!("{}: {}", self.part_name(group, &coordinates), own.name);
+            let name = match self.part_name(group, &coordinates) {
+                Some(part) => format!("{part}: {}", own.name),
+                None => own.name.to_string(),
+            };
             out.push(group, name, own.domain);
         });
         out
@@ -67,7 +72,7 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If there are not as many as [`parameters`](Self::parameters) gives, or if one makes no sense: one of the model that is not finite, a negative
-    /// stiffness, damping or friction, a limit below the other one, a length that is not positive, and so on; the message names it.
+    /// stiffness, damping or friction, a limit below the other one, a length or a time step that is not positive, and so on; the message names it.
     ///
     /// # Examples
     /// ```
@@ -107,7 +112,7 @@ impl<P: Scalar> Simulator<P> {
         out.with_resistance_found()
     }
 
-    /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
+    /// Hands each number of what acts on the model, and the time step, with its group and name to `each`, group after group: the one place that says the order.
     fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators.iter_mut().enumerate() {
@@ -137,13 +142,17 @@ impl<P: Scalar> Simulator<P> {
         for (k, actuator) in self.frames.actuators.iter_mut().enumerate() {
             actuator.each_placed_number(&mut of(Group::FrameActuator(k), &mut on_frame));
         }
+        let name = "time step";
+        let time_step = Number::new(&name, &name, Domain::Positive);
+        each(Group::TimeStep, time_step, &mut self.time_step);
     }
 
-    /// Name of what the numbers of a group belong to.
+    /// Name of what the numbers of a group belong to; `None` for the simulator itself.
     ///
     /// * `coordinates` – names of the velocity coordinates
-    fn part_name(&self, group: Group, coordinates: &[String]) -> String {
-        match group {
+    fn part_name(&self, group: Group, coordinates: &[String]) -> Option<String> {
+        Some(match group {
+            Group::TimeStep => return None,
             Group::Model(_) => self.model().name().to_owned(),
             Group::Actuator(k) => coordinates[k].clone(),
             Group::Constraint(k) => format!("constraint {k}"),
@@ -156,6 +165,6 @@ impl<P: Scalar> Simulator<P> {
             Group::Terrain => "terrain".to_owned(),
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
-        }
+        })
     }
 }

@@ -69,7 +69,7 @@ impl<P: Scalar> Simulator<P> {
             out.certificate = balance.certificate();
         }
         if let Some(contacts) = self.contacts() {
-            let dt = self.time_step();
+            let dt = self.time_step().value(0);
             for (i, law) in contacts.laws().iter().enumerate() {
                 let state = &out.points[i];
                 out.reasons.push(law.reason(&PointOutcome {
@@ -77,7 +77,7 @@ impl<P: Scalar> Simulator<P> {
                     normal_force: dot(&state.normal, &out.forces[i]),
                     mode: out.modes[i],
                     dt,
-                    kappa: contacts.kappa_over_step(dt),
+                    is_smoothed: contacts.smoothing().is_some(),
                 }));
             }
             for (link, out) in self.model().links().iter().zip(&mut out.links) {

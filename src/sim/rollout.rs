@@ -52,7 +52,7 @@ impl SolverFailure {
 /// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) of states from elsewhere.
 #[derive(Clone, Debug)]
 pub struct Rollout<T: Scalar = f64> {
-    /// Time between two states, s.
+    /// Time between two states, s, without derivatives; of several lanes that of the first.
     pub time_step: f64,
     /// The states, one more than there are inputs.
     pub states: Vec<State<T>>,
@@ -154,8 +154,9 @@ impl<P: Scalar> Simulator<P> {
         mut control: impl FnMut(f64, &State<T>, &mut [T]),
         mut take_step: impl FnMut(&State<T>, &[T], &mut State<T>) -> Status,
     ) -> Rollout<T> {
+        let time_step = self.time_step().value(0);
         let mut rollout = Rollout {
-            time_step: self.time_step(),
+            time_step,
             states: vec![initial.clone()],
             inputs: Vec::new(),
             status: RolloutStatus::Completed,
@@ -167,7 +168,7 @@ impl<P: Scalar> Simulator<P> {
         for step in 0..steps {
             let mut u = DVector::zeros(self.nu());
             let state = &rollout.states[step];
-            control(step as f64 * self.time_step(), state, u.as_mut_slice());
+            control(step as f64 * time_step, state, u.as_mut_slice());
             if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
                 rollout.status = status;
                 break;

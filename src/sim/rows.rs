@@ -208,6 +208,11 @@ impl<T: Scalar> Rows<T> {
         group.iter().map(move |x| x[row % GROUP])
     }
 
+    /// J `a_free` − reference, y without forces.
+    pub(crate) fn offsets(&self) -> &[T] {
+        &self.offset
+    }
+
     /// The forces of the last solution.
     pub(crate) fn forces(&self) -> &[T] {
         &self.forces
@@ -229,6 +234,16 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn subtract_references(&mut self) {
         let rows = self.offset.iter_mut().zip(&self.references);
         rows.for_each(|(offset, &reference)| *offset -= reference);
+    }
+
+    /// Multiplies J `a_free` − reference.
+    pub(super) fn scale_offsets(&mut self, scale: T) {
+        self.offset.iter_mut().for_each(|x| *x = *x * scale);
+    }
+
+    /// Multiplies the forces of the last solution.
+    pub(super) fn scale_forces(&mut self, scale: T) {
+        self.forces.iter_mut().for_each(|x| *x = *x * scale);
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.

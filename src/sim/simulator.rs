@@ -44,7 +44,8 @@ const DEFAULT_DIVERGENCE_BOUND: f64 = 1e6;
 #[derive(Clone, Debug)]
 pub struct Simulator<P = f64> {
     pub(super) model: Model<P>,
-    time_step: f64,
+    /// s.
+    pub(super) time_step: P,
     /// Largest speed of a coordinate in a rollout, rad/s or m/s.
     divergence_bound: f64,
     integrator: Integrator,
@@ -76,7 +77,7 @@ impl<P: Scalar> Simulator<P> {
         let actuated = actuated.collect();
         Self {
             model,
-            time_step: DEFAULT_TIME_STEP,
+            time_step: P::constant(DEFAULT_TIME_STEP),
             divergence_bound: DEFAULT_DIVERGENCE_BOUND,
             integrator: Integrator::default(),
             actuated,
@@ -101,14 +102,15 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Sets the time step, s.
+    /// Sets the time step, s. It is one of the [parameters](Self::parameters), the last one: over dual numbers, [`with_parameters`](Self::with_parameters)
+    /// gives it derivatives.
     ///
     /// # Panics
     /// If it is not positive and finite.
     #[must_use]
     pub fn with_time_step(mut self, time_step: f64) -> Self {
         Domain::Positive.hold(format_args!("a time step of {time_step} s"), time_step);
-        self.time_step = time_step;
+        self.time_step = P::constant(time_step);
         self
     }
 
@@ -300,7 +302,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// The time step, s.
-    pub fn time_step(&self) -> f64 {
+    pub fn time_step(&self) -> P {
         self.time_step
     }
 
@@ -324,7 +326,7 @@ impl<P: Scalar> Simulator<P> {
         &self.actuated
     }
 
-    /// Converts the simulator to another scalar type of model data: the step becomes differentiable in masses, lengths, gravity, damping.
+    /// Converts the simulator to another scalar type of model data: the step becomes differentiable in masses, lengths, gravity, damping, the time step.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
         self.with_variant(self.model.cast())
     }
@@ -362,7 +364,7 @@ impl<P: Scalar> Simulator<P> {
     pub(super) fn with_variant<Q: Over<P>>(&self, model: Model<Q>) -> Simulator<Q> {
         Simulator {
             model,
-            time_step: self.time_step,
+            time_step: self.time_step.into(),
             divergence_bound: self.divergence_bound,
             integrator: self.integrator,
             actuated: self.actuated.clone(),

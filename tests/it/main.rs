@@ -62,6 +62,7 @@ mod smoothing;
 mod step_adjoint_derivatives;
 mod step_adjoints;
 mod stop_signal;
+mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

@@ -810,8 +810,7 @@ impl VectorFunction for Total<'_> {
         let (model, nv, nu) = (simulator.model(), simulator.model().nv(), simulator.nu());
         let (start, rest) = x.split_at(2 * nv);
         let (u, parameters) = rest.split_at(nu * inputs.len());
-        let variant = model.with_parameters(parameters);
-        let variant = simulator.with_model(variant).expect("the same robot");
+        let variant = simulator.with_parameters(parameters);
         let q = model.integrate(state.q.map(T::constant).as_slice(), &start[..nv]);
         let v: Vec<T> = (0..nv).map(|k| start[nv + k] + state.v[k]).collect();
         let mut step = 0;
@@ -845,7 +844,7 @@ fn rollout_gradient_equals_forward_mode_and_finite_differences() {
             .simulator
             .rollout_gradient(&case.state, &inputs, &Everything);
         assert_eq!(found.status, RolloutStatus::Completed);
-        let parameters = case.simulator.model().parameters();
+        let parameters = case.simulator.parameters();
         let zeros = 2 * case.simulator.model().nv() + inputs.len() * case.simulator.nu();
         let x: Vec<f64> = std::iter::repeat_n(0.0, zeros)
             .chain(parameters.iter().copied())

@@ -76,7 +76,12 @@ impl<P: Scalar> HuntCrossley<P> {
     ///
     /// * `v` – velocity out of the depth, −δ̇ at the start
     /// * `dt` – the step, s
-    pub(crate) fn row<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
+    pub(crate) fn row<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        depth: T,
+        v: T,
+        dt: D,
+    ) -> ContactRow<T> {
         self.over_step(depth, v, dt).row(depth, v, dt)
     }
 
@@ -84,7 +89,12 @@ impl<P: Scalar> HuntCrossley<P> {
     ///
     /// * `v` – velocity out of the depth, −δ̇ at the start
     /// * `dt` – the step, s
-    pub(crate) fn step_force<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> StepForce<T> {
+    pub(crate) fn step_force<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        depth: T,
+        v: T,
+        dt: D,
+    ) -> StepForce<T> {
         let SpringDamper { spring, damper } = self.over_step(depth, v, dt);
         let resistance = spring * dt + damper;
         StepForce {
@@ -95,7 +105,12 @@ impl<P: Scalar> HuntCrossley<P> {
 
     /// Coefficients for a force at the end of a step: the spring of the depth that the step would reach, the damper of its start; zero where
     /// that depth is none.
-    pub(super) fn over_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> SpringDamper<T> {
+    pub(super) fn over_step<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        depth: T,
+        v: T,
+        dt: D,
+    ) -> SpringDamper<T> {
         let (zero, ahead) = (T::zero(), depth - v * dt);
         SpringDamper {
             spring: zero.select_lt(ahead, self.spring(log(ahead)), zero),
@@ -137,17 +152,23 @@ impl<T: Scalar> SpringDamper<T> {
     }
 
     /// s Δt + c: the force against a velocity that lasts for a step.
-    pub(super) fn resistance(&self, dt: f64) -> T {
+    pub(super) fn resistance<D: Scalar>(&self, dt: D) -> T
+    where
+        T: Over<D>,
+    {
         let resistance = self.spring * dt + self.damper;
         resistance.max(T::constant(LEAST_RESISTANCE))
     }
 
     /// [`HuntCrossley::row`] with these coefficients.
-    pub(crate) fn row(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
+    pub(crate) fn row<D: Scalar>(&self, depth: T, v: T, dt: D) -> ContactRow<T>
+    where
+        T: Over<D>,
+    {
         let resistance = self.resistance(dt);
         let compliance = T::one() / (resistance * dt);
         ContactRow {
-            reference: (self.spring * depth / resistance - v) * (1.0 / dt),
+            reference: (self.spring * depth / resistance - v) * (D::one() / dt),
             compliance: self.if_touching(compliance, T::constant(f64::INFINITY)),
         }
     }

@@ -24,7 +24,7 @@ use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::scalar::{Over, Scalar, each};
+use crate::scalar::{Dual, Over, Scalar, each};
 use crate::spatial::linear::{dot, scale};
 
 /// Rows of a point: along its normal, and two across.
@@ -67,7 +67,9 @@ pub(crate) struct ContactRow<T> {
 }
 
 /// A contact point at the start of a step, as its law sees it.
-pub(crate) struct PointKinematics<'a, T> {
+///
+/// The time step may be of another type than what else the point has: a plain number, or one with derivatives.
+pub(crate) struct PointKinematics<'a, D, T> {
     pub(crate) state: &'a PointState<T>,
     /// Normal, tangent, tangent, in the world.
     pub(crate) axes: &'a [Vector3<T>; ROWS],
@@ -76,9 +78,9 @@ pub(crate) struct PointKinematics<'a, T> {
     /// Entry of the Delassus matrix J M⁻¹ Jᵀ on the diagonal of the normal: acceleration by a unit force there, 1/kg.
     pub(crate) delassus: T,
     /// Δt, s.
-    pub(crate) dt: f64,
-    /// κ over the step, N·m/s²; 0 for the exact law.
-    pub(crate) kappa: f64,
+    pub(crate) dt: D,
+    /// κ over the step, N·m/s²; `None` for the exact law.
+    pub(crate) kappa: Option<D>,
 }
 
 /// Force that a law gives by itself, and the rate of its bristle.
@@ -109,16 +111,16 @@ impl<T: Scalar> BristleRate<T> {
 
     /// By how much the deflection changes over a step of `dt` (s), Δt ṁ / (1 + Δt r): implicit in how the bristle falls by itself, at the rate
     /// r, so that short steps are needed for the motion of the robot only.
-    pub(crate) fn step(&self, dt: f64) -> Vector3<T> {
-        scale(
-            &self.deflection,
-            T::constant(dt) / (self.relaxation * dt + 1.0),
-        )
+    pub(crate) fn step<D: Scalar>(&self, dt: D) -> Vector3<T>
+    where
+        T: Over<D>,
+    {
+        scale(&self.deflection, T::from(dt) / (self.relaxation * dt + 1.0))
     }
 }
 
 /// A bristle at the start of a step at whose end the solver's friction acts.
-pub(crate) struct BristleLoad<'a, T> {
+pub(crate) struct BristleLoad<'a, D, T> {
     /// Depth of the point, m.
     pub(crate) depth: T,
     /// Velocity of the point out of the ground, m/s.
@@ -128,7 +130,7 @@ pub(crate) struct BristleLoad<'a, T> {
     /// Deflection m, in the world, m.
     pub(crate) deflection: &'a Vector3<T>,
     /// Δt, s.
-    pub(crate) dt: f64,
+    pub(crate) dt: D,
 }
 
 /// A law of the contact force at a point; see the list above.
@@ -143,17 +145,25 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     fn set_material(&mut self, pair: Material);
 
     /// Region about the ground in which points take part in a step of `dt` (s). Too large a one does no harm but to speed.
-    fn activation_margin(&self, dt: f64) -> ActivationMargin;
+    fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D>;
 
     /// Reference acceleration and compliance along each axis of the point; by default those of a point that takes no part, for laws whose
     /// forces no solver finds.
-    fn rows<T: Over<P>>(&self, _: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+    fn rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        _: &PointKinematics<'_, D, T>,
+    ) -> [ContactRow<T>; ROWS] {
         [ContactRow::inactive(); ROWS]
     }
 
     /// The least velocity along the normal after a step of `dt` (s) that the law allows a point at a depth (m) with a velocity `v` along the
     /// normal (m/s) before the step; `None` for laws that know no such bound.
-    fn least_velocity<T: Over<P>>(&self, _depth: T, _v: T, _dt: f64) -> Option<T> {
+    fn least_velocity<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        _depth: T,
+        _v: T,
+        _dt: D,
+    ) -> Option<T> {
         None
     }
 
@@ -167,7 +177,10 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     }
 
     /// Change of the bristle's deflection over a step whose friction the solver has found, in the world, m; linear in the friction.
-    fn bristle_step<T: Over<P>>(&self, _: &BristleLoad<'_, T>) -> Vector3<T> {
+    fn bristle_step<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        _: &BristleLoad<'_, D, T>,
+    ) -> Vector3<T> {
         Vector3::zeros()
     }
 
@@ -199,7 +212,15 @@ impl<T: Scalar> ContactRow<T> {
     }
 }
 
-impl<T: Scalar> PointKinematics<'_, T> {
+impl<T: Scalar, const N: usize> ContactRow<Dual<T, N>> {
+    /// y at a fixed force f less the acceleration along the row, R f − reference; `None` for a row without a force, whatever its reference is.
+    pub(crate) fn y_at_rest(&self, force: T) -> Option<Dual<T, N>> {
+        let has_force = self.compliance.value(0) != f64::INFINITY;
+        has_force.then(|| self.compliance.each(|x| x * force) - self.reference)
+    }
+}
+
+impl<D, T: Scalar> PointKinematics<'_, D, T> {
     /// Velocity of the body at the point along the axes, m/s.
     pub(super) fn velocity(&self) -> [T; ROWS] {
         self.along_axes(&self.state.velocity)
@@ -249,7 +270,7 @@ impl SamplePoint {
             deflection: Some(Vector3::new(self.deflection[0], self.deflection[1], 0.0)),
             delassus: self.delassus,
             dt: self.dt,
-            kappa: self.kappa,
+            kappa: Some(self.kappa).filter(|kappa| *kappa > 0.0),
         })
     }
 }

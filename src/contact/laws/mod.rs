@@ -86,15 +86,23 @@ impl<P: Scalar> ContactLaw<P> {
         with_law!(self, law => law.set_material(pair));
     }
 
-    pub(crate) fn activation_margin(&self, dt: f64) -> ActivationMargin {
+    pub(crate) fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
         with_law!(self, law => law.activation_margin(dt))
     }
 
-    pub(crate) fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+    pub(crate) fn rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &PointKinematics<'_, D, T>,
+    ) -> [ContactRow<T>; ROWS] {
         with_law!(self, law => law.rows(at))
     }
 
-    pub(crate) fn least_velocity<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Option<T> {
+    pub(crate) fn least_velocity<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        depth: T,
+        v: T,
+        dt: D,
+    ) -> Option<T> {
         with_law!(self, law => law.least_velocity(depth, v, dt))
     }
 
@@ -106,7 +114,10 @@ impl<P: Scalar> ContactLaw<P> {
         with_law!(self, law => law.explicit_force(at, deflection))
     }
 
-    pub(crate) fn bristle_step<T: Over<P>>(&self, at: &BristleLoad<'_, T>) -> Vector3<T> {
+    pub(crate) fn bristle_step<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &BristleLoad<'_, D, T>,
+    ) -> Vector3<T> {
         with_law!(self, law => law.bristle_step(at))
     }
 
@@ -161,7 +172,7 @@ mod tests {
                     deflection: None,
                     delassus,
                     dt: 0.01,
-                    kappa: 0.0,
+                    kappa: None,
                 });
                 rows.map(|row| row.compliance)
             };

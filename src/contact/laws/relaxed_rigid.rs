@@ -95,11 +95,16 @@ impl<P: Scalar> RelaxedRigid<P> {
     /// well; without, infinite.
     ///
     /// * `pull` – k d δ, the reference acceleration of a point at rest, m/s²
-    fn compliance<T: Scalar>(&self, at: &PointKinematics<'_, T>, d: T, pull: T) -> T {
+    fn compliance<D: Scalar, T: Over<D>>(
+        &self,
+        at: &PointKinematics<'_, D, T>,
+        d: T,
+        pull: T,
+    ) -> T {
         let below = (T::one() - d) / d * at.delassus;
-        let above = match at.kappa > 0.0 {
-            true => pull * pull * (1.0 / at.kappa) + below,
-            false => T::constant(f64::INFINITY),
+        let above = match at.kappa {
+            Some(kappa) => pull * pull * (D::one() / kappa) + below,
+            None => T::constant(f64::INFINITY),
         };
         at.state.depth.select_lt(T::zero(), above, below)
     }
@@ -127,12 +132,15 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
     }
 
     /// Takes points in the ground, and none above it.
-    fn activation_margin(&self, _: f64) -> ActivationMargin {
-        ActivationMargin::default()
+    fn activation_margin<D: Scalar>(&self, _: D) -> ActivationMargin<D> {
+        ActivationMargin::surface()
     }
 
     /// The point comes back with −b v − k d δ; across it follows −b v.
-    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+    fn rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &PointKinematics<'_, D, T>,
+    ) -> [ContactRow<T>; ROWS] {
         let (depth, v) = (at.state.depth, at.velocity());
         let (d, (b, k)) = (
             self.impedance.at(depth),

@@ -71,10 +71,10 @@ impl Default for Rigid {
 }
 impl<P: Scalar> Rigid<P> {
     /// See [`PointLaw::least_velocity`]; `v` is that along the normal.
-    fn velocity_after_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> T {
+    fn velocity_after_step<D: Scalar, T: Over<P> + Over<D>>(&self, depth: T, v: T, dt: D) -> T {
         let zero = T::zero();
         let recovered = depth / T::from(self.recovery_time);
-        let closing = depth * (1.0 / dt);
+        let closing = depth * (D::one() / dt);
         let allowed = zero.select_lt(depth, recovered, closing);
         // What would go deeper than that within the step bounces.
         let bounce = -(v * self.restitution);
@@ -94,11 +94,16 @@ impl<P: Scalar> Rigid<P> {
 
     /// See [`PointLaw::rows`]; above the ground a point may come down to it within the step; below, it comes back in the recovery time;
     /// where it bounces, faster.
-    fn rows_over<T: Over<P>>(&self, depth: T, v: &[T; ROWS], dt: f64) -> [ContactRow<T>; ROWS] {
+    fn rows_over<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        depth: T,
+        v: &[T; ROWS],
+        dt: D,
+    ) -> [ContactRow<T>; ROWS] {
         let zero = T::zero();
         let least = self.velocity_after_step(depth, v[0], dt);
         let towards = |target: T, v: T| ContactRow {
-            reference: (target - v) * (1.0 / dt),
+            reference: (target - v) * (D::one() / dt),
             compliance: zero,
         };
         [
@@ -132,19 +137,22 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
     }
 
     /// Takes points that could come down within the step, also under the forces of others.
-    fn activation_margin(&self, dt: f64) -> ActivationMargin {
+    fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
         ActivationMargin {
             duration: dt,
             approach: dt * LARGEST_APPROACH,
-            ..ActivationMargin::default()
+            ..ActivationMargin::surface()
         }
     }
 
-    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+    fn rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &PointKinematics<'_, D, T>,
+    ) -> [ContactRow<T>; ROWS] {
         self.rows_over(at.state.depth, &at.velocity(), at.dt)
     }
 
-    fn least_velocity<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Option<T> {
+    fn least_velocity<D: Scalar, T: Over<P> + Over<D>>(&self, depth: T, v: T, dt: D) -> Option<T> {
         Some(self.velocity_after_step(depth, v, dt))
     }
 
@@ -154,7 +162,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         let along = dot(&at.state.normal, &at.state.velocity);
         let at_rest = is_at_rest(at.state.depth.value(0), at.dt * along.value(0));
         match reason {
-            reason if at.kappa > 0.0 || !at_rest => reason,
+            reason if at.is_smoothed || !at_rest => reason,
             ContactReason::Sticking => ContactReason::Resting,
             ContactReason::Sliding => ContactReason::Gliding,
             // A point that no force has to hold takes no part in the solution.

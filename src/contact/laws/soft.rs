@@ -140,15 +140,18 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
     }
 
     /// Takes points that arrive within the step: they are met by the spring of the depth that they would reach.
-    fn activation_margin(&self, dt: f64) -> ActivationMargin {
+    fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
         ActivationMargin {
             duration: dt,
-            ..ActivationMargin::default()
+            ..ActivationMargin::surface()
         }
     }
 
     /// The normal as [`HuntCrossley::row`]; the bristle across, which at the end of the step is longer by Δt times the velocity then.
-    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+    fn rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &PointKinematics<'_, D, T>,
+    ) -> [ContactRow<T>; ROWS] {
         let (depth, dt) = (at.state.depth, at.dt);
         let [v_n, v_1, v_2] = at.velocity();
         let [_, m_1, m_2] = at.deflection();
@@ -156,7 +159,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         let normal = own.row(depth, v_n, dt);
         let back = own.spring / own.resistance(dt);
         let across = |m: T, v: T| ContactRow {
-            reference: -(back * m + v) * (1.0 / dt),
+            reference: -(back * m + v) * (D::one() / dt),
             compliance: normal.compliance,
         };
         [normal, across(m_1, v_1), across(m_2, v_2)]
@@ -178,7 +181,10 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
     }
 
     /// m⁺ − m of  c (m⁺ − m) / Δt = −`f_t` − s m⁺; what touches nothing straightens.
-    fn bristle_step<T: Over<P>>(&self, at: &BristleLoad<'_, T>) -> Vector3<T> {
+    fn bristle_step<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        at: &BristleLoad<'_, D, T>,
+    ) -> Vector3<T> {
         let own = self.normal.over_step(at.depth, at.separation, at.dt);
         let (spring, damper) = (self.normal.stiffness.into(), self.normal.damping.into());
         let own = SpringDamper {
@@ -186,7 +192,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
             damper: own.if_touching(own.damper, damper),
         };
         let pull = at.friction + scale(at.deflection, own.spring);
-        -scale(&pull, T::constant(at.dt) / own.resistance(at.dt))
+        -scale(&pull, T::from(at.dt) / own.resistance(at.dt))
     }
 
     fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {

@@ -35,7 +35,8 @@ pub enum Adjustable {
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
     /// Each stays in its domain: a mass or a stiffness is not negative, a length is positive, a coefficient of restitution is in 0..1. Limits of positions, of a frame actuator's
-    /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too.
+    /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too, and so is the time
+    /// step, which the rate of the log sets.
     Parameter(String),
     /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.

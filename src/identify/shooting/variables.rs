@@ -72,6 +72,12 @@ impl Variables {
         name: &str,
     ) -> Result<(), IdentifyError> {
         let index = layout.find(name)?;
+        if layout
+            .range(Group::TimeStep)
+            .is_some_and(|own| own.contains(&index))
+        {
+            return Err(IdentifyError::option(name, "the rate of the log sets it"));
+        }
         let domain = layout.domains()[index];
         if bounds(domain).is_none() {
             let reason = "a descent could take it where it makes no sense";

@@ -14,6 +14,9 @@ const DIRECTIONS: usize = 2 * MAX_NV;
 /// A number of one joint with its derivatives in these.
 type Local<T> = Dual<T, DIRECTIONS>;
 
+/// A number of one joint with its derivative in the time step.
+type Timed<T> = Dual<T, 1>;
+
 /// A tangent of one joint with its derivatives in two others.
 pub(super) type JointTangent<T> = [Local<T>; MAX_NV];
 
@@ -51,6 +54,29 @@ pub(super) fn joint_step<T: Scalar>(
     joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     (dq, dv)
+}
+
+/// Derivatives of q⁺, in its tangent space, and of v⁺ of one joint in the time step, at a fixed acceleration.
+pub(super) fn joint_step_in_time<T: Scalar>(
+    body: &Body<f64>,
+    state: &State<T>,
+    a: &[T],
+    next: &State<T>,
+    dt: f64,
+) -> ([T; MAX_NV], [T; MAX_NV]) {
+    let (joint, own_q, own_v) = (body.joint, q_range(body), v_range(body));
+    let (nq, nv) = (joint.nq(), joint.nv());
+    let start: [Timed<T>; MAX_NV + 1] = lifted(&state.q.as_slice()[own_q.clone()]);
+    let expected: [Timed<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[own_q]);
+    let v: [Timed<T>; MAX_NV + 1] = lifted(&state.v.as_slice()[own_v.clone()]);
+    let a: [Timed<T>; MAX_NV + 1] = lifted(&a[own_v]);
+    let zero = [Dual::from(0.0); MAX_NV];
+    let (mut end, mut dv, mut dq) = (start, zero, zero);
+    let dt = Timed::variable(T::constant(dt), 0);
+    joint.step_velocity(&v[..nv], &a[..nv], dt, &mut dv[..nv]);
+    joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
+    joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
+    (dq.map(|x| x.eps[0]), dv.map(|x| x.eps[0]))
 }
 
 /// The rate of a joint's offset with its derivatives in offset and velocity.

@@ -13,15 +13,16 @@ use super::columns::turned_into;
 use super::constraints::{Constraints, has_springs};
 use super::held_row::HeldRow;
 use super::local::{
-    FURTHER, OfBody, constant_motion, constant_pose, part, seeded_pose, seeded_velocity,
+    FURTHER, OfBody, OfCoordinate, TIME_STEP, constant_motion, constant_pose, part, seeded_pose,
+    seeded_velocity,
 };
 use super::numbers::Numbers;
-use super::sink::{Acting, ActingPlace, BodyRow, Own, Sink, SlopePoint};
+use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
 use super::term::TermSlopes;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::scalar::{Dual, Scalar, vectorized};
+use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, SPATIAL};
@@ -169,17 +170,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         row: &ConstraintRow<Dual<T, N>>,
         force: T,
     ) -> Dual<T, N> {
-        let moment = self.at.moment;
-        let after = match self.at.acting {
-            Acting::Start(_) => Some(row.bias),
-            _ => moment.half_step.map(|_| Dual::from(0.0)),
-        };
-        let held = HeldRow::of(row, after, moment.dt());
-        match row.hold {
-            Hold::Rigid { .. } => held.rest,
-            _ if !held.takes_part() => Dual::from(0.0),
-            Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
-        }
+        held_rest::<f64, T, N>(row, self.at, force, self.at.moment.dt())
     }
 
     /// Whether it is a force that follows from error and rate, without rows.
@@ -250,6 +241,47 @@ fn with_rows<T: Scalar>(
     out(&all[..count]);
 }
 
+/// States all rows over the time step, but for the velocity after the step.
+fn emit_time_step<T: Scalar>(
+    at: &SlopePoint<'_, T>,
+    term: &Constraints<T>,
+    out: &mut Numbers<'_, T>,
+) {
+    let (moment, forces) = (at.moment, at.row_forces());
+    let dt = OfCoordinate::variable(T::constant(moment.dt()), TIME_STEP);
+    let mut sum = out.sum(None);
+    for (index, (row, &force)) in term.rows().iter().zip(forces).enumerate() {
+        let row = row.map(OfCoordinate::constant_of);
+        let y = held_rest(&row, at, force, dt);
+        sum.coordinate_row(index, 0, y);
+    }
+    let slope = sum.value.eps[TIME_STEP];
+    out.add_time_step(slope);
+}
+
+/// y − J ã of a row under its force, but for the half of the bias that is that at the velocity after a step; zero of a spring that is no row.
+fn held_rest<D: Scalar, T: Scalar, const N: usize>(
+    row: &ConstraintRow<Dual<T, N>>,
+    at: &SlopePoint<'_, T>,
+    force: T,
+    dt: D,
+) -> Dual<T, N>
+where
+    Dual<T, N>: Over<D>,
+{
+    let zero = Dual::from(0.0);
+    let after = match at.acting {
+        Acting::Start(_) => Some(row.bias),
+        _ => at.moment.half_step.map(|_| zero),
+    };
+    let held = HeldRow::of(row, after, dt);
+    match row.hold {
+        Hold::Rigid { .. } => held.rest,
+        _ if !held.takes_part() => zero,
+        Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
+    }
+}
+
 /// Motions of both bodies with derivatives in pose and velocity of one.
 fn in_directions_of<T: Scalar>(
     side: usize,
@@ -311,6 +343,7 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
         term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {
+        emit_time_step(at, term, out);
         turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
         self.each_held(at, |held| {
             held.emit_own_numbers(term.rows(), out);

@@ -29,7 +29,13 @@ impl<T: Scalar> Constraints<T> {
     }
 
     /// J, row after row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
-    pub(in crate::sim) fn along_start(&self, dt: f64) -> (&[T], impl Iterator<Item = (T, T)>) {
+    pub(in crate::sim) fn along_start<D: Scalar>(
+        &self,
+        dt: D,
+    ) -> (&[T], impl Iterator<Item = (T, T)>)
+    where
+        T: Over<D>,
+    {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| {
             let HeldRow { rest, compliance } = HeldRow::of(row, Some(row.bias), dt);

@@ -9,7 +9,7 @@
 
 use std::marker::PhantomData;
 
-use super::local::{INPUT, OfCoordinate, POSITION, RATE};
+use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
 use super::sink::{CoordinateSink, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
@@ -50,14 +50,14 @@ struct Drive<L> {
 impl<L: Scalar> Drive<L> {
     /// τ = A(v, u) − d v − k (q − rest) with the actuator A. Over a step of `dt` (s) at whose end damper and spring act, −Δt k v beside it.
     #[inline(always)]
-    fn of<P: Scalar, A: Scalar>(
+    fn of<P: Scalar, A: Scalar, D: Scalar>(
         passive: &Passive<P>,
         actuator: Option<&Actuator<A>>,
         at: Driven<L>,
-        dt: Option<f64>,
+        dt: Option<D>,
     ) -> Self
     where
-        L: Over<P> + Over<A>,
+        L: Over<P> + Over<A> + Over<D>,
     {
         let mut force = actuator.map_or(at.u, |actuator| actuator.drive(at.v, at.u));
         passive.add_force(at.q, at.v, &mut force);
@@ -101,7 +101,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
 fn drive_all<P: Scalar, T: Over<P>>(
     at: &Moment<'_, P, T>,
     actuators: Option<&[Actuator<P>]>,
-    dt: Option<f64>,
+    dt: Option<P>,
     forces: &mut Forces<T>,
 ) {
     let (q, v) = (at.q(), at.v());
@@ -208,8 +208,10 @@ impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
                 stiffness: Dual::variable(T::constant(passive.stiffness), 1),
                 rest: Dual::variable(T::constant(passive.rest), 2),
             };
-            Drive::of(&seeded, actuator, fixed, step_of(at)).emit(k, None, &mut sum);
-            let [damping, stiffness, rest, _] = sum.value.eps;
+            let dt = step_of(at).map(|dt| OfCoordinate::variable(T::constant(dt), TIME_STEP));
+            Drive::of(&seeded, actuator, fixed, dt).emit(k, None, &mut sum);
+            let [damping, stiffness, rest, time_step] = sum.value.eps;
+            out.add_time_step(time_step);
             let (_, slots) = out.slots();
             let (own, spring) = (slots.damping + k, slots.spring[k]);
             out.add(&(own..own + 1), &[damping]);

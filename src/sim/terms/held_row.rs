@@ -2,7 +2,7 @@
 
 use crate::constraint::{ConstraintRow, Hold};
 use crate::contact::SpringDamper;
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 /// y = J ã + rest + R f.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,10 @@ impl<T: Scalar> HeldRow<T> {
     /// * `after` – b⁺ over a step; `None` at a moment
     /// * `dt` – the step, s
     #[inline]
-    pub(super) fn of(row: &ConstraintRow<T>, after: Option<T>, dt: f64) -> Self {
+    pub(super) fn of<D: Scalar>(row: &ConstraintRow<T>, after: Option<T>, dt: D) -> Self
+    where
+        T: Over<D>,
+    {
         match row.hold {
             Hold::Rigid { time_constant } => Self {
                 rest: match after {

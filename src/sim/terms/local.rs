@@ -9,12 +9,15 @@ use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// A number that depends on one coordinate and its input only.
-pub(crate) type OfCoordinate<T = f64> = Dual<T, 4>;
+pub(crate) type OfCoordinate<T = f64> = Dual<T, COORDINATE_DIRECTIONS>;
 
-/// Directions of a coordinate. The fourth one is free.
+pub(super) const COORDINATE_DIRECTIONS: usize = TIME_STEP + 1;
+
+/// Directions of a coordinate, and that of the time step, where it has one.
 pub(super) const POSITION: usize = 0;
 pub(super) const RATE: usize = 1;
 pub(super) const INPUT: usize = 2;
+pub(super) const TIME_STEP: usize = 3;
 
 /// A number that depends on one body only. Of the directions after those of its pose (a motion of the body, in the body) and of its velocity (in the
 /// body) the term decides.

@@ -12,7 +12,7 @@ use super::weights::SlopeWeights;
 use crate::dynamics::{ParameterSlots, Sweep};
 use crate::model::BodyId;
 use crate::scalar::{Dual, Scalar};
-use crate::sim::parameter_slots::{PartSlots, add_to_part};
+use crate::sim::parameter_slots::{PartSlots, add_to_last, add_to_part};
 use crate::spatial::{Force, Motion};
 
 /// The gradient in parameters, and the weights that all has.
@@ -78,6 +78,13 @@ impl<'a, T: Scalar> Numbers<'a, T> {
         self.parameters.len() > self.sweep.slots.len
     }
 
+    /// Adds a slope in the time step, the last of all parameters, where it is wanted.
+    pub(super) fn add_time_step(&mut self, slope: T) {
+        if self.has_parts() {
+            add_to_last(self.parameters, slope);
+        }
+    }
+
     /// Adds slopes to the parameters of a part, as many as it has.
     pub(super) fn add(&mut self, part: &Range<usize>, slopes: &[T]) {
         add_to_part(self.parameters, part, slopes, T::one());
@@ -93,6 +100,13 @@ pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
     pub(super) W: Motion<T>,
     U: Motion<T>,
     pub(super) value: Dual<T, N>,
+}
+
+impl<T: Scalar, const N: usize> WeightedSum<'_, T, N> {
+    /// Adds changes of numbers of the state of contact, from one on.
+    pub(super) fn add_rates(&mut self, first: usize, rates: &[Dual<T, N>]) {
+        self.value += self.weights.rates(first, rates);
+    }
 }
 
 impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T, N> {
@@ -124,7 +138,7 @@ impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
     }
 
     fn rates(&mut self, first: usize, rates: &[OfBody<T>]) {
-        self.value += self.weights.rates(first, rates);
+        self.add_rates(first, rates);
     }
 
     fn friction(&mut self, block: usize, friction: OfBody<T>) {

@@ -7,7 +7,7 @@
 
 use std::marker::PhantomData;
 
-use super::local::{OfCoordinate, RATE};
+use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
 use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
@@ -63,7 +63,10 @@ impl<T: Scalar> Stop<T> {
     }
 
     /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
-    fn let_go(&mut self, dt: f64, a: &[T]) -> T {
+    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
+    where
+        T: Over<D>,
+    {
         let zero = T::zero();
         let StepForce { push, resistance } = self.force;
         let force = push - resistance * a[self.coordinate] * (dt * self.inward);
@@ -146,7 +149,10 @@ impl<T: Scalar> Stops<T> {
     }
 
     /// Adds the stops that push to joint forces and resistance.
-    fn push(&mut self, forces: &Forces<T>, dt: f64) {
+    fn push<D: Scalar>(&mut self, forces: &Forces<T>, dt: D)
+    where
+        T: Over<D>,
+    {
         self.tau.copy_from_slice(&forces.tau);
         self.resistance.copy_from_slice(&forces.resistance);
         for stop in &self.ends {
@@ -157,7 +163,10 @@ impl<T: Scalar> Stops<T> {
 
     /// Lets go the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
-    fn let_go(&mut self, dt: f64, a: &[T], round: usize) -> bool {
+    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
+    where
+        T: Over<D>,
+    {
         let mut any = false;
         for stop in &mut self.ends {
             let pull = -stop.let_go(dt, a);
@@ -206,9 +215,10 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
         let (rows, own) = (&mut balance.rows, &mut self.rows);
         each_end(at.simulator, at.q(), |k, end| {
             let away = v[k] * end.inward;
-            let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
+            let depth = |lane| end.depth.value(lane);
+            let near = |lane| depth(lane) + (-dt.value(lane) * away.value(lane)).max(0.0) > 0.0;
             // While a step is recorded, each end may be.
-            let unknown = !end.depth.has_value() || !away.has_value();
+            let unknown = !end.depth.has_value() || !away.has_value() || !dt.has_value();
             if unknown || (0..T::LANES).any(near) {
                 let row = end.stop.row(end.depth, away, dt);
                 own.push((k, end.inward));
@@ -230,17 +240,36 @@ impl<T: Scalar> StopSlopes<T> {
     }
 }
 
-/// An end of a joint over numbers with derivatives, with the velocity of its coordinate.
-struct MovingEnd<'a, 'b, P, L> {
+/// An end of a joint over numbers with derivatives, with the velocity of its coordinate and the time step.
+struct MovingEnd<'a, 'b, P, D, L> {
     k: usize,
     end: &'a End<'b, P, L>,
     v: L,
+    dt: D,
 }
 
-impl<P: Scalar, T: Scalar, const N: usize> MovingEnd<'_, '_, P, Dual<T, N>>
+impl<P: Scalar, D: Scalar, T: Scalar, const N: usize> MovingEnd<'_, '_, P, D, Dual<T, N>>
 where
-    Dual<T, N>: Over<P>,
+    Dual<T, N>: Over<P> + Over<D>,
 {
+    /// All that the end states, weighted.
+    ///
+    /// * `solved` – its row, where it has one
+    fn weighted(
+        &self,
+        at: &SlopePoint<'_, T>,
+        stop: Option<&Stop<T>>,
+        solved: Option<SolvedRow<T>>,
+        out: &Numbers<'_, T>,
+    ) -> Dual<T, N> {
+        let mut sum = out.sum(None);
+        self.emit_force(at, stop, &mut sum);
+        if let Some(solved) = solved {
+            self.emit_row(solved, &mut sum);
+        }
+        sum.value
+    }
+
     /// States the force of a moment, or that of the end of the step where the stop pushes.
     fn emit_force(
         &self,
@@ -248,7 +277,7 @@ where
         stop: Option<&Stop<T>>,
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
-        let Self { k, end, v } = *self;
+        let Self { k, end, v, dt } = *self;
         if at.moment.is_explicit() {
             return out.coordinate(k, None, end.force(v));
         }
@@ -256,24 +285,17 @@ where
         let Some(stop) = stop.filter(|stop| has_limits && stop.may_push()) else {
             return;
         };
-        let dt = at.moment.dt();
         let force = end.stop.step_force(end.depth, v * end.inward, dt);
         out.coordinate(k, None, stop.where_pushing(force.push * end.inward));
         out.resistance(k, stop.where_pushing(force.resistance * dt));
     }
 
     /// States y of its row, R f − reference under the force f that a solver has found, unless it gives way to any.
-    fn emit_row(
-        &self,
-        at: &SlopePoint<'_, T>,
-        solved: SolvedRow<T>,
-        out: &mut impl CoordinateSink<Dual<T, N>>,
-    ) {
-        let Self { k, end, v } = *self;
-        let row = (end.stop).row(end.depth, v * end.inward, at.moment.dt());
-        if row.compliance.value(0) != f64::INFINITY {
-            let given = row.compliance.each(|x| x * solved.force);
-            out.coordinate_row(solved.row, k, given - row.reference);
+    fn emit_row(&self, solved: SolvedRow<T>, out: &mut impl CoordinateSink<Dual<T, N>>) {
+        let Self { k, end, v, dt } = *self;
+        let row = (end.stop).row(end.depth, v * end.inward, dt);
+        if let Some(y) = row.y_at_rest(solved.force) {
+            out.coordinate_row(solved.row, k, y);
         }
     }
 }
@@ -306,20 +328,22 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
         let (moment, mut ends) = (at.moment, term.ends.iter());
+        let dt = moment.dt();
         each_end(moment.simulator, moment.q(), |k, end| {
             let end = &moving(end);
             let v = OfCoordinate::variable(moment.v()[k], RATE);
-            MovingEnd { k, end, v }.emit_force(at, ends.next(), out);
+            MovingEnd { k, end, v, dt }.emit_force(at, ends.next(), out);
         });
     }
 
     fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
         let (moment, mut row_of) = (at.moment, solved_rows(at, term));
+        let dt = moment.dt();
         each_end(moment.simulator, moment.q(), |k, end| {
             if let Some(solved) = row_of(k, end.inward) {
                 let end = &moving(end);
                 let v = OfCoordinate::variable(moment.v()[k], RATE);
-                MovingEnd { k, end, v }.emit_row(at, solved, out);
+                MovingEnd { k, end, v, dt }.emit_row(solved, out);
             }
         });
     }
@@ -328,19 +352,35 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
         let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
         let actuation = moment.simulator.actuation().filter(|_| out.has_parts());
         let Some(actuation) = actuation else { return };
+        let dt = moment.dt();
         actuation.each_seeded_end(moment.model(), moment.q(), |k, end| {
-            let mut sum = out.sum(None);
             let v = OfActuator::constant_of(moment.v()[k]);
-            let moving = MovingEnd { k, end, v };
-            moving.emit_force(at, ends.next(), &mut sum);
-            if let Some(solved) = row_of(k, end.inward) {
-                moving.emit_row(at, solved, &mut sum);
-            }
-            let slopes = sum.value.eps;
+            let moving = MovingEnd { k, end, v, dt };
+            let slopes = moving.weighted(at, ends.next(), row_of(k, end.inward), out);
             let part = out.slots().0.actuators[k].clone();
-            out.add(&part, &slopes);
+            out.add(&part, &slopes.eps);
         });
+        if !moment.is_instant {
+            emit_time_step(at, term, out);
+        }
     }
+}
+
+/// States all ends over the time step.
+fn emit_time_step<T: Scalar>(at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+    let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
+    let dt = OfCoordinate::variable(T::constant(moment.dt()), TIME_STEP);
+    each_end(moment.simulator, moment.q(), |k, end| {
+        let v = OfCoordinate::constant_of(moment.v()[k]);
+        let end = &End {
+            depth: OfCoordinate::constant_of(end.depth),
+            inward: end.inward,
+            stop: end.stop,
+        };
+        let moving = MovingEnd { k, end, v, dt };
+        let slopes = moving.weighted(at, ends.next(), row_of(k, end.inward), out);
+        out.add_time_step(slopes.eps[TIME_STEP]);
+    });
 }
 
 /// An end whose depth has its derivative in the position of its coordinate.

@@ -5,6 +5,7 @@
 use super::local::OfBody;
 use super::sink::BodyRow;
 use crate::scalar::{Dual, Scalar};
+use crate::sim::parameter_slots::add_to_last;
 use crate::spatial::{Force, Motion};
 
 /// Weights of what terms state.
@@ -34,10 +35,10 @@ impl<T: Scalar> SlopeWeights<'_, T> {
     }
 
     /// νᵀ Δm
-    pub(super) fn rates(&self, first: usize, rates: &[OfBody<T>]) -> OfBody<T> {
+    pub(super) fn rates<const N: usize>(&self, first: usize, rates: &[Dual<T, N>]) -> Dual<T, N> {
         let weights = self.by_contact.get(first..).unwrap_or(&[]);
         let weighted = rates.iter().zip(weights);
-        weighted.fold(OfBody::from(0.0), |sum, (x, &weight)| {
+        weighted.fold(Dual::from(0.0), |sum, (x, &weight)| {
             sum + x.each(|x| x * weight)
         })
     }
@@ -56,4 +57,13 @@ pub(crate) struct StepSlopes<'a, T = f64> {
     pub(crate) parameters: &'a mut [T],
     /// Whether those are wanted that are not the model's.
     pub(crate) has_parts: bool,
+}
+
+impl<T: Scalar> StepSlopes<'_, T> {
+    /// Adds a slope in the time step, the last of all parameters, where it is wanted.
+    pub(crate) fn add_time_step(&mut self, slope: T) {
+        if self.has_parts {
+            add_to_last(self.parameters, slope);
+        }
+    }
 }

@@ -129,6 +129,12 @@ fn what_cannot_be_adjusted_is_refused_by_name() {
         "linear: upper limit: a descent",
     );
     says(
+        &wrong(),
+        Adjustable::Parameter("time step".into()),
+        options(),
+        "time step: the rate of the log sets it",
+    );
+    says(
         &wrong().with_time_step(3e-3),
         mass(),
         options(),

@@ -56,7 +56,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     ) {
         let is_free = self.is_free(at, found);
         if !is_free {
-            self.solve(at, found, weights);
+            self.solve(at, found, weights, out);
             self.add_balance(at, found, weights, out);
         }
         let Some(own) = found.half_step(at) else {
@@ -110,9 +110,11 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         if at.has_rows() {
             self.rows.solve(at, found, weights, &mut self.mu);
+            out.add_time_step(self.rows.by_time_step(at));
         } else {
             self.solve_without_rows(at, found, weights.a);
         }

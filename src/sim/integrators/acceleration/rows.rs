@@ -31,6 +31,8 @@ pub(super) struct RowAdjoint<T> {
     pub(super) by_y: Vec<T>,
     /// Effect of the friction of each block; empty if it is not wanted.
     pub(super) by_friction: Vec<T>,
+    /// Effect of s where the laws hold for s f and s y in place of f and y: that of the time step on smoothed laws, `Balance::smooth`.
+    by_scale: T,
     /// Jᵀ `λ_y`.
     by_seen: Vec<T>,
     /// ã.
@@ -54,9 +56,20 @@ impl<T: Scalar> RowAdjoint<T> {
         Self {
             by_y: Vec::with_capacity(rows),
             by_friction: Vec::with_capacity(rows),
+            by_scale: T::zero(),
             by_seen: vec![T::zero(); nv],
             seen: vec![T::zero(); nv],
             scratch: vec![T::zero(); nv],
+        }
+    }
+
+    /// Slope of what is weighted in the time step, by the smoothing of laws alone: zero for exact ones, which have no scale. There s = √(Δt / Δt₀).
+    pub(super) fn by_time_step(&self, at: &Moment<'_, f64, T>) -> T {
+        let contacts = at.solved_contacts();
+        let smoothed = contacts.is_some_and(|contacts| contacts.smoothing().is_some());
+        match smoothed {
+            true => self.by_scale * (0.5 / at.dt()),
+            false => T::zero(),
         }
     }
 
@@ -93,7 +106,9 @@ impl<T: Scalar> RowAdjoint<T> {
         let Some(balance) = found.balance.as_deref_mut() else {
             return;
         };
+        let by_force = dot(&self.by_y, balance.rows().forces());
         balance.respond_transposed(at, &mut self.by_y, &mut self.by_friction);
+        self.by_scale = dot(&self.by_y, balance.rows().offsets()) - by_force;
         self.by_seen.fill(T::zero());
         let jacobian = balance.rows().first_rows(n);
         for (row, weight) in jacobian.chunks_exact(nv).zip(&self.by_y) {

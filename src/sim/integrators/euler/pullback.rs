@@ -3,13 +3,14 @@
 use super::advance;
 use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
-use crate::linalg::product::add_scaled;
+use crate::linalg::product::{add_scaled, dot};
 use crate::model::Body;
+use crate::model::manifold::v_range;
 use crate::scalar::Scalar;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
-use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
+use crate::sim::integrators::joint_tangents::{joint_step, joint_step_in_time, stepped_velocity};
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -81,6 +82,8 @@ impl<T: Scalar> Adjoint<T> {
                 out.q[k] += by_q[k];
                 out.v[k] += by_next_v;
                 weights[k] = by_next_v * dt;
+                let (a, v) = (self.found.a[k], self.next.v[k]);
+                out.add_time_step(by_next_v * a + by_q[k] * v);
             } else {
                 let (a, next) = (&self.found.a[..], &self.next);
                 Curved { at, a, next }.add(body, by_q, by_v, weights, out);
@@ -121,6 +124,12 @@ impl<T: Scalar> Curved<'_, T> {
                 out.v[body.v + l] += x * w.eps[l];
             }
             weights[body.v + l] = by_w[l] * dt;
+        }
+        if out.has_parts {
+            let (dq, dv) = joint_step_in_time(body, state, self.a, self.next, dt);
+            let own = v_range(body);
+            let slope = dot(&by_q[own.clone()], &dq[..nv]) + dot(&by_v[own], &dv[..nv]);
+            out.add_time_step(slope);
         }
     }
 }

@@ -97,17 +97,33 @@ fn each_slope<T: Scalar>(
     }
 }
 
+/// The derivative of the half step in the time step.
+///
+/// * `v` – working memory
+fn slope_in_time<T: Scalar>(at: &Moment<'_, f64, T>, v: &mut [Dual<T, 1>]) -> T {
+    let lifted = v.iter_mut().zip(at.v());
+    lifted.for_each(|(out, &v)| *out = Dual::constant_of(v));
+    let dt = Dual::variable(T::constant(at.dt()), 0);
+    let half_step: Option<Dual<T, 1>> = at.simulator.half_of(dt, v);
+    half_step.map_or(T::zero(), |s| s.eps[0])
+}
+
 impl<P: Scalar> Simulator<P> {
     /// By how much of the acceleration the velocity of velocity forces is that of the middle of a step, s: half of the step where it is implicit in
     /// velocity or there are kinematic constraints; otherwise, with semi-implicit Euler, where something whirls, growing from 0 between two speeds;
     /// `None` where nothing does.
     pub(crate) fn half_step<T: Over<P>>(&self, v: &[T]) -> Option<T> {
-        let half = 0.5 * self.time_step();
+        self.half_of(self.time_step(), v)
+    }
+
+    /// [`half_step`](Self::half_step) of a time step that may have derivatives of its own, s.
+    fn half_of<D: Scalar, T: Over<D>>(&self, dt: D, v: &[T]) -> Option<T> {
+        let half = dt * 0.5;
         match self.integrator() {
             Integrator::RungeKutta4 => None,
-            _ if self.always_in_the_middle() => Some(T::constant(half)),
-            _ if self.is_slow(v) => None,
-            _ => Some(self.whirl(v) * half),
+            _ if self.always_in_the_middle() => Some(half.into()),
+            _ if is_slow(slow(dt), v) => None,
+            _ => Some(self.whirl(slow(dt), v) * half),
         }
     }
 
@@ -120,19 +136,6 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
-    /// Whether certainly nothing turns by more than a small angle in a step: a test that costs next to nothing.
-    #[inline(always)]
-    fn is_slow<T: Over<P>>(&self, v: &[T]) -> bool {
-        let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
-        let limit = self.slow().powi(2);
-        square.is_at_most(limit, "no coordinate whirls in a step")
-    }
-
-    /// Speed up to which nothing whirls, rad/s.
-    fn slow(&self) -> f64 {
-        (SLOW / self.time_step()).max(ORDINARY)
-    }
-
     /// The coordinates that are angles.
     fn turning(&self) -> impl Iterator<Item = usize> {
         let bodies = self.model().independent();
@@ -141,14 +144,29 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// From 0 to 1 as the fastest coordinate of all that turn goes from slow to fast, s = 3 x² − 2 x³.
-    fn whirl<T: Over<P>>(&self, v: &[T]) -> T {
+    fn whirl<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
         let mut fastest = T::zero();
         for k in self.turning() {
             fastest = fastest.max(v[k].abs());
         }
-        let slow = self.slow();
-        let x = (fastest - slow) / (slow * (FAST / SLOW - 1.0));
+        let x = (fastest - slow) / T::from(slow * (FAST / SLOW - 1.0));
         let x = x.clamp(0.0, 1.0);
         x * x * (-x * 2.0 + 3.0)
     }
+}
+
+/// Speed up to which nothing whirls in a step of `dt` (s), rad/s.
+fn slow<D: Scalar>(dt: D) -> D {
+    (D::constant(SLOW) / dt).max(D::constant(ORDINARY))
+}
+
+/// Whether certainly nothing is faster than a speed: a test that costs next to nothing.
+#[inline(always)]
+fn is_slow<D: Scalar, T: Over<D>>(slow: D, v: &[T]) -> bool {
+    let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
+    let (limit, condition) = (slow.powi(2), "no coordinate whirls in a step");
+    if D::LANES == 1 && limit.has_value() {
+        return square.is_at_most(limit.value(0), condition);
+    }
+    (square - limit).is_at_most(0.0, condition)
 }

@@ -11,7 +11,7 @@
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out};
-use super::{HalfStep, each_slope, half_step};
+use super::{HalfStep, each_slope, half_step, slope_in_time};
 use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
@@ -126,6 +126,8 @@ impl<T: Scalar> HeldAdjoint<T> {
         };
         balance.add(&point, &weights, Some(&self.seen_ahead), terms, &mut slopes);
         add_scaled(out.v, by_next_v, T::one());
+        // v⁺ = v + Δt ã₀
+        out.add_time_step(dot(by_next_v, &self.seen));
         let by_seen = self.by_seen.iter_mut().zip(by_next_v);
         by_seen.for_each(|(by_seen, &mut x)| *by_seen = x * at.dt());
     }
@@ -261,5 +263,8 @@ impl<T: Scalar> Adjoint<T> {
         add_scaled(out.v, &self.by_v, T::one());
         let by_s = dot(&self.sum, &gyroscopic.change);
         each_slope(at, &mut self.fastest, |k, slope| out.v[k] += by_s * slope);
+        if out.has_parts {
+            out.add_time_step(by_s * slope_in_time(at, &mut self.fastest));
+        }
     }
 }

@@ -29,9 +29,9 @@ const STAGES: [(f64, f64); 4] = [
 ];
 
 /// Times for which the rates of a stage count: in the step, and up to the next stage, s.
-fn times<P: Scalar>(simulator: &Simulator<P>, stage: usize) -> [f64; 2] {
+fn times<P: Scalar>(simulator: &Simulator<P>, stage: usize) -> [P; 2] {
     let (weight, fraction) = STAGES[stage];
-    [weight, fraction].map(|x| x * simulator.time_step())
+    [weight, fraction].map(|x| simulator.time_step() * x)
 }
 
 /// Working memory: a stage, its rates, and their sums.
@@ -115,7 +115,9 @@ impl<T: Scalar> Memory<T> {
         start: &State<T>,
         found: &AccelerationScratch<T>,
         stage: usize,
-    ) {
+    ) where
+        T: Over<P>,
+    {
         let [weight, time] = times(simulator, stage);
         add_scaled(&mut self.sum_rate, self.rate.as_slice(), weight);
         add_scaled(&mut self.sum_a, &found.a, weight);
@@ -147,6 +149,6 @@ impl<T: Scalar> Memory<T> {
     }
 }
 
-fn add_scaled<T: Scalar>(out: &mut DVector<T>, x: &[T], s: f64) {
+fn add_scaled<D: Scalar, T: Over<D>>(out: &mut DVector<T>, x: &[T], s: D) {
     out.iter_mut().zip(x).for_each(|(out, &x)| *out += x * s);
 }

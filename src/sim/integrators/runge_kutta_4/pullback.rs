@@ -2,7 +2,7 @@
 
 use super::{Memory, STAGES, times};
 use crate::dynamics::Calls;
-use crate::linalg::product::add_scaled;
+use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
@@ -18,8 +18,9 @@ use crate::sim::terms::StepSlopes;
 #[derive(Clone, Debug)]
 struct Evaluated<T: Scalar> {
     state: State<T>,
-    /// Its configuration as a tangent at the start of the step.
+    /// Its configuration as a tangent at the start of the step, and the rate of that.
     offset: Vec<T>,
+    rate: Vec<T>,
     found: AccelerationScratch<T>,
 }
 
@@ -46,6 +47,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         let evaluated = STAGES.map(|_| Evaluated {
             state: simulator.neutral_state(),
             offset: zeros(),
+            rate: zeros(),
             found: AccelerationScratch::new(simulator, calls),
         });
         Self {
@@ -88,6 +90,8 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
                     *rate = sum * weight + next * time;
                 }
             }
+            let by_log = self.evaluated[stage].weighted_rates(&self.by_rates);
+            out.add_time_step(by_log * (1.0 / simulator.time_step()));
             self.add_stage(stage, simulator, at, out);
         }
     }
@@ -101,6 +105,7 @@ impl<T: Scalar> Adjoint<T> {
             own.state.copy_from(&self.stages.state);
             own.offset.copy_from_slice(self.stages.offset.as_slice());
             self.stages.evaluate(simulator, at.u, &mut own.found);
+            own.rate.copy_from_slice(self.stages.rate.as_slice());
             (self.stages).move_on(simulator, at.state, &own.found, stage);
         }
         self.stages.finish(simulator, at.state, &mut self.next);
@@ -141,5 +146,14 @@ impl<T: Scalar> Adjoint<T> {
         add_integrated(model, q, offset, end, by_q, out.q, by_offset);
         add_scaled(out.v, by_v, T::one());
         add_scaled(out.contact, by_contact, T::one());
+    }
+}
+
+impl<T: Scalar> Evaluated<T> {
+    /// The weighted rates of the stage: of its offset, velocity and state of contact.
+    fn weighted_rates(&self, [by_rate, by_a, by_contact]: &[Vec<T>; 3]) -> T {
+        let contact = self.found.terms.contact.rates().zip(by_contact);
+        let of_contact = contact.fold(T::zero(), |sum, (rate, &weight)| sum + rate * weight);
+        dot(&self.rate, by_rate) + dot(&self.found.a, by_a) + of_contact
     }
 }

@@ -4,6 +4,7 @@ mod numbers;
 mod point;
 mod rows;
 mod slopes;
+mod time_step;
 mod working_set;
 
 pub(crate) use rows::Contact;

@@ -5,8 +5,8 @@
 use nalgebra::Vector3;
 
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactPart, ContactRow, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
-    POINT_NUMBERS, PointKinematics, PointState, ROWS, body_force,
+    BodyMotion, BristleLoad, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS, POINT_NUMBERS,
+    PointKinematics, PointState, ROWS, body_force,
 };
 use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;
@@ -75,6 +75,7 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
 pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     contacts: &'a Contacts<P>,
     index: usize,
+    /// Δt, s.
     dt: f64,
     X_WB: Transform<OfBody<T>>,
     point: PointState<OfBody<T>>,
@@ -162,7 +163,7 @@ where
                 let body = BodyMotion {
                     X_WB: &X_WB,
                     V_B: &V,
-                    duration: simulator.contact_duration(),
+                    duration: simulator.contact_duration().into(),
                 };
                 contacts.state(index, &body)
             },
@@ -194,15 +195,9 @@ where
         let own = self.contacts.rows(self.index, &kinematics).rows;
         let acceleration = self.velocity(A_B);
         std::array::from_fn(|row| {
-            let ContactRow {
-                reference,
-                compliance,
-            } = own[row];
-            if compliance.value(0) == f64::INFINITY {
-                return Dual::from(0.0); // no force, whatever the reference is
-            }
-            let along = dot(&self.axes[row], &acceleration);
-            along - reference + compliance.each(|x| x * forces[row])
+            let y = own[row].y_at_rest(forces[row]);
+            let along = || dot(&self.axes[row], &acceleration);
+            y.map_or(Dual::from(0.0), |y| along() + y)
         })
     }
 
@@ -232,7 +227,7 @@ where
         let step = if is_instant {
             own.bristle.deflection
         } else {
-            own.bristle.step(self.dt)
+            own.bristle.step::<f64>(self.dt)
         };
         Some(LinearizedForce {
             force: self.force_of(&own.force),
@@ -281,7 +276,8 @@ where
 mod tests {
     use super::*;
     use crate::contact::{
-        ContactLaw, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+        ContactLaw, ContactRow, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact,
+        Terrain,
     };
     use crate::dynamics::forward_kinematics;
     use crate::sim::terms::local::BodySlopes;
@@ -387,7 +383,7 @@ mod tests {
                     deflection: Some(at.bristle),
                     delassus: at.delassus,
                     dt,
-                    kappa: 0.0,
+                    kappa: None,
                 },
             );
             let acceleration = state.velocity_of(&at.X_WB.rotation, &self.A_B);

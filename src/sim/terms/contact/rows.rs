@@ -98,10 +98,18 @@ impl<T: Scalar> Contact<T> {
     }
 
     /// Changes of the contact state over a step of Δt.
-    pub(crate) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
+    pub(crate) fn steps<D: Scalar>(&self, dt: D) -> impl Iterator<Item = T> + '_
+    where
+        T: Over<D>,
+    {
         let rates = self.rates.iter();
         let steps = rates.map(move |rate| rate.step(dt));
         steps.flat_map(|step| [step.x, step.y, step.z])
+    }
+
+    /// Rate of each bristle; empty for laws without.
+    pub(super) fn bristle_rates(&self) -> &[BristleRate<T>] {
+        &self.rates
     }
 
     /// Forces of soft contact on points and bodies at a state.
@@ -147,7 +155,7 @@ impl<T: Scalar> Contact<T> {
                 dt,
             });
             self.rates[i] = BristleRate {
-                deflection: scale(&step, T::constant(1.0 / dt)),
+                deflection: scale(&step, T::from(P::one() / dt)),
                 relaxation: T::zero(),
             };
         }
@@ -240,7 +248,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         };
         let (poses, velocities) = balance.motions();
         self.kinematics.place(at.model(), poses, velocities);
-        let duration = at.simulator.contact_duration();
+        let duration = at.simulator.contact_duration().into();
         contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::numbers::{OverNumbers, PointPlace};
 use super::point::LinearizedPoint;
 use super::rows::Contact;
+use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, ROWS};
 use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
@@ -34,21 +35,21 @@ impl<T: Scalar> ContactSlopes<T> {
 }
 
 /// A contact point whose forces a solver has found, or one without.
-struct SolvedPoint<'a, T: Scalar> {
+pub(super) struct SolvedPoint<'a, T: Scalar> {
     contacts: &'a Contacts,
-    index: usize,
+    pub(super) index: usize,
     body: BodyId,
-    active: Option<ActiveRows<T>>,
+    pub(super) active: Option<ActiveRows<T>>,
 }
 
 /// Rows of a contact point that takes part in the solution.
 #[derive(Clone, Copy)]
-struct ActiveRows<T: Scalar> {
+pub(super) struct ActiveRows<T: Scalar> {
     /// Row of the normal; those across follow.
-    row: usize,
+    pub(super) row: usize,
     block: usize,
-    forces: [T; ROWS],
-    delassus: T,
+    pub(super) forces: [T; ROWS],
+    pub(super) delassus: T,
     axes: [Force<T>; ROWS],
 }
 
@@ -98,7 +99,7 @@ fn own_of(contacts: &Contacts, index: usize) -> Own {
 }
 
 /// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
-fn each_solved<'a, T: Scalar>(
+pub(super) fn each_solved<'a, T: Scalar>(
     at: &'a SlopePoint<'a, T>,
     term: &'a Contact<T>,
     mut each: impl FnMut(SolvedPoint<'a, T>),
@@ -218,6 +219,7 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         });
         numbers.finish(out);
         self.numbers = Some(numbers);
+        emit_time_step(at, contacts, term, out);
     }
 
     /// The change of a bristle is linear in the forces across.

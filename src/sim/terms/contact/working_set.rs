@@ -60,7 +60,7 @@ pub(super) struct StepKinematics<'a, P, T> {
     pub(super) points: &'a [PointState<T>],
     /// Velocity along the coordinates before the step.
     pub(super) v: &'a [T],
-    pub(super) dt: f64,
+    pub(super) dt: P,
 }
 
 impl<T: Scalar> WorkingSet<T> {
@@ -268,9 +268,10 @@ fn shortfall<P: Scalar, T: Over<P>>(
     let before = dot(&point.normal, &point.velocity);
     let least = step.contacts.laws()[i].least_velocity(point.depth, before, step.dt)?;
     Some(T::from_values(|lane| {
-        let gained = step.dt * gained.value(lane);
+        let dt = step.dt.value(lane);
+        let gained = dt * gained.value(lane);
         let (before, least) = (before.value(lane), least.value(lane));
-        let nothing = TOLERANCE * (step.dt + gained.abs() + before.abs() + least.abs());
+        let nothing = TOLERANCE * (dt + gained.abs() + before.abs() + least.abs());
         least - before - gained - nothing
     }))
 }

@@ -1,0 +1,128 @@
+//! Contacts over the time step, for the gradient in it.
+//!
+//! Where a point is does not depend on the step, only what its law makes of it: the law is evaluated, at the point that has been found, over numbers with the
+//! one direction of the time step.
+
+use nalgebra::Vector3;
+
+use super::rows::Contact;
+use super::slopes::{SolvedPoint, each_solved};
+use crate::contact::{BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS};
+use crate::scalar::Scalar;
+use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
+use crate::sim::terms::numbers::{Numbers, WeightedSum};
+use crate::sim::terms::sink::{CoordinateSink, SlopePoint};
+use crate::spatial::linear::dot;
+
+/// A number with its derivative in the time step.
+type Timed<T> = OfCoordinate<T>;
+type TimedSum<'a, T> = WeightedSum<'a, T, COORDINATE_DIRECTIONS>;
+
+/// States all points over the time step.
+pub(super) fn emit_time_step<T: Scalar>(
+    at: &SlopePoint<'_, T>,
+    contacts: &Contacts,
+    term: &Contact<T>,
+    out: &mut Numbers<'_, T>,
+) {
+    let dt = Timed::variable(T::constant(at.moment.dt()), TIME_STEP);
+    let mut sum = out.sum(None);
+    if at.moment.explicit_contacts().is_some() && !at.moment.is_instant {
+        for (i, rate) in term.bristle_rates().iter().enumerate() {
+            let rate = BristleRate {
+                deflection: constant(&rate.deflection),
+                relaxation: Timed::constant_of(rate.relaxation),
+            };
+            sum.add_rates(ROWS * i, rate.step(dt).as_slice());
+        }
+    }
+    each_solved(at, term, |solved| {
+        let point = TimedPoint::new(at, contacts, term, &solved, dt);
+        point.emit_rows(&solved, &mut sum);
+        point.emit_bristle(&solved, &mut sum);
+    });
+    let slope = sum.value.eps[TIME_STEP];
+    out.add_time_step(slope);
+}
+
+/// A point whose forces a solver has found.
+struct TimedPoint<'a, T: Scalar> {
+    contacts: &'a Contacts,
+    state: PointState<Timed<T>>,
+    axes: [Vector3<Timed<T>>; ROWS],
+    /// Of its bristle, in the world; `None` for laws without.
+    deflection: Option<Vector3<Timed<T>>>,
+    dt: Timed<T>,
+}
+
+impl<'a, T: Scalar> TimedPoint<'a, T> {
+    fn new(
+        at: &SlopePoint<'_, T>,
+        contacts: &'a Contacts,
+        term: &Contact<T>,
+        solved: &SolvedPoint<'_, T>,
+        dt: Timed<T>,
+    ) -> Self {
+        let state = &term.points[solved.index];
+        let bristles = at.moment.state.contact.as_slice().as_chunks::<ROWS>().0;
+        let deflection = bristles.get(solved.index);
+        Self {
+            contacts,
+            axes: state.axes().map(|axis| constant(&axis)),
+            state: PointState {
+                position: constant(&state.position),
+                velocity: constant(&state.velocity),
+                normal: constant(&state.normal),
+                depth: Timed::constant_of(state.depth),
+                in_body: constant(&state.in_body),
+            },
+            deflection: deflection.map(|&m| constant(&m.into())),
+            dt,
+        }
+    }
+
+    /// y of its rows, where it takes part.
+    fn emit_rows(&self, solved: &SolvedPoint<'_, T>, sum: &mut TimedSum<'_, T>) {
+        let Some(active) = &solved.active else { return };
+        let kinematics = PointKinematics {
+            state: &self.state,
+            axes: &self.axes,
+            deflection: self.deflection,
+            delassus: Timed::constant_of(active.delassus),
+            dt: self.dt,
+            kappa: self.contacts.kappa_over_step(self.dt),
+        };
+        let rows = self.contacts.rows(solved.index, &kinematics).rows;
+        for (k, (row, &force)) in rows.iter().zip(&active.forces).enumerate() {
+            if let Some(y) = row.y_at_rest(force) {
+                sum.coordinate_row(active.row + k, 0, y);
+            }
+        }
+    }
+
+    /// By how much its bristle moves over the step under its forces.
+    fn emit_bristle(&self, solved: &SolvedPoint<'_, T>, sum: &mut TimedSum<'_, T>) {
+        let Some(deflection) = &self.deflection else {
+            return;
+        };
+        let mut friction = Vector3::zeros();
+        if let Some(active) = &solved.active {
+            for (axis, &force) in self.axes.iter().zip(&active.forces).skip(1) {
+                friction += axis.map(|x| x.each(|x| x * force));
+            }
+        }
+        let law = &self.contacts.laws()[solved.index];
+        let step = law.bristle_step(&BristleLoad {
+            depth: self.state.depth,
+            separation: dot(&self.state.normal, &self.state.velocity),
+            friction: &friction,
+            deflection,
+            dt: self.dt,
+        });
+        sum.add_rates(ROWS * solved.index, step.as_slice());
+    }
+}
+
+fn constant<T: Scalar>(x: &Vector3<T>) -> Vector3<Timed<T>> {
+    x.map(Timed::constant_of)
+}
