@@ -4,6 +4,7 @@ mod numbers;
 mod point;
 mod rows;
 mod slopes;
+mod solved;
 mod time_step;
 mod working_set;
 

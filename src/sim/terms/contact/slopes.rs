@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 use super::numbers::{OverNumbers, PointPlace};
 use super::point::LinearizedPoint;
 use super::rows::Contact;
+use super::solved::{SolvedPoint, each_solved};
 use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, ROWS};
-use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -18,8 +18,8 @@ use crate::sim::terms::local::OfBody;
 use crate::sim::terms::numbers::Numbers;
 use crate::sim::terms::sink::{BodyRow, BodySink, Normal, Own, Sink, SlopePoint};
 use crate::sim::terms::term::TermSlopes;
+use crate::spatial::Motion;
 use crate::spatial::linear::dot;
-use crate::spatial::{Force, Motion};
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
@@ -32,25 +32,6 @@ impl<T: Scalar> ContactSlopes<T> {
     pub(crate) fn new(_: &Simulator) -> Self {
         Self { numbers: None }
     }
-}
-
-/// A contact point whose forces a solver has found, or one without.
-pub(super) struct SolvedPoint<'a, T: Scalar> {
-    contacts: &'a Contacts,
-    pub(super) index: usize,
-    body: BodyId,
-    pub(super) active: Option<ActiveRows<T>>,
-}
-
-/// Rows of a contact point that takes part in the solution.
-#[derive(Clone, Copy)]
-pub(super) struct ActiveRows<T: Scalar> {
-    /// Row of the normal; those across follow.
-    pub(super) row: usize,
-    block: usize,
-    pub(super) forces: [T; ROWS],
-    pub(super) delassus: T,
-    axes: [Force<T>; ROWS],
 }
 
 impl<T: Scalar> SolvedPoint<'_, T> {
@@ -95,45 +76,6 @@ fn own_of(contacts: &Contacts, index: usize) -> Own {
     match contacts.have_bristles() {
         true => Own::Contact(ROWS * index),
         false => Own::Nothing,
-    }
-}
-
-/// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
-pub(super) fn each_solved<'a, T: Scalar>(
-    at: &'a SlopePoint<'a, T>,
-    term: &'a Contact<T>,
-    mut each: impl FnMut(SolvedPoint<'a, T>),
-) {
-    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance()) else {
-        return;
-    };
-    let (solved, touching) = (balance.rows(), term.touching());
-    let (first_row, first_block) = (
-        solved.count() - ROWS * touching.len(),
-        solved.blocks() - touching.len(),
-    );
-    let mut next = touching.iter().enumerate().peekable();
-    for (index, point) in contacts.points().iter().enumerate() {
-        let active = next.next_if(|(_, touching)| **touching == index);
-        if active.is_none() && !contacts.have_bristles() {
-            continue;
-        }
-        let active = active.map(|(of, _)| {
-            let row = first_row + ROWS * of;
-            ActiveRows {
-                row,
-                block: first_block + of,
-                forces: std::array::from_fn(|k| solved.forces()[row + k]),
-                delassus: solved.delassus(row),
-                axes: term.unit_forces(contacts, of),
-            }
-        });
-        each(SolvedPoint {
-            contacts,
-            index,
-            body: point.body,
-            active,
-        });
     }
 }
 
@@ -245,13 +187,6 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
 }
 
 impl<T: Scalar> Contact<T> {
-    /// A unit force along each axis of a point that takes part, on its body and in it.
-    fn unit_forces(&self, contacts: &Contacts, of: usize) -> [Force<T>; ROWS] {
-        let index = self.touching()[of];
-        self.axes_of(of)
-            .map(|axis| self.force_at(contacts, index, &axis))
-    }
-
     /// Slopes of the step of the bristle of a point that takes part in the force along one of its axes across.
     fn bristle_by_force(&self, contacts: &Contacts, of: usize, axis: usize, dt: f64) -> Vector3<T> {
         let index = self.touching()[of];

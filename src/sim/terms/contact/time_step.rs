@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use super::rows::Contact;
-use super::slopes::{SolvedPoint, each_solved};
+use super::solved::{SolvedPoint, each_solved};
 use crate::contact::{BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS};
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};

@@ -1,0 +1,75 @@
+//! Contact points whose forces a solver has found, with their rows.
+
+use super::rows::Contact;
+use crate::contact::{Contacts, ROWS};
+use crate::model::BodyId;
+use crate::scalar::Scalar;
+use crate::sim::terms::sink::SlopePoint;
+use crate::spatial::Force;
+
+/// A contact point whose forces a solver has found, or one without.
+pub(super) struct SolvedPoint<'a, T: Scalar> {
+    pub(super) contacts: &'a Contacts,
+    pub(super) index: usize,
+    pub(super) body: BodyId,
+    pub(super) active: Option<ActiveRows<T>>,
+}
+
+/// Rows of a contact point that takes part in the solution.
+#[derive(Clone, Copy)]
+pub(super) struct ActiveRows<T: Scalar> {
+    /// Row of the normal; those across follow.
+    pub(super) row: usize,
+    pub(super) block: usize,
+    pub(super) forces: [T; ROWS],
+    pub(super) delassus: T,
+    pub(super) axes: [Force<T>; ROWS],
+}
+
+/// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
+pub(super) fn each_solved<'a, T: Scalar>(
+    at: &'a SlopePoint<'a, T>,
+    term: &'a Contact<T>,
+    mut each: impl FnMut(SolvedPoint<'a, T>),
+) {
+    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance()) else {
+        return;
+    };
+    let (solved, touching) = (balance.rows(), term.touching());
+    let (first_row, first_block) = (
+        solved.count() - ROWS * touching.len(),
+        solved.blocks() - touching.len(),
+    );
+    let mut next = touching.iter().enumerate().peekable();
+    for (index, point) in contacts.points().iter().enumerate() {
+        let active = next.next_if(|(_, touching)| **touching == index);
+        if active.is_none() && !contacts.have_bristles() {
+            continue;
+        }
+        let active = active.map(|(of, _)| {
+            let row = first_row + ROWS * of;
+            ActiveRows {
+                row,
+                block: first_block + of,
+                forces: std::array::from_fn(|k| solved.forces()[row + k]),
+                delassus: solved.delassus(row),
+                axes: term.unit_forces(contacts, of),
+            }
+        });
+        each(SolvedPoint {
+            contacts,
+            index,
+            body: point.body,
+            active,
+        });
+    }
+}
+
+impl<T: Scalar> Contact<T> {
+    /// A unit force along each axis of a point that takes part, on its body and in it.
+    fn unit_forces(&self, contacts: &Contacts, of: usize) -> [Force<T>; ROWS] {
+        let index = self.touching()[of];
+        self.axes_of(of)
+            .map(|axis| self.force_at(contacts, index, &axis))
+    }
+}
