@@ -96,8 +96,8 @@ fn elastic_rod_between_two_bodies_is_an_oscillator_of_their_reduced_mass() {
     let reduced = MASSES[0] * MASSES[1] / (MASSES[0] + MASSES[1]);
     for (integrator, dt, tolerance) in [
         (Integrator::RungeKutta4, 1e-3, 1e-9),
-        (Integrator::SemiImplicitEuler, 1e-5, 2e-4),
-        (Integrator::ImplicitVelocity, 1e-5, 2e-4),
+        (Integrator::SemiImplicitEuler, 1e-5, 1e-3),
+        (Integrator::ImplicitVelocity, 1e-5, 1e-3),
     ] {
         let simulator = on_rail(integrator, vec![rod().with_spring(k, d)]).with_time_step(dt);
         let start = simulator.state(&[0.0, 0.75], &[0.3, 0.8]);
@@ -411,6 +411,10 @@ fn graphs_give_the_steps_and_jacobians() {
             let inputs: Vec<f64> = state.numbers().chain(&u).copied().collect();
             let next = simulator.step(&state, &u);
             let jacobians = simulator.linearize(&state, &u);
+            // Bounded forces are those of a path near its end.
+            let bounded = |tied: &Constraint| tied.largest_force().is_some();
+            let any = simulator.constraints().iter().any(bounded);
+            let tolerance = if any { 1e-5 } else { 1e-8 };
             let expected = [
                 next.numbers().copied().collect::<Vec<_>>(),
                 jacobians.a.iter().chain(&jacobians.b).copied().collect(),
@@ -423,8 +427,7 @@ fn graphs_give_the_steps_and_jacobians() {
                 let largest = expected.iter().fold(1.0, |most: f64, x| x.abs().max(most));
                 for (found, expected) in found.iter().zip(&expected) {
                     let off = (found - expected).abs() / largest;
-                    // A bounded force is that of a path near its end.
-                    assert!(off < 1e-7, "{integrator:?}, {which}: {off:e}");
+                    assert!(off < tolerance, "{integrator:?}, {which}: {off:e}");
                 }
             }
         }

@@ -93,7 +93,7 @@ impl<T: Scalar> Bilateral<T> {
             let columns = self.response.chunks_exact(nv);
             self.factors.extend(columns.map(|x| product(row, x)));
         }
-        for (k, &compliance) in self.compliance.iter().enumerate() {
+        for (k, &compliance) in self.compliance.iter().take(n).enumerate() {
             self.factors[k * (n + 1)] += compliance;
         }
         self.reciprocals.clear();
@@ -227,5 +227,32 @@ mod tests {
             assert!(balance.amax() < 1e-8 * scale, "tree {seed}: {balance}");
             assert_eq!(r[2], 0.0, "tree {seed}");
         }
+    }
+
+    // J a = r − R λ; a row with an infinite R takes no force, as if it were not there.
+    #[test]
+    fn rows_that_give_way_obey_their_compliance() {
+        let model = samples::random_tree(8, 3);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let q = model.random_configuration(&mut rng);
+        let N = mass_matrix(&model, q.as_slice());
+        let mut lu = TreeLu::new(&model);
+        lu.factorize(|out| out.copy_from(&N));
+        let nv = model.nv();
+        let J = DMatrix::from_fn(3, nv, |_, _| model.random_velocity(&mut rng, 1.0)[0]);
+        let mut a = model.random_velocity(&mut rng, 1.0);
+        let f = &N * &a;
+        let R = [0.0, 0.7, f64::INFINITY];
+        let r = [0.3, -0.2, 0.1];
+        let mut bilateral = Bilateral::new(3, nv);
+        let wanted = r.into_iter().zip(R);
+        bilateral.hold(&lu, J.transpose().as_slice(), wanted, a.as_mut_slice());
+        let forces = DVector::from_column_slice(&bilateral.forces);
+        assert_eq!(forces[2], 0.0);
+        for k in 0..2 {
+            let error = (J.row(k) * &a)[0] - r[k] + R[k] * forces[k];
+            assert!(error.abs() < OTHER_ALGORITHM, "row {k}: {error:e}");
+        }
+        assert!((&N * &a - J.transpose() * &forces - f).amax() < OTHER_ALGORITHM);
     }
 }
