@@ -111,13 +111,11 @@ impl<T: Scalar> Balance<T> {
         let scale = smoothed
             .filter(|_| !is_f64::<P>())
             .map(|_| T::from((dt / plain).sqrt()));
-        if let Some(scale) = scale {
-            self.rows.scale_offsets(scale);
-        }
-        self.certificate = self.rows.solve(law, &mut self.solver);
-        if let Some(scale) = scale {
-            self.rows.scale_forces(T::one() / scale);
-        }
+        let (rows, solver) = (&mut self.rows, &mut self.solver);
+        self.certificate = match scale {
+            Some(scale) => rows.solve_scaled(law, solver, scale),
+            None => rows.solve(law, solver),
+        };
     }
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.

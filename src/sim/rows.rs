@@ -2,6 +2,7 @@
 
 use crate::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
+use crate::linalg::product::dot;
 use crate::scalar::{GROUP, Linear, Scalar, TILE, each, plus_scaled, vectorized};
 
 /// Rows  y = G f + J a − reference, block after block.
@@ -208,11 +209,6 @@ impl<T: Scalar> Rows<T> {
         group.iter().map(move |x| x[row % GROUP])
     }
 
-    /// J `a_free` − reference, y without forces.
-    pub(crate) fn offsets(&self) -> &[T] {
-        &self.offset
-    }
-
     /// The forces of the last solution.
     pub(crate) fn forces(&self) -> &[T] {
         &self.forces
@@ -236,14 +232,43 @@ impl<T: Scalar> Rows<T> {
         rows.for_each(|(offset, &reference)| *offset -= reference);
     }
 
-    /// Multiplies J `a_free` − reference.
-    pub(super) fn scale_offsets(&mut self, scale: T) {
-        self.offset.iter_mut().for_each(|x| *x = *x * scale);
+    /// Finds the forces f for which the laws hold for s f and s y, with the scale s > 0: what has a unit of force or velocity goes into the problem s times.
+    pub(super) fn solve_scaled(
+        &mut self,
+        law: Law,
+        solver: &mut ConeSolver<T>,
+        scale: T,
+    ) -> Certificate {
+        self.scale(scale);
+        let certificate = self.solve(law, solver);
+        let back = T::one() / scale;
+        self.scale(back);
+        self.forces.iter_mut().for_each(|f| *f = *f * back);
+        certificate
     }
 
-    /// Multiplies the forces of the last solution.
-    pub(super) fn scale_forces(&mut self, scale: T) {
-        self.forces.iter_mut().for_each(|x| *x = *x * scale);
+    /// Multiplies what has a unit of force or velocity, bounds of forces among it.
+    fn scale(&mut self, scale: T) {
+        self.offset.iter_mut().for_each(|x| *x = *x * scale);
+        for (&block, x) in self.blocks.iter().zip(&mut self.friction) {
+            if is_bound(block, x) {
+                *x = *x * scale;
+            }
+        }
+    }
+
+    /// Slope of weighted forces in the scale at 1, see [`solve_scaled`](Self::solve_scaled).
+    ///
+    /// * `by_velocity`, `by_friction` – weights of y and of what stands at blocks, which weights of the forces have become
+    /// * `weighted` – the forces, weighted
+    pub(crate) fn by_scale(&self, by_velocity: &[T], by_friction: &[T], weighted: T) -> T {
+        let mut sum = dot(by_velocity, &self.offset) - weighted;
+        for ((&block, x), &weight) in self.blocks.iter().zip(&self.friction).zip(by_friction) {
+            if is_bound(block, x) {
+                sum += *x * weight;
+            }
+        }
+        sum
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
@@ -328,6 +353,11 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn last_forces(&self, rows: usize) -> &[T] {
         &self.forces[self.forces.len() - rows..]
     }
+}
+
+/// Whether what stands at a block bounds its force.
+fn is_bound<T: Scalar>(block: Block, x: &T) -> bool {
+    block == Block::Interval && !(x.has_value() && x.value(0).is_infinite())
 }
 
 /// X Yᵀ, of which as many columns as a tile has, from `first` on.

@@ -10,7 +10,7 @@ use crate::states::{CudaStates, Ending, state};
 /// The motions of a batch: the states that were kept, and the last ones.
 #[derive(Clone, Debug)]
 pub struct CudaRollout {
-    /// Time from one state that is kept to the next, s.
+    /// Time from one state that is kept to the next, s; that of the simulator itself where states have time steps of their own.
     pub interval: f64,
     every: usize,
     initial: Vec<State>,

@@ -212,11 +212,11 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
             return;
         }
         let (v, dt) = (at.v(), at.dt());
-        let (rows, own) = (&mut balance.rows, &mut self.rows);
+        let (step, rows, own) = (T::from(dt), &mut balance.rows, &mut self.rows);
         each_end(at.simulator, at.q(), |k, end| {
             let away = v[k] * end.inward;
-            let depth = |lane| end.depth.value(lane);
-            let near = |lane| depth(lane) + (-dt.value(lane) * away.value(lane)).max(0.0) > 0.0;
+            let arriving = |lane| (-step.value(lane) * away.value(lane)).max(0.0);
+            let near = |lane| end.depth.value(lane) + arriving(lane) > 0.0;
             // While a step is recorded, each end may be.
             let unknown = !end.depth.has_value() || !away.has_value() || !dt.has_value();
             if unknown || (0..T::LANES).any(near) {

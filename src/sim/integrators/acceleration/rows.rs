@@ -31,7 +31,7 @@ pub(super) struct RowAdjoint<T> {
     pub(super) by_y: Vec<T>,
     /// Effect of the friction of each block; empty if it is not wanted.
     pub(super) by_friction: Vec<T>,
-    /// Effect of s where the laws hold for s f and s y in place of f and y: that of the time step on smoothed laws, `Balance::smooth`.
+    /// Effect of the scale in which laws hold: that of the time step on smoothed laws, see `Balance::smooth`.
     by_scale: T,
     /// Jᵀ `λ_y`.
     by_seen: Vec<T>,
@@ -106,9 +106,10 @@ impl<T: Scalar> RowAdjoint<T> {
         let Some(balance) = found.balance.as_deref_mut() else {
             return;
         };
-        let by_force = dot(&self.by_y, balance.rows().forces());
+        let weighted = dot(&self.by_y, balance.rows().forces());
         balance.respond_transposed(at, &mut self.by_y, &mut self.by_friction);
-        self.by_scale = dot(&self.by_y, balance.rows().offsets()) - by_force;
+        let rows = balance.rows();
+        self.by_scale = rows.by_scale(&self.by_y, &self.by_friction, weighted);
         self.by_seen.fill(T::zero());
         let jacobian = balance.rows().first_rows(n);
         for (row, weight) in jacobian.chunks_exact(nv).zip(&self.by_y) {

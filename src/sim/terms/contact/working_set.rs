@@ -267,8 +267,9 @@ fn shortfall<P: Scalar, T: Over<P>>(
     });
     let before = dot(&point.normal, &point.velocity);
     let least = step.contacts.laws()[i].least_velocity(point.depth, before, step.dt)?;
+    let dt = T::from(step.dt);
     Some(T::from_values(|lane| {
-        let dt = step.dt.value(lane);
+        let dt = dt.value(lane);
         let gained = dt * gained.value(lane);
         let (before, least) = (before.value(lane), least.value(lane));
         let nothing = TOLERANCE * (dt + gained.abs() + before.abs() + least.abs());
