@@ -206,7 +206,7 @@ impl<T: Scalar> System<T> {
     pub(super) fn scale_bounds(&mut self) {
         for unit in &mut self.units {
             if unit.kind == Kind::Interval {
-                unit.mu = unit.mu / self.scale[unit.row];
+                unit.mu /= self.scale[unit.row];
             }
         }
     }

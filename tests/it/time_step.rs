@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use dualbody::autodiff::{VectorFunction, finite_difference, gradient};
+use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
     ContactLaw, Impedance, RelaxedRigid, Rigid, Sigmoid, Smoothing, SoftContact, Terrain,
 };
@@ -13,9 +14,11 @@ use dualbody::sim::SimulatorParameterGroup;
 use dualbody::{Integrator, Model, Scalar, Simulator, State, codegen};
 use nalgebra::DVector;
 
+use crate::common::everything::INTEGRATORS;
 use crate::common::ground::{free, on};
 use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, asset, free_body};
 use crate::step_adjoints::{Case, closed_loops, solved_contact, uneven_ground};
+use crate::yielding_constraints::all_sorts;
 
 /// Finite differences of a step.
 const DIFFERENCES: f64 = 1e-6;
@@ -122,6 +125,34 @@ fn slope_in_the_time_step_is_right_on_both_sides_of_the_shortest_time_constant()
             let simulator = simulator.with_constraints(constraints.collect());
             let what = format!("{}, {time_constant} s", case.name);
             assert_slope(&simulator, &case.state, case.u.as_slice(), &what, true);
+        }
+    }
+}
+
+#[test]
+fn slope_in_the_time_step_of_constraints_that_give_way_is_right() {
+    for integrator in INTEGRATORS {
+        for (which, (simulator, state)) in all_sorts().into_iter().enumerate() {
+            let simulator = simulator.with_integrator(integrator).with_time_step(0.002);
+            let u = vec![0.1; simulator.nu()];
+            let what = format!("{integrator:?}, {which}");
+            assert_slope(&simulator, &state, &u, &what, true);
+        }
+    }
+}
+
+// A bound is no force of the path, and scales with the others.
+#[test]
+fn slope_in_the_time_step_of_bounded_forces_beside_smoothed_contact_is_right() {
+    for (what, simulator, state) in balls(0.01, -0.2) {
+        let model = simulator.model();
+        let link = Anchor::frame(model, model.link_names()[0]).expect("a link");
+        let nail = Anchor::world().moved([0.1, 0.2, 0.3]);
+        for bound in [0.5, 1e6] {
+            let tied = Constraint::ball([link, nail]).with_largest_force(bound);
+            let simulator = simulator.clone().with_constraints(vec![tied]);
+            let what = format!("{what}, {bound} N");
+            assert_slope(&simulator, &state, &[], &what, true);
         }
     }
 }

@@ -283,7 +283,7 @@ fn slow_point(model: &Model, seed: u64) -> State {
 }
 
 /// Constraints of each kind, rigid and elastic, with and without bounds, some at them and some not.
-fn all_sorts() -> Vec<(Simulator, State)> {
+pub(crate) fn all_sorts() -> Vec<(Simulator, State)> {
     let tree = samples::random_tree(8, 2);
     let state = slow_point(&tree, 4);
     let end = frame(&tree, "link6").moved([0.1, -0.2, 0.3]);

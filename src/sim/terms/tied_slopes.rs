@@ -134,7 +134,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         (weighted, slopes)
     }
 
-    /// Adds the slopes in coefficients, and of joints that follow another one in ratio and offset, q = r q_leader + o.
+    /// Adds the slopes in coefficients, and of joints that follow another one in its ratio r and its offset.
     fn add_coefficients(&self, by: &JointSlopes<T>, seen: &[T], out: &mut Numbers<'_, T>) {
         let moment = self.at.moment;
         for (i, tied) in self.constraint.kind().joints().enumerate() {

@@ -11,6 +11,7 @@ use super::rows::Contact;
 use super::solved::{SolvedPoint, each_solved};
 use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, ROWS};
+use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
