@@ -23,16 +23,20 @@ fn mesh(name: &str, text: &str) -> String {
 
 /// A free link of a solid box of 1 kg with these collision shapes.
 fn link(shapes: &[String]) -> Model {
+    Model::from_urdf_str(&described(shapes)).expect("a link")
+}
+
+/// The description of it.
+fn described(shapes: &[String]) -> String {
     let shapes: Vec<String> = shapes
         .iter()
         .map(|shape| format!("<collision>{shape}</collision>"))
         .collect();
-    let urdf = format!(
+    format!(
         "<robot name='r'><link name='l'><inertial><mass value='1'/>\
          <inertia ixx='0.006' ixy='0' ixz='0' iyy='0.012' iyz='0' izz='0.0156'/></inertial>{}</link></robot>",
         shapes.concat()
-    );
-    Model::from_urdf_str(&urdf).expect("a link")
+    )
 }
 
 fn geometry(file: &str, scale: &str) -> String {
@@ -258,10 +262,8 @@ fn flat_meshes_touch_with_the_corners_of_their_polygon() {
     let dot = mesh("dot.obj", "v 3 2 1\nf 1 1 1\n");
     let number = |file: &str| on_ground(&link(&[geometry(file, "1 1 1")])).points().len();
     assert_eq!([number(&plate), number(&rod), number(&dot)], [4, 2, 1]);
-    // A cube without height has its corners twice.
-    let cube = mesh("flattened.obj", CUBE);
-    assert_eq!(
-        on_ground(&link(&[geometry(&cube, "1 1 0")])).points().len(),
-        8
-    );
+    // A mesh that is scaled to nothing is refused.
+    let flattened = described(&[geometry(&plate, "1 1 0")]);
+    let error = Model::from_urdf_str(&flattened).unwrap_err().to_string();
+    assert!(error.contains("scale = \"0\""), "{error}");
 }

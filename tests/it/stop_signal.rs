@@ -18,12 +18,11 @@ fn swing() -> Problem {
 }
 
 /// Stops after two iterations, and from the start.
-fn check(solver: &mut impl Solver, name: &str) {
-    let problem = swing();
-    let guess = Trajectory::zero_input(&problem);
+fn check(solver: &mut impl Solver, problem: &Problem, name: &str) {
+    let guess = Trajectory::zero_input(problem);
     let signal = StopSignal::new();
     let first = signal.watch(|| {
-        solver.solve_with(&problem, &guess, &mut |at| {
+        solver.solve_with(problem, &guess, &mut |at| {
             if at.iteration == 2 {
                 signal.stop();
             }
@@ -38,22 +37,23 @@ fn check(solver: &mut impl Solver, name: &str) {
         first.cost < first.cost_history[0] || first.gap > 0.0,
         "{name}"
     );
-    let none = signal.watch(|| solver.solve(&problem, &guess));
+    let none = signal.watch(|| solver.solve(problem, &guess));
     assert_eq!(
         (none.status, none.iterations),
         (Status::Stopped, 0),
         "{name}"
     );
-    let whole = solver.solve(&problem, &guess);
+    let whole = solver.solve(problem, &guess);
     assert!(whole.is_converged(), "{name}: {}", whole.status);
 }
 
 #[test]
 fn solvers_end_at_a_signal_with_the_best_so_far() {
     let problem = swing();
-    check(&mut Ddp::new(&problem), "differential dynamic programming");
-    check(&mut SingleShooting::new(&problem), "single shooting");
-    check(&mut Transcription::new(), "transcription");
+    let names = ["dynamic programming", "single shooting", "transcription"];
+    check(&mut Ddp::new(&problem), &problem, names[0]);
+    check(&mut SingleShooting::new(&problem), &problem, names[1]);
+    check(&mut Transcription::new(), &problem, names[2]);
 }
 
 /// A valley whose values set the signal, after so many.

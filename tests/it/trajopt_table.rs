@@ -19,7 +19,7 @@ pendulum                        8            8            8            7
 pendulum, bounded              11           10           11           10
 pendulum, fixed end            13           13           13           14
 arm                            25           22           21           20
-tree                           46            3           46            3
+tree                           46            3           42            4
 ";
 
 /// Distance by which states are moved where the guess has gaps, m or rad.

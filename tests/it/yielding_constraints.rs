@@ -469,7 +469,8 @@ fn negative_largest_force_among_parameters_is_refused() {
     let brake = tendon(&sliders(), &[("first_rail", 1.0)], 0.0).with_largest_force(1.0);
     let simulator = on_rail(Integrator::default(), vec![brake]);
     let mut parameters = simulator.parameters();
-    *parameters.as_mut_slice().last_mut().expect("one") = -1.0;
+    let index = (simulator.parameter_layout()).find("constraint 0: largest force");
+    parameters[index.expect("a bound")] = -1.0;
     let _ = simulator.with_parameters(parameters.as_slice());
 }
 

@@ -200,7 +200,7 @@ fn actuated(integrator: Integrator) -> Case {
 const RADIUS: f64 = 1e-14;
 /// The largest width that comes out, relative to the number or to one: intervals that depend on the same input do not
 /// cancel, which costs accelerations of a tree of nine bodies nine digits.
-const WIDEST: f64 = 1e-1;
+const WIDEST: f64 = 2e-1;
 
 /// A number next to another one, within the interval around that.
 fn beside(i: usize, x: f64) -> f64 {

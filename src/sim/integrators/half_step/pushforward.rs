@@ -71,7 +71,8 @@ impl<T: Differentiable> AheadColumns<T> {
     /// Adds ∂y = ∂y/∂q δq + ∂y/∂v⁺ (δv + Δt δã₀).
     fn add_to(&mut self, at: &Moment<'_, f64, T>, out: &mut Blocks<T>) {
         let (model, nv) = (at.model(), at.model().nv());
-        for (row, by_seen) in self.by_seen.chunks_exact_mut(nv).enumerate() {
+        let width = nv.max(1);
+        for (row, by_seen) in self.by_seen.chunks_exact_mut(width).enumerate() {
             for (k, by_seen) in by_seen.iter_mut().enumerate() {
                 let by_v = *self.rows.columns.at(row, nv + k);
                 *out.at(row, k) += *self.rows.columns.at(row, k);
@@ -81,7 +82,7 @@ impl<T: Differentiable> AheadColumns<T> {
         }
         add_turning(model, at.v(), &self.by_seen, out);
         for (y, minus_a) in out.blocks_mut().zip(self.minus_a.blocks()) {
-            for (y, slopes) in y.iter_mut().zip(self.by_seen.chunks_exact(nv)) {
+            for (y, slopes) in y.iter_mut().zip(self.by_seen.chunks_exact(width)) {
                 for (&x, &slope) in minus_a.iter().zip(slopes) {
                     *y = x.times_plus(-slope, *y);
                 }
