@@ -115,7 +115,7 @@ impl Simulator<f64> {
     }
 
     /// [`linearize`](Self::linearize) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
-    /// [`Integrator`].
+    /// [`Integrator`](crate::Integrator).
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.

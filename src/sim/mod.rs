@@ -59,9 +59,11 @@ pub use batch::{
 };
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
+#[cfg(feature = "second-order")]
+pub(crate) use integrators::add_integrated;
 pub(crate) use integrators::{
     AccelerationColumns, AccelerationScratch, Pullback, Pushforward, StepAdjoint, StepColumns,
-    StepJacobian, StepPoint, add_integrated,
+    StepJacobian, StepPoint,
 };
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;

@@ -243,16 +243,16 @@ impl<T: Scalar> Rows<T> {
         let certificate = self.solve(law, solver);
         let back = T::one() / scale;
         self.scale(back);
-        self.forces.iter_mut().for_each(|f| *f = *f * back);
+        self.forces.iter_mut().for_each(|f| *f *= back);
         certificate
     }
 
     /// Multiplies what has a unit of force or velocity, bounds of forces among it.
     fn scale(&mut self, scale: T) {
-        self.offset.iter_mut().for_each(|x| *x = *x * scale);
+        self.offset.iter_mut().for_each(|x| *x *= scale);
         for (&block, x) in self.blocks.iter().zip(&mut self.friction) {
             if is_bound(block, x) {
-                *x = *x * scale;
+                *x *= scale;
             }
         }
     }

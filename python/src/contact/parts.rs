@@ -37,10 +37,12 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
             guarded(|| Constraint::distance(anchors, length))?
         }
         "tendon" => {
-            let joints: Vec<(String, f64)> =
-                value.getattr("joints")?.call_method0("items")?.try_iter()?
-                    .map(|item| item?.extract())
-                    .collect::<PyResult<_>>()?;
+            let joints: Vec<(String, f64)> = value
+                .getattr("joints")?
+                .call_method0("items")?
+                .try_iter()?
+                .map(|item| item?.extract())
+                .collect::<PyResult<_>>()?;
             let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
             let length = number("length")?;
             guarded(|| Constraint::tendon(model, &joints, length))?.or_raise()?

@@ -21,6 +21,7 @@ mod method;
 mod runge_kutta_4;
 
 pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
+#[cfg(feature = "second-order")]
 pub(crate) use joint_tangents::add_integrated;
 pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};
 pub(crate) use method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
