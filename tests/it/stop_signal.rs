@@ -45,7 +45,9 @@ fn check(solver: &mut impl Solver, problem: &Problem, name: &str) {
     );
     let whole = solver.solve(problem, &guess);
     assert_ne!(whole.status, Status::Stopped, "{name}");
-    assert!(whole.iterations > 2 && whole.cost <= first.cost, "{name}");
+    // Where gaps close, the cost may rise.
+    let is_better = whole.cost <= first.cost || whole.gap < first.gap;
+    assert!(whole.iterations > 2 && is_better, "{name}");
 }
 
 #[test]
