@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 RepresentationName = Literal["body", "mixed", "inertial"]
 MomentumFrameName = Literal["centroidal", "world", "base"]
 EngineName = Literal["pinocchio", "mujoco", "jaxsim"]
-IntegratorName = Literal["semi_implicit_euler", "implicit_velocity", "runge_kutta_4"]
+IntegratorName = Literal["semi_implicit_euler", "implicit_velocity", "runge_kutta_4", "implicit_midpoint"]
 Vector3 = tuple[float, float, float]
 Note = tuple[str, str, int, str]
 

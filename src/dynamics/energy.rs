@@ -49,31 +49,30 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     of_armature.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
-/// Computes ∂T/∂q in tangent directions of q at fixed v, the term of Lagrange's equation, length `nv`; does not
-/// allocate.
+/// Hands each velocity coordinate k with the slopes of the kinetic energy T in that rate, the momentum (M v)ₖ, and in that tangent direction of q at
+/// fixed v, the term of Lagrange's equation, to `each`, in parts that add up; those of armature are left out. Does not allocate.
 ///
 /// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the
-/// joint changes by δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂q = h · (`V_P` × S).
+/// joint changes by δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂v = h · S  and  ∂T/∂q = h · (`V_P` × S).
 ///
 /// * `X_PB` – the pose of each body in its parent at q
 /// * `scratch` – working memory, a motion and a force for each body
-pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
+pub(crate) fn each_kinetic_slope<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
     v: &[T],
     scratch: &mut [(Motion<T>, Force<T>)],
-    out: &mut [T],
+    mut each: impl FnMut(usize, T, T),
 ) {
     for (i, body) in model.bodies().iter().enumerate() {
         let V = velocity(body, &X_PB[i], v, |p| scratch[p.0].0);
         scratch[i] = (V, body.inertia.times(&V));
     }
-    out.fill(T::zero());
     for (i, body) in model.bodies().iter().enumerate().rev() {
         let (V, h) = scratch[i];
         let V_P = V - body.motion(v);
         body.columns()
-            .for_each(|(k, S)| out[k] += V_P.cross(&S).power(&h));
+            .for_each(|(k, S)| each(k, S.power(&h), V_P.cross(&S).power(&h)));
         if let Some(p) = body.parent {
             scratch[p.0].1 += X_PB[i].force(&h);
         }
@@ -116,13 +115,15 @@ pub fn potential_energy_at<P: Scalar, T: Over<P>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::mass_matrix;
     use crate::model::samples;
+    use nalgebra::DVector;
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 
     /// T(q ⊕ δ) by central differences.
     #[test]
-    fn gradient_of_the_kinetic_energy_equals_differences() {
+    fn slopes_of_the_kinetic_energy_equal_momenta_and_differences() {
         const STEP: f64 = 1e-6;
         for seed in 0..6 {
             let model = samples::random_tree(10, seed);
@@ -133,8 +134,19 @@ mod tests {
             let mut gradient = vec![0.0; model.nv()];
             let bodies = model.bodies().iter();
             let X_PB: Vec<Transform<f64>> = bodies.map(|body| body.place(q.as_slice())).collect();
-            let at = (&mut scratch[..], &mut gradient[..]);
-            kinetic_energy_gradient_into(&model, &X_PB, v.as_slice(), at.0, at.1);
+            let mut momentum = vec![0.0; model.nv()];
+            each_kinetic_slope(&model, &X_PB, v.as_slice(), &mut scratch, |k, p, slope| {
+                momentum[k] += p;
+                gradient[k] += slope;
+            });
+            let armature = model.armature().iter().zip(&v).map(|(r, v)| r * v);
+            let expected = mass_matrix(&model, q.as_slice()) * &v
+                - DVector::from_iterator(model.nv(), armature);
+            let error = (DVector::from_vec(momentum) - &expected).amax();
+            assert!(
+                error < 1e-12 * (1.0 + expected.amax()),
+                "seed {seed}, momentum: {error:e}"
+            );
             for k in 0..model.nv() {
                 let energy = |step: f64| {
                     let mut dq = vec![0.0; model.nv()];

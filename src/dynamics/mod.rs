@@ -136,7 +136,7 @@ pub use derivatives::{
     frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
     inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
 };
-pub(crate) use energy::kinetic_energy_gradient_into;
+pub(crate) use energy::each_kinetic_slope;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
 pub(crate) use forward_dynamics::resisted_forward_dynamics_into;

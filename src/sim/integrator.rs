@@ -76,4 +76,13 @@ pub enum Integrator {
     /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999]. All forces are explicit: with
     /// a damper d on an inertia I it diverges where Δt d / I > 2.8.
     RungeKutta4,
+    /// The implicit midpoint rule on the manifold of configurations, symplectic and of second order: the energy of smooth motion does not drift, however
+    /// long it lasts, and the momentum of a free body is kept to rounding, linear and angular. Inputs, springs, dampers, friction, stops and external forces
+    /// are those of the middle of the step. No contact and no constraints.
+    ///
+    /// A step is found by Newton's method, see [`StepScratch::solver_status`](super::StepScratch::solver_status), and costs as much as its Jacobians.
+    ///
+    /// # References
+    /// [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].
+    ImplicitMidpoint,
 }

@@ -108,7 +108,9 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn at_end(&self) -> AtEnd {
         match self.integrator() {
             Integrator::SemiImplicitEuler if self.resists() => AtEnd::Joints,
-            Integrator::SemiImplicitEuler | Integrator::RungeKutta4 => AtEnd::Nothing,
+            Integrator::SemiImplicitEuler
+            | Integrator::RungeKutta4
+            | Integrator::ImplicitMidpoint => AtEnd::Nothing,
             Integrator::ImplicitVelocity => AtEnd::JointsAndContact,
         }
     }

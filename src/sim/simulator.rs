@@ -143,7 +143,8 @@ impl<P: Scalar> Simulator<P> {
     /// Sets the integrator.
     ///
     /// # Panics
-    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity.
+    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity; the implicit
+    /// midpoint rule takes no contacts and no constraints.
     #[must_use]
     pub fn with_integrator(mut self, integrator: Integrator) -> Self {
         self.integrator = integrator;
@@ -214,6 +215,7 @@ impl<P: Scalar> Simulator<P> {
     pub fn with_constraints(mut self, constraints: Vec<Constraint<P>>) -> Self {
         constraints.iter().for_each(|c| c.check(&self.model));
         self.constraints = constraints;
+        self.check_integrator();
         self
     }
 
@@ -228,6 +230,17 @@ impl<P: Scalar> Simulator<P> {
     }
 
     fn check_integrator(&self) {
+        assert!(
+            self.integrator != Integrator::ImplicitMidpoint
+                || (self.contacts.is_none() && self.constraints.is_empty()),
+            "\"{}\" has {}, which the implicit midpoint rule does not simulate: take another integrator",
+            self.model.name(),
+            if self.contacts.is_some() {
+                "contacts"
+            } else {
+                "constraints"
+            },
+        );
         let law = self.contacts.as_ref().and_then(Contacts::acting_over_step);
         let law = law.filter(|_| self.integrator == Integrator::RungeKutta4);
         assert!(
@@ -375,6 +388,23 @@ impl<P: Scalar> Simulator<P> {
             resists: false,
         }
         .with_resistance_found()
+    }
+
+    /// The simulator in the values of its numbers in a lane, without contacts and constraints.
+    pub(super) fn values(&self, lane: usize) -> Simulator {
+        let value = &mut |x: P| x.value(lane);
+        Simulator {
+            model: self.model.values(lane),
+            time_step: value(self.time_step),
+            divergence_bound: self.divergence_bound,
+            integrator: self.integrator,
+            actuated: self.actuated.clone(),
+            actuation: self.actuation.as_ref().map(|own| own.map_numbers(value)),
+            contacts: None,
+            constraints: Vec::new(),
+            frames: self.frames.map_numbers(value),
+            resists: self.resists,
+        }
     }
 
     pub(crate) fn check_input<T>(&self, u: &[T]) {

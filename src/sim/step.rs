@@ -30,7 +30,8 @@ impl<T: Scalar> StepScratch<T> {
         }
     }
 
-    /// Status of the solver of the forces of contact and constraints in the last step, in a lane: the worst of all its evaluations, and
+    /// Status of the solver of the forces of contact and constraints, or of the search of an [implicit midpoint](super::Integrator::ImplicitMidpoint), in
+    /// the last step, in a lane: the worst of all evaluations, and
     /// [`Converged`](Status::Converged) where none was needed. What it means stands at [`ContactReport::certificate`](super::ContactReport).
     ///
     /// # Panics
@@ -38,7 +39,8 @@ impl<T: Scalar> StepScratch<T> {
     pub fn solver_status(&self, lane: usize) -> Status {
         assert!(lane < T::LANES, "there are {} lanes, none {lane}", T::LANES);
         let balance = self.acceleration.balance.as_ref();
-        balance.map_or(Status::Converged, |balance| balance.status(lane))
+        let of_rows = balance.map_or(Status::Converged, |balance| balance.status(lane));
+        of_rows.max(self.method.status(lane))
     }
 }
 

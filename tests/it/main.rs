@@ -36,6 +36,7 @@ mod guide;
 mod hardware;
 mod identities;
 mod implicit;
+mod implicit_midpoint;
 mod integrators;
 mod joint_kinds;
 mod loading;

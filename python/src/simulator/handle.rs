@@ -25,10 +25,11 @@ pub(crate) struct PySimulator {
     pub(super) batch: Mutex<Option<BatchSimulator>>,
 }
 
-const INTEGRATORS: [(&str, Integrator); 3] = [
+const INTEGRATORS: [(&str, Integrator); 4] = [
     ("semi_implicit_euler", Integrator::SemiImplicitEuler),
     ("implicit_velocity", Integrator::ImplicitVelocity),
     ("runge_kutta_4", Integrator::RungeKutta4),
+    ("implicit_midpoint", Integrator::ImplicitMidpoint),
 ];
 
 fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
@@ -140,7 +141,7 @@ impl PySimulator {
         self.simulator.time_step()
     }
 
-    /// How it steps: "semi_implicit_euler", "implicit_velocity" or "runge_kutta_4".
+    /// How it steps: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
     #[getter]
     fn integrator(&self) -> &'static str {
         let own = self.simulator.integrator();

@@ -99,11 +99,21 @@ pub(super) fn integrated<T: Scalar>(
     offset: &[T],
     end: &[T],
 ) -> JointTangent<T> {
-    let (joint, own) = (body.joint, q_range(body));
-    let start = moved(joint, &q[own.clone()]);
-    let expected: [Local<T>; MAX_NV + 1] = lifted(&end[own]);
+    let (own_q, own_v) = (q_range(body), v_range(body));
+    integrated_alone(body.joint, &q[own_q.clone()], &offset[own_v], &end[own_q])
+}
+
+/// [`integrated`] from the numbers of that joint alone.
+pub(super) fn integrated_alone<T: Scalar>(
+    joint: JointKind,
+    q: &[T],
+    offset: &[T],
+    end: &[T],
+) -> JointTangent<T> {
+    let start = moved(joint, q);
+    let expected: [Local<T>; MAX_NV + 1] = lifted(end);
     let mut tangent = [Dual::from(0.0); MAX_NV];
-    for (k, &x) in offset[v_range(body)].iter().enumerate() {
+    for (k, &x) in offset.iter().enumerate() {
         tangent[k] = Dual::variable(x, MAX_NV + k);
     }
     let (nq, nv) = (joint.nq(), joint.nv());

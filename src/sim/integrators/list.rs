@@ -1,7 +1,8 @@
 //! The list of integrators: the only place that names all of them.
 
 use super::method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
-use super::{AccelerationScratch, euler, runge_kutta_4};
+use super::{AccelerationScratch, euler, implicit_midpoint, runge_kutta_4};
+use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::integrator::Integrator;
@@ -56,6 +57,12 @@ macro_rules! list_integrators {
                     $(Self::$method(own) => own.step(simulator, state, u, found, next),)*
                 }
             }
+
+            fn status(&self, lane: usize) -> Status {
+                match self {
+                    $(Self::$method(own) => own.status(lane),)*
+                }
+            }
         }
 
         impl<T: Differentiable, $($method: Pushforward<T>),*> Pushforward<T> for Method<$($method),*> {
@@ -106,4 +113,5 @@ macro_rules! list_integrators {
 list_integrators! {
     Euler: euler, SemiImplicitEuler | ImplicitVelocity;
     RungeKutta4: runge_kutta_4, RungeKutta4;
+    ImplicitMidpoint: implicit_midpoint, ImplicitMidpoint;
 }

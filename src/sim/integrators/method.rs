@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::AccelerationScratch;
+use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::simulator::Simulator;
@@ -24,6 +25,11 @@ pub(crate) trait Step<T: Scalar> {
         next: &mut State<T>,
     ) where
         T: Over<P>;
+
+    /// Status of the search of the method's own in the last step, in a lane.
+    fn status(&self, _lane: usize) -> Status {
+        Status::Converged
+    }
 }
 
 /// A point at which a step is differentiated.

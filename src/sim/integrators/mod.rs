@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `euler` | the step of Euler, semi-implicit or implicit in velocity |
 //! | `runge_kutta_4` | the classical method of fourth order |
-//! | `acceleration` | the acceleration at which all terms balance, which both evaluate |
+//! | `implicit_midpoint` | the implicit midpoint rule, which keeps energy |
+//! | `acceleration` | the acceleration at which all terms balance, which the first two evaluate |
 //! | `half_step` | velocity forces of the middle of a step of Euler |
 //! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
 //! | `joint_tangents` | derivatives of the motion of one joint by itself |
+//! | `tree_lu` | factors of matrices that have the zeros of the tree and no symmetry |
 //! | `method` | the traits of a method |
 //! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |
 
@@ -15,10 +17,12 @@ mod acceleration;
 mod balance;
 mod euler;
 mod half_step;
+mod implicit_midpoint;
 mod joint_tangents;
 mod list;
 mod method;
 mod runge_kutta_4;
+mod tree_lu;
 
 pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
 #[cfg(feature = "second-order")]

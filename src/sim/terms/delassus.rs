@@ -9,7 +9,7 @@ use super::chain::{Chain, most_coordinates};
 use super::local::{BodySlopes, FURTHER, OfCoordinate, RATE};
 use super::sink::{BodyRow, Normal};
 use crate::dynamics::{
-    Blocks, EnergySlopes, EnergySweep, Pushed, Rates, Sweep, kinetic_energy_gradient_into,
+    Blocks, EnergySlopes, EnergySweep, Pushed, Rates, Sweep, each_kinetic_slope,
 };
 use crate::model::Model;
 use crate::scalar::Scalar;
@@ -63,7 +63,10 @@ impl<T: Scalar> DelassusColumns<T> {
         let (s, by_q) = (&mut self.response, &mut self.by_q);
         respond(balance, row, s);
         let poses = balance.motions().0;
-        kinetic_energy_gradient_into(model, poses, s, &mut self.momenta, by_q);
+        by_q.fill(T::zero());
+        each_kinetic_slope(model, poses, s, &mut self.momenta, |k, _, slope| {
+            by_q[k] += slope;
+        });
         by_q.iter_mut().for_each(|x| *x = *x * -2.0);
         let along = (normal.along)(&chain.motion(s));
         chain.turns(s, &mut self.turns);

@@ -149,9 +149,19 @@ impl<P: Scalar> Simulator<P> {
         at: &Moment<'_, P, T>,
         s: &mut AccelerationScratch<T>,
     ) {
+        self.apply_terms(at, s);
+        s.solve(at);
+    }
+
+    /// The forces of all terms at a moment.
+    pub(super) fn apply_terms<'s, T: Over<P>>(
+        &self,
+        at: &Moment<'_, P, T>,
+        s: &'s mut AccelerationScratch<T>,
+    ) -> &'s Forces<T> {
         s.forces.clear();
         s.terms.add_forces(at, &mut s.forces);
-        s.solve(at);
+        &s.forces
     }
 
     /// [`accelerate`](Self::accelerate) where v̇ has been found before: only what else it leaves is found, unless it comes with more.
@@ -161,8 +171,7 @@ impl<P: Scalar> Simulator<P> {
         a: &[T],
         s: &mut AccelerationScratch<T>,
     ) {
-        s.forces.clear();
-        s.terms.add_forces(at, &mut s.forces);
+        self.apply_terms(at, s);
         if at.has_rows() || at.half_step.is_some() || !s.terms.stops.ends().is_empty() {
             s.solve(at);
         } else {

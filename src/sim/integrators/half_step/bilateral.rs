@@ -7,8 +7,8 @@
 
 #![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
 
-use super::tree_lu::TreeLu;
 use crate::scalar::{Linear, Scalar};
+use crate::sim::integrators::tree_lu::TreeLu;
 
 /// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well
 /// above rounding, and below the pivots of rows that differ at all.

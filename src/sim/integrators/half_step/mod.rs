@@ -9,7 +9,6 @@ mod bilateral;
 mod gyroscopic;
 mod pullback;
 mod pushforward;
-mod tree_lu;
 
 use nalgebra::DMatrix;
 
@@ -120,7 +119,7 @@ impl<P: Scalar> Simulator<P> {
     fn half_of<D: Scalar, T: Over<D>>(&self, dt: D, v: &[T]) -> Option<T> {
         let half = dt * 0.5;
         match self.integrator() {
-            Integrator::RungeKutta4 => None,
+            Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => None,
             _ if self.always_in_the_middle() => Some(half.into()),
             _ if is_slow(slow(dt), v) => None,
             _ => Some(self.whirl(slow(dt), v) * half),
@@ -132,7 +131,7 @@ impl<P: Scalar> Simulator<P> {
         match self.integrator() {
             Integrator::ImplicitVelocity => true,
             Integrator::SemiImplicitEuler => !self.constraints().is_empty(),
-            Integrator::RungeKutta4 => false,
+            Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => false,
         }
     }
 

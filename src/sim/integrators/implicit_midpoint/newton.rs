@@ -1,0 +1,150 @@
+//! The velocity of a step by Newton's method on plain numbers.
+//!
+//! The matrix is that of the first guess, the velocity before the step, as long as that serves: mostly the residual falls a hundredfold and more with each
+//! evaluation. Where it does not fall tenfold the matrix is found anew.
+
+use std::any::Any;
+
+use super::point::Midpoint;
+use super::slopes::MidpointSlopes;
+use crate::cone::Status;
+use crate::dynamics::Calls;
+use crate::scalar::{Linear, Over, Scalar, is_more_than_values};
+use crate::sim::integrators::AccelerationScratch;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+
+/// Part of the velocity that a change may have at the end.
+const TOLERANCE: f64 = 1e-13;
+/// Part that it may have where rounding does not let it get smaller.
+const ACCEPTABLE: f64 = 1e-9;
+/// By how much a change must be smaller than the one before it, or the matrix is found anew.
+const CONTRACTION: f64 = 0.1;
+/// Most changes of ξ.
+const ITERATIONS: usize = 40;
+
+/// Working memory, with what was found.
+#[derive(Clone, Debug)]
+pub(super) struct Newton {
+    pub(super) point: Midpoint<f64>,
+    slopes: Box<MidpointSlopes<f64>>,
+    found: AccelerationScratch<f64>,
+    start: State<f64>,
+    u: Vec<f64>,
+}
+
+impl Newton {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        match plain(simulator) {
+            Some(plain) => Self::of(plain),
+            None => Self::of(&simulator.values(0)),
+        }
+    }
+
+    fn of(simulator: &Simulator) -> Self {
+        Self {
+            point: Midpoint::new(simulator),
+            slopes: Box::new(MidpointSlopes::new(simulator)),
+            found: AccelerationScratch::new(simulator, Calls::Many),
+            start: simulator.neutral_state(),
+            u: vec![0.0; simulator.nu()],
+        }
+    }
+
+    /// Finds ξ of the values in a lane. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values is made anew.
+    pub(super) fn solve<P: Scalar, T: Over<P>>(
+        &mut self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        lane: usize,
+    ) -> Status {
+        if let Some(plain) = plain(simulator) {
+            self.take(state, u, lane);
+            return self.search::<T>(plain);
+        }
+        let values = simulator.values(lane);
+        *self = Self::of(&values);
+        self.take(state, u, lane);
+        self.search::<T>(&values)
+    }
+
+    /// The values of state and input.
+    fn take<T: Scalar>(&mut self, state: &State<T>, u: &[T], lane: usize) {
+        let values = |own: &mut [f64], x: &[T]| {
+            let both = own.iter_mut().zip(x);
+            both.for_each(|(own, x)| *own = x.value(lane));
+        };
+        values(self.start.q.as_mut_slice(), state.q.as_slice());
+        values(self.start.v.as_mut_slice(), state.v.as_slice());
+        values(&mut self.u, u);
+    }
+
+    /// Turns a residual over numbers that are more than their values into what ξ changes by, with the matrix of the solution.
+    pub(super) fn correct<T: Linear<f64>>(&self, residual: &mut [T]) {
+        self.slopes.solve(residual);
+    }
+
+    /// [`solve`](Self::solve) from the values; for numbers that are more than these, with the matrix of the solution.
+    fn search<T: Scalar>(&mut self, simulator: &Simulator) -> Status {
+        let status = self.iterate(simulator);
+        if is_more_than_values::<T>() {
+            self.find_matrix(simulator);
+        }
+        status
+    }
+
+    fn iterate(&mut self, simulator: &Simulator) -> Status {
+        self.point.start(simulator, &self.start);
+        self.evaluate(simulator);
+        self.find_matrix(simulator);
+        let mut before = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            self.slopes.solve(&mut self.point.residual);
+            let size = largest(&self.point.residual);
+            if !size.is_finite() {
+                return Status::NotFinite;
+            }
+            let change = size / largest(&self.point.xi).max(size).max(f64::MIN_POSITIVE);
+            let is_slow = change > CONTRACTION * before;
+            if is_slow && change <= ACCEPTABLE {
+                return Status::Converged;
+            }
+            self.point.move_by_residual();
+            self.evaluate(simulator);
+            if change <= TOLERANCE {
+                return Status::Converged;
+            }
+            if is_slow {
+                self.find_matrix(simulator);
+            }
+            before = change;
+        }
+        Status::IterationLimit
+    }
+
+    fn evaluate(&mut self, simulator: &Simulator) {
+        let (point, found) = (&mut self.point, &mut self.found);
+        point.evaluate(simulator, &self.start, &self.u, found);
+        point.find_residual(simulator);
+    }
+
+    fn find_matrix(&mut self, simulator: &Simulator) {
+        let (point, found) = (&self.point, &self.found);
+        self.slopes
+            .find(simulator, &self.start, &self.u, point, found);
+    }
+}
+
+/// The simulator itself, where its numbers are plain.
+fn plain<P: Scalar>(simulator: &Simulator<P>) -> Option<&Simulator> {
+    (simulator as &dyn Any).downcast_ref()
+}
+
+/// The largest number by magnitude; not a number if one is not.
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| match most >= x.abs() {
+        true => most,
+        false => x.abs(),
+    })
+}

@@ -1,0 +1,280 @@
+//! Jacobians of the step by the implicit function theorem.
+//!
+//! With the residual r = μ − (dexp 2φ)ᵀ p − ½ Δt (dexp φ)ᵀ f,  δξ = −(∂r/∂ξ)⁻¹ ∂r; then δq⁺, and δv⁺ = M⁻¹ (δp⁺ − ∂(M v⁺)/∂q δq⁺).
+
+use nalgebra::DMatrix;
+
+use super::Memory;
+use super::joint::{Along, JointSlopes, OwnMatrix, apply};
+use super::slopes::{KineticSlopes, MidpointSlopes};
+use crate::dynamics::{Calls, MassMatrixFactor};
+use crate::joint::MAX_NV;
+use crate::linalg::product::add_scaled;
+use crate::scalar::{Differentiable, Scalar, is_nothing};
+use crate::sim::integrators::AccelerationScratch;
+use crate::sim::integrators::method::{Pushforward, Step, StepColumns, StepPoint};
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+
+/// A step that has been taken, with the derivatives at its start, middle and end.
+#[derive(Clone, Debug)]
+pub(super) struct TakenStep<T: Differentiable> {
+    pub(super) step: Memory<T>,
+    pub(super) found: AccelerationScratch<T>,
+    pub(super) next: State<T>,
+    pub(super) start: KineticSlopes<T>,
+    pub(super) middle: MidpointSlopes<T>,
+    pub(super) end: KineticSlopes<T>,
+    pub(super) factor: MassMatrixFactor<T>,
+}
+
+impl<T: Differentiable> TakenStep<T> {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        Self {
+            step: Memory::new(simulator),
+            found: AccelerationScratch::new(simulator, Calls::Many),
+            next: simulator.neutral_state(),
+            start: KineticSlopes::new(model),
+            middle: MidpointSlopes::new(simulator),
+            end: KineticSlopes::new(model),
+            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+        }
+    }
+
+    /// Takes the step, and differentiates it.
+    pub(super) fn find(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) {
+        let (model, next) = (simulator.model(), &mut self.next);
+        self.step
+            .step(simulator, at.state, at.u, &mut self.found, next);
+        let (q, v) = (at.state.q.as_slice(), at.state.v.as_slice());
+        self.start.find(model, q, v);
+        let point = &self.step.point;
+        (self.middle).find(simulator, at.state, at.u, point, &self.found);
+        (self.end).find(model, next.q.as_slice(), next.v.as_slice());
+        self.factor.refactor(&self.end.mass);
+    }
+}
+
+/// Working memory: the step with its derivatives, and those in (q, v, u) of its start, a column each.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns<T: Differentiable> {
+    slopes: TakenStep<T>,
+    /// Of the momentum of the start, and what it becomes.
+    p: DMatrix<T>,
+    /// Of ξ.
+    xi: DMatrix<T>,
+    /// Of the middle, then of the end, each in its tangent space.
+    moved: DMatrix<T>,
+    /// Of the force, or of other products.
+    force: DMatrix<T>,
+}
+
+impl<T: Differentiable> Pushforward<T> for Columns<T> {
+    fn new(simulator: &Simulator, _: Calls) -> Self {
+        let nv = simulator.model().nv();
+        let columns = || DMatrix::zeros(nv, 2 * nv + simulator.nu());
+        Self {
+            slopes: TakenStep::new(simulator),
+            p: columns(),
+            xi: columns(),
+            moved: columns(),
+            force: columns(),
+        }
+    }
+
+    fn linearize(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        out: &mut StepColumns<'_, T>,
+    ) {
+        self.slopes.find(simulator, at);
+        self.find_velocity(simulator.time_step());
+        self.find_momentum(simulator.time_step());
+        self.find_end(simulator.time_step(), out);
+    }
+}
+
+impl<T: Differentiable> Columns<T> {
+    /// ∂ξ.
+    fn find_velocity(&mut self, dt: f64) {
+        let Self {
+            slopes,
+            p,
+            xi,
+            moved,
+            force,
+        } = self;
+        let (middle, nv) = (&slopes.middle, p.nrows());
+        let joints = &middle.joints;
+        // What the momentum of the middle ought to be, less what it is, at fixed ξ.
+        p.fill(T::zero());
+        p.columns_mut(0, nv).copy_from(&slopes.start.momentum_by_q);
+        p.columns_mut(nv, nv).copy_from(&slopes.start.mass);
+        start_motion(joints, |own| &own.middle[0], moved);
+        find_force(middle, moved, None, force);
+        for (k, xi) in xi.iter_mut().enumerate() {
+            *xi = force[k] * (0.5 * dt) + p[k];
+        }
+        for own in joints {
+            for k in 0..xi.ncols() {
+                let mut expected = carried(own, p, k);
+                for (i, x) in own.range().enumerate() {
+                    expected[i] = (expected[i] + p[(x, k)]) * 0.5 + force[(x, k)] * (0.5 * dt);
+                }
+                apply(&own.momentum[1], &mut expected[..own.nv]);
+                write(own, &expected, xi, k);
+            }
+        }
+        force.fill(T::zero());
+        add_product(&middle.kinetic.momentum_by_q, moved, force);
+        *xi -= &*force;
+        for mut column in xi.column_iter_mut() {
+            middle.solve(column.as_mut_slice());
+        }
+    }
+
+    /// Of the momentum of the end, in `p`.
+    fn find_momentum(&mut self, dt: f64) {
+        let Self {
+            slopes,
+            p,
+            xi,
+            moved,
+            force,
+        } = self;
+        let joints = &slopes.middle.joints;
+        start_motion(joints, |own| &own.middle[0], moved);
+        add_motion(joints, |own| &own.middle[1], 0.5 * dt, xi, moved);
+        find_force(&slopes.middle, moved, Some(xi), force);
+        for own in joints {
+            for k in 0..p.ncols() {
+                let mut x = carried(own, p, k);
+                own.range()
+                    .zip(&mut x)
+                    .for_each(|(i, x)| *x += force[(i, k)] * dt);
+                apply(&own.carry, &mut x[..own.nv]);
+                let mut by_xi = column_of(own, xi, k);
+                apply(&own.end_momentum, &mut by_xi[..own.nv]);
+                x.iter_mut().zip(by_xi).for_each(|(x, y)| *x += y);
+                write(own, &x, p, k);
+                own.range().for_each(|i| force[(i, k)] = T::zero());
+            }
+        }
+        p.iter_mut().zip(&*force).for_each(|(p, &f)| *p += f * dt);
+    }
+
+    /// Of the state at the end.
+    fn find_end(&mut self, dt: f64, out: &mut StepColumns<'_, T>) {
+        let Self {
+            slopes,
+            p,
+            xi,
+            moved,
+            force,
+        } = self;
+        let (nv, joints) = (p.nrows(), &slopes.middle.joints);
+        start_motion(joints, |own| &own.end[0], moved);
+        add_motion(joints, |own| &own.end[1], dt, xi, moved);
+        force.fill(T::zero());
+        add_product(&slopes.end.momentum_by_q, moved, force);
+        *p -= &*force;
+        for mut column in p.column_iter_mut() {
+            slopes.factor.solve(column.as_mut_slice());
+        }
+        for (first, part) in [(0, &*moved), (nv, &*p)] {
+            let (own, inputs) = (
+                part.columns(0, 2 * nv),
+                part.columns(2 * nv, part.ncols() - 2 * nv),
+            );
+            out.a.rows_mut(first, nv).copy_from(&own);
+            out.b.rows_mut(first, nv).copy_from(&inputs);
+        }
+    }
+}
+
+/// Derivatives of a configuration in (q, v, u) at fixed ξ.
+fn start_motion<T: Scalar>(
+    joints: &[JointSlopes<T>],
+    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    out: &mut DMatrix<T>,
+) {
+    out.fill(T::zero());
+    (0..out.nrows()).for_each(|k| out[(k, k)] = T::one());
+    for own in joints {
+        let slopes = pick(own);
+        for (i, row) in own.range().zip(slopes) {
+            own.range().zip(row).for_each(|(k, &x)| out[(i, k)] = x);
+        }
+    }
+}
+
+/// Adds what comes through ξ, of which the motion of a vector is so many times.
+fn add_motion<T: Scalar>(
+    joints: &[JointSlopes<T>],
+    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    time: f64,
+    xi: &DMatrix<T>,
+    out: &mut DMatrix<T>,
+) {
+    for k in 0..xi.ncols() {
+        let mut last = 0;
+        for own in joints {
+            (last..own.first).for_each(|i| out[(i, k)] += xi[(i, k)] * time);
+            let mut x = column_of(own, xi, k);
+            apply(pick(own), &mut x[..own.nv]);
+            own.range().zip(x).for_each(|(i, x)| out[(i, k)] += x);
+            last = own.range().end;
+        }
+        (last..xi.nrows()).for_each(|i| out[(i, k)] += xi[(i, k)] * time);
+    }
+}
+
+/// Derivatives of the force of the middle, which moves, in (q, v, u); with those of ξ or at fixed ξ.
+fn find_force<T: Differentiable>(
+    middle: &MidpointSlopes<T>,
+    moved: &DMatrix<T>,
+    xi: Option<&DMatrix<T>>,
+    out: &mut DMatrix<T>,
+) {
+    let [by_q, by_v, by_u] = &middle.force_by;
+    out.fill(T::zero());
+    let inputs = out.ncols() - by_u.ncols();
+    out.columns_mut(inputs, by_u.ncols()).copy_from(by_u);
+    add_product(by_q, moved, out);
+    if let Some(xi) = xi {
+        add_product(by_v, xi, out);
+    }
+}
+
+/// out += a b, without allocation.
+fn add_product<T: Scalar>(a: &DMatrix<T>, b: &DMatrix<T>, out: &mut DMatrix<T>) {
+    let n = a.nrows().max(1);
+    let columns = out.as_mut_slice().chunks_exact_mut(n);
+    for (out, b) in columns.zip(b.as_slice().chunks_exact(n)) {
+        for (a, &x) in a.as_slice().chunks_exact(n).zip(b) {
+            if !is_nothing(&x) {
+                add_scaled(out, a, x);
+            }
+        }
+    }
+}
+
+/// A column of the rows of one joint.
+fn column_of<T: Scalar>(own: &JointSlopes<T>, m: &DMatrix<T>, k: usize) -> Along<T> {
+    let mut out = [T::zero(); MAX_NV];
+    own.range().zip(&mut out).for_each(|(i, x)| *x = m[(i, k)]);
+    out
+}
+
+/// A p of one joint.
+fn carried<T: Scalar>(own: &JointSlopes<T>, p: &DMatrix<T>, k: usize) -> Along<T> {
+    let mut out = column_of(own, p, k);
+    apply(&own.carry, &mut out[..own.nv]);
+    out
+}
+
+fn write<T: Scalar>(own: &JointSlopes<T>, x: &Along<T>, m: &mut DMatrix<T>, k: usize) {
+    own.range().zip(x).for_each(|(i, &x)| m[(i, k)] = x);
+}

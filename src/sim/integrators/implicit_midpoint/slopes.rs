@@ -1,0 +1,262 @@
+//! Derivatives of momenta and forces, and the matrix of Newton's method.
+
+use nalgebra::DMatrix;
+
+use super::joint::{JointSlopes, JointStep, apply, apply_transposed};
+
+use super::point::{Kinetic, Midpoint};
+use crate::autodiff::TangentPoint;
+use crate::dynamics::{At, Calls, CrbaScratch, mass_matrix_into};
+use crate::joint::MAX_NV;
+use crate::model::Model;
+use crate::model::manifold::{q_range, v_range};
+use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Scalar};
+use crate::sim::integrators::AccelerationScratch;
+use crate::sim::integrators::tree_lu::TreeLu;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::terms::{
+    AllSlopes, ForceColumns, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes,
+};
+
+/// Directions of the configuration that are differentiated at once.
+type Moved<T> = Dual<T, BLOCK>;
+
+/// M, and the derivatives in q of the momentum M v and of ∂T/∂q.
+#[derive(Clone, Debug)]
+pub(super) struct KineticSlopes<T: Scalar> {
+    pub(super) mass: DMatrix<T>,
+    pub(super) momentum_by_q: DMatrix<T>,
+    pub(super) force_by_q: DMatrix<T>,
+    crba: CrbaScratch<T>,
+    point: TangentPoint<Moved<T>>,
+    v: Vec<Moved<T>>,
+    kinetic: Kinetic<Moved<T>>,
+    out: [Vec<Moved<T>>; 2],
+}
+
+impl<T: Scalar> KineticSlopes<T> {
+    pub(super) fn new(model: &Model) -> Self {
+        let nv = model.nv();
+        let zeros = || vec![Moved::from(0.0); nv];
+        Self {
+            mass: DMatrix::zeros(nv, nv),
+            momentum_by_q: DMatrix::zeros(nv, nv),
+            force_by_q: DMatrix::zeros(nv, nv),
+            crba: CrbaScratch::new(model),
+            point: TangentPoint::new(model.nq(), nv, 0),
+            v: zeros(),
+            kinetic: Kinetic::new(model),
+            out: [zeros(), zeros()],
+        }
+    }
+
+    /// Finds them.
+    pub(super) fn find(&mut self, model: &Model, q: &[T], v: &[T]) {
+        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
+        let zeros = std::iter::repeat_n(Moved::from(0.0), model.nv());
+        let Self { point, kinetic, .. } = self;
+        point.set_to(q.iter().map(|&x| Moved::constant_of(x)), zeros);
+        let lifted = self.v.iter_mut().zip(v);
+        lifted.for_each(|(own, &v)| *own = Moved::constant_of(v));
+        let [momentum, force] = &mut self.out;
+        let outputs = [&mut self.momentum_by_q, &mut self.force_by_q];
+        let [momentum_by_q, force_by_q] = outputs.map(DMatrix::as_mut_slice);
+        point.each(
+            0..model.nv(),
+            |q, dq, out| model.integrate_into(q, dq, out),
+            |q, _, seeded| {
+                kinetic.find(model, q, &self.v, momentum, force);
+                for (slopes, out) in [
+                    (&*momentum, &mut *momentum_by_q),
+                    (&*force, &mut *force_by_q),
+                ] {
+                    for (k, column) in seeded.clone().enumerate() {
+                        let own = &mut out[column * model.nv()..][..model.nv()];
+                        own.iter_mut()
+                            .zip(slopes)
+                            .for_each(|(out, x)| *out = x.eps[k]);
+                    }
+                }
+            },
+        );
+    }
+}
+
+/// Derivatives at the middle of a step, and the factors of that of its residual in ξ.
+#[derive(Clone, Debug)]
+pub(super) struct MidpointSlopes<T: Differentiable> {
+    pub(super) kinetic: KineticSlopes<T>,
+    /// Of the force in q, v, and the input.
+    pub(super) force_by: [DMatrix<T>; 3],
+    /// Of joints whose configuration is not a vector.
+    pub(super) joints: Vec<JointSlopes<T>>,
+    factors: TreeLu<T>,
+    /// What is factorised, and working memory for it.
+    matrix: DMatrix<T>,
+    product: DMatrix<T>,
+    terms: AllSlopes<T>,
+    forces: ForceColumns<T>,
+    /// None: all forces follow from the state.
+    rows: RowColumns<T>,
+    memory: JacobianMemory<T>,
+    rest: Vec<T>,
+}
+
+impl<T: Differentiable> MidpointSlopes<T> {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let curved = model.independent().filter(|body| body.joint.nv() > 1);
+        Self {
+            kinetic: KineticSlopes::new(model),
+            force_by: [nv, nv, simulator.nu()].map(|columns| DMatrix::zeros(nv, columns)),
+            joints: curved.map(JointSlopes::new).collect(),
+            factors: TreeLu::new(model),
+            matrix: DMatrix::zeros(nv, nv),
+            product: DMatrix::zeros(nv, nv),
+            terms: AllSlopes::new(simulator),
+            forces: ForceColumns::new(simulator, Calls::Many),
+            rows: RowColumns::new(model, 0, 0),
+            memory: JacobianMemory::new(simulator),
+            rest: vec![T::zero(); nv],
+        }
+    }
+
+    /// Finds them at a point that has been evaluated.
+    ///
+    /// * `start` – the state before the step
+    pub(super) fn find(
+        &mut self,
+        simulator: &Simulator,
+        start: &State<T>,
+        u: &[T],
+        point: &Midpoint<T>,
+        found: &AccelerationScratch<T>,
+    ) {
+        let (model, mid) = (simulator.model(), &point.state);
+        self.kinetic.find(model, mid.q.as_slice(), mid.v.as_slice());
+        self.find_forces(simulator, u, point, found);
+        self.find_joints(simulator, start, point);
+        self.fill_matrix(simulator.time_step());
+        let matrix = &self.matrix;
+        self.factors.factorize(|out| out.copy_from(matrix));
+    }
+
+    /// x ← (∂ residual / ∂ξ)⁻¹ x
+    pub(super) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
+        self.factors.solve(x);
+    }
+
+    /// The same of the transpose.
+    pub(super) fn solve_transposed(&self, x: &mut [T]) {
+        self.factors.solve_transposed(x);
+    }
+
+    /// f = ∂T/∂q + τ + Jᵀ F − g: of the kinetic energy from above, of the rest what resists at rest, the other way round.
+    fn find_forces(
+        &mut self,
+        simulator: &Simulator,
+        u: &[T],
+        point: &Midpoint<T>,
+        found: &AccelerationScratch<T>,
+    ) {
+        let (model, mid, rest) = (simulator.model(), &point.state, &self.rest);
+        let moment = Moment::instant(simulator, mid, u);
+        let at = SlopePoint::of_all(&moment, rest, None);
+        let (forces, memory) = (&mut self.forces, &mut self.memory);
+        forces.clear();
+        let mut sink = JacobianSink::new(&at, forces, &mut self.rows, memory);
+        self.terms.emit_forces(&at, &found.terms, &mut sink);
+        let at_rest = At {
+            q: mid.q.as_slice(),
+            v: rest,
+            a: rest,
+        };
+        let bodies = &forces.bodies;
+        forces.acceleration.balance(model, &at_rest, bodies);
+        let nv = model.nv().max(1);
+        let outputs = self.force_by.iter_mut();
+        let columns = outputs.flat_map(|m| m.as_mut_slice().chunks_exact_mut(nv));
+        forces.acceleration.columns.copy_columns_to(columns, |x| -x);
+        let KineticSlopes {
+            momentum_by_q,
+            force_by_q,
+            ..
+        } = &self.kinetic;
+        let [by_q, by_v, _] = &mut self.force_by;
+        *by_q += force_by_q;
+        // At fixed q the force is the derivative of T in a direction, linear in v as the momentum is in that direction.
+        for i in 0..model.nv() {
+            for k in 0..model.nv() {
+                by_v[(i, k)] += momentum_by_q[(k, i)];
+            }
+        }
+    }
+
+    fn find_joints(&mut self, simulator: &Simulator, start: &State<T>, point: &Midpoint<T>) {
+        let model = simulator.model();
+        let curved = model.independent().filter(|body| body.joint.nv() > 1);
+        for (own, body) in self.joints.iter_mut().zip(curved) {
+            let (q, v) = (q_range(body), v_range(body));
+            own.find(
+                body,
+                &JointStep {
+                    q: &start.q.as_slice()[q],
+                    offsets: [&point.half_offset, &point.offset].map(|x| &x[v.clone()]),
+                    p: &point.p[v.clone()],
+                    impulse: &point.impulse[v],
+                    dt: simulator.time_step(),
+                },
+            );
+        }
+    }
+
+    /// ∂ residual / ∂ξ = M + ∂μ/∂q H − G (½ Δt (∂f/∂v + ∂f/∂q H)) − C with the derivatives H of the middle in ξ, and G and C of the momentum that is
+    /// expected there in half of the impulse and in ξ.
+    fn fill_matrix(&mut self, dt: f64) {
+        let [by_q, by_v, _] = &self.force_by;
+        let (half, out, kinetic) = (0.5 * dt, &mut self.matrix, &self.kinetic);
+        times_motion(by_q, &self.joints, half, out);
+        *out += by_v;
+        let entries = out.iter_mut();
+        entries.for_each(|x| *x = *x * -half);
+        let n = out.nrows().max(1);
+        for own in &self.joints {
+            for column in out.as_mut_slice().chunks_exact_mut(n) {
+                apply(&own.momentum[1], &mut column[own.range()]);
+            }
+            for (i, row) in own.range().zip(&own.momentum[0]) {
+                for (k, &x) in own.range().zip(row) {
+                    out[(i, k)] -= x;
+                }
+            }
+        }
+        times_motion(
+            &kinetic.momentum_by_q,
+            &self.joints,
+            half,
+            &mut self.product,
+        );
+        *out += &self.product;
+        *out += &kinetic.mass;
+    }
+}
+
+/// m H, with the derivatives H of the middle in ξ.
+fn times_motion<T: Scalar>(
+    m: &DMatrix<T>,
+    joints: &[JointSlopes<T>],
+    half: f64,
+    out: &mut DMatrix<T>,
+) {
+    out.iter_mut().zip(m).for_each(|(out, &x)| *out = x * half);
+    for own in joints {
+        for i in 0..m.nrows() {
+            let mut row = [T::zero(); MAX_NV];
+            own.range().zip(&mut row).for_each(|(k, x)| *x = m[(i, k)]);
+            apply_transposed(&own.middle[1], &mut row[..own.nv]);
+            own.range().zip(row).for_each(|(k, x)| out[(i, k)] = x);
+        }
+    }
+}

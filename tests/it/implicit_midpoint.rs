@@ -1,0 +1,205 @@
+//! The implicit midpoint rule: order, derivatives by other means, and what it keeps.
+
+use dualbody::autodiff::Dual;
+use dualbody::cone::Status;
+use dualbody::dynamics::{
+    MomentumFrame, elastic_energy, kinetic_energy, momentum, potential_energy,
+};
+use dualbody::io::ModelOptions;
+use dualbody::joint::JointKind;
+use dualbody::model::samples;
+use dualbody::sim::{BATCH_WIDTH, StepScratch};
+use dualbody::{Base, Integrator, Lanes, Model, Simulator, State};
+use nalgebra::{DVector, Vector3};
+
+use crate::common::{asset, generator};
+
+fn midpoint(model: Model, dt: f64) -> Simulator {
+    Simulator::new(model)
+        .with_integrator(Integrator::ImplicitMidpoint)
+        .with_time_step(dt)
+}
+
+fn random_state(model: &Model, seed: u64, speed: f64) -> State {
+    let mut rng = generator(seed);
+    let q = model.random_configuration(&mut rng);
+    let v = model.random_velocity(&mut rng, speed);
+    State::new(q.as_slice(), v.as_slice())
+}
+
+fn lift<const N: usize>(x: &DVector<f64>) -> Vec<Dual<f64, N>> {
+    x.iter().map(|&x| Dual::from(x)).collect()
+}
+
+/// The state after some steps with an input that is held, each of which must have been found.
+fn go(simulator: &Simulator, start: &State, u: f64, steps: usize) -> State {
+    let u = vec![u; simulator.nu()];
+    let (mut x, mut next) = (start.clone(), start.clone());
+    let mut scratch = StepScratch::new(simulator);
+    for _ in 0..steps {
+        simulator.step_into(&x, &u, &mut scratch, &mut next);
+        assert_eq!(scratch.solver_status(0), Status::Converged);
+        std::mem::swap(&mut x, &mut next);
+    }
+    x
+}
+
+#[test]
+fn error_falls_with_the_square_of_the_step() {
+    for seed in 0..4 {
+        let model = samples::random_tree(6, seed).with_damping(0, 0.1);
+        let start = random_state(&model, seed, 1.0);
+        let fine = Simulator::new(model.clone())
+            .with_integrator(Integrator::RungeKutta4)
+            .with_time_step(5e-4);
+        let exact = go(&fine, &start, 0.3, 400);
+        let error = |steps: usize| {
+            let simulator = midpoint(model.clone(), 0.2 / steps as f64);
+            let end = go(&simulator, &start, 0.3, steps);
+            end.deviation(&model, &exact).amax()
+        };
+        let ratio = error(20) / error(40);
+        assert!((3.7..4.3).contains(&ratio), "seed {seed}: {ratio}");
+    }
+}
+
+#[test]
+fn jacobians_equal_differences_and_gradients_equal_them() {
+    for seed in 0..6 {
+        let model = samples::random_tree(6, seed).with_damping(0, 0.1);
+        let state = random_state(&model, seed, 1.0);
+        let simulator = midpoint(model, 0.02);
+        let u = vec![0.3; simulator.nu()];
+        let found = simulator.linearize(&state, &u);
+        let expected = simulator.linearize_by_finite_differences(&state, &u);
+        let error = (&found.a - &expected.a)
+            .amax()
+            .max((&found.b - &expected.b).amax());
+        assert!(error < 5e-8, "seed {seed}: {error:e}");
+        let weights = |k: usize| ((k * 7 + 3) % 11) as f64 / 5.0 - 1.0;
+        let weights = DVector::from_fn(simulator.n_tangent(), |k, _| weights(k));
+        let gradient = simulator.vjp(&state, &u, weights.as_slice());
+        let error = (found.a.transpose() * &weights - &gradient.state).amax();
+        assert!(error < 1e-11, "seed {seed}, state: {error:e}");
+        let error = (found.b.transpose() * &weights - &gradient.input).amax();
+        assert!(error < 1e-12, "seed {seed}, input: {error:e}");
+    }
+}
+
+#[test]
+fn gradients_in_parameters_equal_those_by_dual_numbers() {
+    for seed in [0, 3] {
+        let model = samples::random_tree(6, seed).with_damping(0, 0.1);
+        let state = random_state(&model, seed, 1.0);
+        let simulator = midpoint(model, 0.02);
+        let u = DVector::from_element(simulator.nu(), 0.3);
+        let weights = |k: usize| ((k * 7 + 3) % 11) as f64 / 5.0 - 1.0;
+        let weights: Vec<f64> = (0..simulator.n_tangent()).map(weights).collect();
+        let gradient = simulator.vjp(&state, u.as_slice(), &weights);
+        let next = simulator.step(&state, u.as_slice());
+        let next = State::new(&lift::<1>(&next.q), &lift(&next.v));
+        let parameters = simulator.parameters();
+        // Each fifth, and the time step, which comes last.
+        for k in (0..parameters.len())
+            .step_by(5)
+            .chain([parameters.len() - 1])
+        {
+            let mut moved = lift::<1>(&parameters);
+            moved[k].eps[0] = 1.0;
+            let start = State::new(&lift(&state.q), &lift(&state.v));
+            let end = simulator.with_parameters(&moved).step(&start, &lift(&u));
+            let slopes = end.deviation(simulator.model(), &next);
+            let expected: f64 = slopes.iter().zip(&weights).map(|(x, w)| x.eps[0] * w).sum();
+            let error = (gradient.parameters[k] - expected).abs() / (1.0 + expected.abs());
+            assert!(error < 1e-9, "seed {seed}, parameter {k}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn lanes_are_steps_one_by_one() {
+    let model = samples::random_tree(5, 2);
+    let simulator = midpoint(model.clone(), 0.01);
+    let states: Vec<State> = (0..BATCH_WIDTH as u64)
+        .map(|seed| random_state(&model, seed, 1.0))
+        .collect();
+    let side_by_side = |n: usize, x: &dyn Fn(&State) -> &DVector<f64>| -> Vec<Lanes<BATCH_WIDTH>> {
+        (0..n)
+            .map(|k| Lanes(std::array::from_fn(|lane| x(&states[lane])[k])))
+            .collect()
+    };
+    let all = State::new(
+        &side_by_side(model.nq(), &|state| &state.q),
+        &side_by_side(model.nv(), &|state| &state.v),
+    );
+    let next = simulator.step(&all, &vec![Lanes([0.2; BATCH_WIDTH]); simulator.nu()]);
+    for (lane, state) in states.iter().enumerate() {
+        let expected = simulator.step(state, &vec![0.2; simulator.nu()]);
+        let q: Vec<f64> = next.q.iter().map(|x| x.0[lane]).collect();
+        let v: Vec<f64> = next.v.iter().map(|x| x.0[lane]).collect();
+        assert_eq!(
+            (&q[..], &v[..]),
+            (expected.q.as_slice(), expected.v.as_slice())
+        );
+    }
+}
+
+fn energy(model: &Model, x: &State) -> f64 {
+    let (q, v) = (x.q.as_slice(), x.v.as_slice());
+    kinetic_energy(model, q, v) + potential_energy(model, q) + elastic_energy(model, q)
+}
+
+fn undamped(model: Model) -> Model {
+    let nv = model.nv();
+    (0..nv).fold(model, |model, k| model.with_damping(k, 0.0))
+}
+
+/// What a free robot without gravity has at the start, linear and angular, it has at the end.
+#[test]
+fn momentum_of_a_free_robot_is_kept_to_rounding() {
+    let (model, _) = ModelOptions::default()
+        .with_base(Base::Floating)
+        .load_urdf_file(asset("quadruped.urdf"))
+        .expect("a robot of the repository");
+    let model = undamped(model).with_gravity(Vector3::zeros());
+    let start = random_state(&model, 1, 3.0);
+    let of = |x: &State| {
+        let (q, v) = (x.q.as_slice(), x.v.as_slice());
+        DVector::from_row_slice(&momentum(&model, q, v, MomentumFrame::World).to_array())
+    };
+    let (before, simulator) = (of(&start), midpoint(model.clone(), 0.01));
+    let end = go(&simulator, &start, 0.0, 300);
+    let error = (of(&end) - &before).amax() / before.amax();
+    assert!(error < 1e-11, "{error:e}");
+    // Its joints turn by a third of a radian and more in half of a step.
+    let drift = (energy(&model, &end) - energy(&model, &start)).abs();
+    assert!(drift < 0.02 * energy(&model, &start), "{drift}");
+}
+
+/// A body that tumbles about its middle axis for a very long time, and a top.
+#[test]
+fn energy_of_spinning_bodies_does_not_drift() {
+    let free = samples::random_tree_of(&[JointKind::Floating], 1, 3).with_gravity(Vector3::zeros());
+    let point = samples::random_tree_of(&[JointKind::Spherical], 1, 3);
+    for model in [undamped(free), undamped(point)] {
+        let simulator = midpoint(model.clone(), 0.01);
+        let start = random_state(&model, 2, 6.0);
+        let whole = kinetic_energy(&model, start.q.as_slice(), start.v.as_slice());
+        let first = energy(&model, &go(&simulator, &start, 0.0, 1_000));
+        let last = energy(&model, &go(&simulator, &start, 0.0, 20_000));
+        assert!(
+            (first - last).abs() < 1e-3 * whole,
+            "{first} {last} of {whole}"
+        );
+    }
+}
+
+#[test]
+#[should_panic(expected = "which the implicit midpoint rule does not simulate")]
+fn contacts_are_refused() {
+    use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
+    let model = Model::from_urdf_file(asset("quadruped.urdf")).expect("a robot of the repository");
+    let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+    let _ = midpoint(model, 0.01).with_contacts(contacts);
+}
