@@ -5,11 +5,10 @@ use dualbody::cone::Status;
 use dualbody::dynamics::{
     MomentumFrame, elastic_energy, kinetic_energy, momentum, potential_energy,
 };
-use dualbody::io::ModelOptions;
 use dualbody::joint::JointKind;
 use dualbody::model::samples;
 use dualbody::sim::{BATCH_WIDTH, StepScratch};
-use dualbody::{Base, Integrator, Lanes, Model, Simulator, State};
+use dualbody::{Integrator, Lanes, Model, Simulator, State};
 use nalgebra::{DVector, Vector3};
 
 use crate::common::{asset, generator};
@@ -157,10 +156,7 @@ fn undamped(model: Model) -> Model {
 /// What a free robot without gravity has at the start, linear and angular, it has at the end.
 #[test]
 fn momentum_of_a_free_robot_is_kept_to_rounding() {
-    let (model, _) = ModelOptions::default()
-        .with_base(Base::Floating)
-        .load_urdf_file(asset("quadruped.urdf"))
-        .expect("a robot of the repository");
+    let model = asset("quadruped.urdf");
     let model = undamped(model).with_gravity(Vector3::zeros());
     let start = random_state(&model, 1, 3.0);
     let of = |x: &State| {
@@ -198,7 +194,7 @@ fn energy_of_spinning_bodies_does_not_drift() {
 #[should_panic(expected = "which the implicit midpoint rule does not simulate")]
 fn contacts_are_refused() {
     use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
-    let model = Model::from_urdf_file(asset("quadruped.urdf")).expect("a robot of the repository");
+    let model = asset("quadruped.urdf");
     let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
     let _ = midpoint(model, 0.01).with_contacts(contacts);
