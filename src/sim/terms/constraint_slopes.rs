@@ -22,7 +22,7 @@ use super::term::TermSlopes;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, SPATIAL};
@@ -134,18 +134,13 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     ) -> CarriedRows<T> {
         let constraint = self.constraint.seeded(BIAS + 1);
         let mut rows = [None; SPATIAL];
-        vectorized(
-            #[inline(always)]
-            || {
-                let mut next = rows.iter_mut();
-                constraint.each_carried_row(mounted, bodies, |mut row| {
-                    row.row.bias.eps[BIAS] = T::one();
-                    if let Some(own) = next.next() {
-                        *own = Some(row);
-                    }
-                });
-            },
-        );
+        let mut next = rows.iter_mut();
+        constraint.each_carried_row(mounted, bodies, |mut row| {
+            row.row.bias.eps[BIAS] = T::one();
+            if let Some(own) = next.next() {
+                *own = Some(row);
+            }
+        });
         rows
     }
 

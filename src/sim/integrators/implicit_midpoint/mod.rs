@@ -40,7 +40,7 @@ use point::Midpoint;
 pub(super) use pullback::Adjoint;
 pub(super) use pushforward::Columns;
 
-/// Working memory: the middle of a step, and the search for it on plain numbers.
+/// Working memory: the middle of a step, and the search for it on plain numbers. Lanes are stepped one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T: Scalar> {
     point: Midpoint<T>,
@@ -67,6 +67,12 @@ impl<T: Scalar> Step<T> for Memory<T> {
     ) where
         T: Over<P>,
     {
+        if const { T::LANES > 1 } {
+            for (lane, status) in self.statuses.iter_mut().enumerate() {
+                *status = self.newton.step(simulator, state, u, lane, next);
+            }
+            return;
+        }
         self.find(simulator, state, u, found);
         self.point.finish(simulator, state, next);
     }
@@ -77,7 +83,7 @@ impl<T: Scalar> Step<T> for Memory<T> {
 }
 
 impl<T: Scalar> Memory<T> {
-    /// Finds the middle of a step.
+    /// Finds the middle of a step, where there is one lane.
     fn find<P: Scalar>(
         &mut self,
         simulator: &Simulator<P>,
@@ -89,10 +95,9 @@ impl<T: Scalar> Memory<T> {
     {
         let point = &mut self.point;
         point.start(simulator, state);
-        for (lane, status) in self.statuses.iter_mut().enumerate() {
-            *status = self.newton.solve(simulator, state, u, lane);
-            point.set_lane(lane, &self.newton.point.xi);
-        }
+        self.statuses[0] = self.newton.solve(simulator, state, u);
+        let values = self.newton.point.xi.iter().map(|&x| T::constant(x));
+        point.xi.iter_mut().zip(values).for_each(|(xi, x)| *xi = x);
         point.evaluate(simulator, state, u, found);
         // Each makes one more order of derivatives exact.
         let corrections = T::ORDER.max(usize::from(is_more_than_values::<T>()));

@@ -30,6 +30,7 @@ pub(super) struct Newton {
     slopes: Box<MidpointSlopes<f64>>,
     found: AccelerationScratch<f64>,
     start: State<f64>,
+    end: State<f64>,
     u: Vec<f64>,
 }
 
@@ -47,26 +48,62 @@ impl Newton {
             slopes: Box::new(MidpointSlopes::new(simulator)),
             found: AccelerationScratch::new(simulator, Calls::Many),
             start: simulator.neutral_state(),
+            end: simulator.neutral_state(),
             u: vec![0.0; simulator.nu()],
         }
     }
 
-    /// Finds ξ of the values in a lane. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values is made anew.
+    /// Finds ξ of the values. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values is made anew.
     pub(super) fn solve<P: Scalar, T: Over<P>>(
         &mut self,
         simulator: &Simulator<P>,
         state: &State<T>,
         u: &[T],
-        lane: usize,
     ) -> Status {
+        self.with_values(simulator, state, u, 0, |own, plain| own.search::<T>(plain))
+    }
+
+    /// The step of the values in a lane, which are all that there is.
+    pub(super) fn step<P: Scalar, T: Over<P>>(
+        &mut self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        lane: usize,
+        next: &mut State<T>,
+    ) -> Status {
+        let status = self.with_values(simulator, state, u, lane, |own, plain| {
+            let status = own.iterate(plain);
+            own.point.finish(plain, &own.start, &mut own.end);
+            status
+        });
+        let set = |out: &mut [T], x: &[f64]| {
+            for (out, &x) in out.iter_mut().zip(x) {
+                let known = *out;
+                *out = T::from_values(|k| if k == lane { x } else { known.value(k) });
+            }
+        };
+        set(next.q.as_mut_slice(), self.end.q.as_slice());
+        set(next.v.as_mut_slice(), self.end.v.as_slice());
+        status
+    }
+
+    fn with_values<P: Scalar, T: Over<P>, R>(
+        &mut self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        lane: usize,
+        work: impl FnOnce(&mut Self, &Simulator) -> R,
+    ) -> R {
         if let Some(plain) = plain(simulator) {
             self.take(state, u, lane);
-            return self.search::<T>(plain);
+            return work(self, plain);
         }
         let values = simulator.values(lane);
         *self = Self::of(&values);
         self.take(state, u, lane);
-        self.search::<T>(&values)
+        work(self, &values)
     }
 
     /// The values of state and input.

@@ -115,14 +115,6 @@ impl<T: Scalar> Midpoint<T> {
         add_armature(model, v, &mut self.p);
     }
 
-    /// Takes ξ of a lane.
-    pub(super) fn set_lane(&mut self, lane: usize, xi: &[f64]) {
-        for (own, &x) in self.xi.iter_mut().zip(xi) {
-            let known = *own;
-            *own = T::from_values(|k| if k == lane { x } else { known.value(k) });
-        }
-    }
-
     /// Momentum and force of the middle.
     pub(super) fn evaluate<P: Scalar>(
         &mut self,

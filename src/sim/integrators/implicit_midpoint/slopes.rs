@@ -10,7 +10,7 @@ use crate::dynamics::{At, Calls, CrbaScratch, mass_matrix_into};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Scalar};
+use crate::scalar::{CHUNK, Differentiable, Dual, Linear, Scalar};
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::integrators::tree_lu::TreeLu;
 use crate::sim::moment::Moment;
@@ -20,8 +20,8 @@ use crate::sim::terms::{
     AllSlopes, ForceColumns, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes,
 };
 
-/// Directions of the configuration that are differentiated at once.
-type Moved<T> = Dual<T, BLOCK>;
+/// A number with derivatives in some directions of the configuration.
+type Moved<T> = Dual<T, CHUNK>;
 
 /// M, and the derivatives in q of the momentum M v and of ∂T/∂q.
 #[derive(Clone, Debug)]
