@@ -9,6 +9,7 @@
 mod actuation;
 mod adjoints;
 mod analytic;
+mod base_velocity;
 mod batch;
 mod batch_contact;
 mod bibliography;
