@@ -7,6 +7,7 @@
 //! | how does a frame accelerate? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
 //! | how does its Jacobian change? | [`frame_jacobian_derivative`] | O(depth) | |
 //! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | [Featherstone 2008, 4.1] |
+//! | how do they move all links? | [`frame_jacobians`], [`frame_jacobian_derivatives`] | O(n · depth) | |
 //! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | [Featherstone 2008, table 5.1] |
 //! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
 //! | what is M(q)? | [`mass_matrix`] | O(n · depth) | [Featherstone 2008, table 6.2] |
@@ -85,6 +86,7 @@ mod external;
 mod forward_dynamics;
 mod jacobian;
 mod kinematics;
+mod many_frames;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
 mod named_forces;
@@ -148,6 +150,10 @@ pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
+};
+pub use many_frames::{
+    frame_jacobian_derivatives, frame_jacobian_derivatives_into, frame_jacobians,
+    frame_jacobians_into,
 };
 pub(crate) use mass_matrix_factor::Ancestors;
 pub use mass_matrix_factor::MassMatrixFactor;

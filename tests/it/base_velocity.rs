@@ -9,7 +9,7 @@ use dualbody::dynamics::{
     gradient_to_representation, inverse_dynamics, mass_matrix, momentum,
     velocity_to_representation,
 };
-use dualbody::model::{FrameId, LinkSpec, samples};
+use dualbody::model::{FrameId, LinkSpec, Mass, samples};
 use dualbody::spatial::Representation;
 use dualbody::{Linearization, Model, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -345,9 +345,13 @@ fn converted_step_jacobians_map_tangents_of_converted_states() {
 
 /// A box that has sunk into the ground, with bristles.
 fn in_the_ground() -> Simulator {
-    let model = body(LinkSpec::solid_box("box", [0.2, 0.3, 0.1], 1.0));
+    let model = body(LinkSpec::solid_box(
+        "box",
+        [0.2, 0.3, 0.1],
+        Mass::Kilograms(1.0),
+    ));
     let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 0.01));
-    on(model, Terrain::default(), law)
+    on(model, Terrain::flat(0.0), law)
 }
 
 #[test]
