@@ -101,7 +101,6 @@ fn links_are_in_contact_where_a_point_is_below_the_ground() {
     assert!(!flags.contains(&true), "high above the ground");
     let points = contacts.states(&model, state.q.as_slice(), state.v.as_slice());
     let deepest = points.iter().map(|p| p.depth).fold(f64::MIN, f64::max);
-
     state.q[2] = 10.0 + deepest - 1e-6;
     let flags = contacts.links_in_contact(&model, state.q.as_slice());
     let points = contacts.states(&model, state.q.as_slice(), state.v.as_slice());
