@@ -2,8 +2,8 @@
 
 >>> from dualbody.spatial import Quaternion, Transform
 >>> turn = Transform(Quaternion.from_roll_pitch_yaw(0.0, 0.0, 0.5), (1.0, 0.0, 0.0))
->>> (turn @ turn.inverse()).translation
-(0.0, 0.0, 0.0)
+>>> (turn @ Transform(translation=(0.0, 0.0, 2.0))).translation
+(1.0, 0.0, 2.0)
 
 A pose X of frame B in frame A maps what is expressed in B to A. Wherever a pose (4, 4) is taken, a Transform can be given.
 """
