@@ -13,6 +13,7 @@
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
+//! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
@@ -38,6 +39,7 @@ mod integrator;
 mod integrators;
 mod interop;
 mod moment;
+mod named_forces;
 mod names;
 mod parameter_slots;
 mod parameters;
