@@ -10,6 +10,7 @@
 //! | question | function | cost | reference |
 //! |---|---|---|---|
 //! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
+//! | with the base velocity in another representation? | [`Linearization::to_representation`] | O(nv²) | |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | and how these change, along a direction; or of states side by side? | [`Simulator::linearize_over`], [`Simulator::linearize_over_into`] | as for a step, on dual numbers or lanes | [Griewank, Walther 2008, chapter 5] |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
@@ -24,6 +25,7 @@
 mod batch;
 mod differences;
 mod rate;
+mod representation;
 mod rollout;
 mod vjp;
 

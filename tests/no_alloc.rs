@@ -8,7 +8,9 @@ use std::cell::Cell;
 use dualbody::autodiff::CHUNK;
 use dualbody::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::constraint::{Anchor, Constraint as HoldTogether};
-use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
+use dualbody::contact::{
+    ContactLaw, Contacts, PointState, RelaxedRigid, Rigid, SoftContact, Terrain,
+};
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
     ForwardDynamicsDerivativesScratch, ForwardDynamicsGradient, ForwardDynamicsVjpScratch,
@@ -16,10 +18,11 @@ use dualbody::dynamics::{
     InverseDynamicsVjpScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch, NamedForces,
     RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at, coriolis_matrix_into,
     external_forces_into, forward_dynamics_derivatives_into, forward_dynamics_into,
-    forward_dynamics_vjp_into, forward_kinematics_into, frame_jacobian_into, frame_pose,
-    frame_pose_at, frame_velocity, gravity_forces_into, inverse_dynamics_derivatives_into,
-    inverse_dynamics_into, inverse_dynamics_vjp_into, joint_forces_into, kinetic_energy_at,
-    mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
+    forward_dynamics_vjp_into, forward_kinematics_into, frame_jacobian_derivatives_into,
+    frame_jacobian_into, frame_jacobians_into, frame_pose, frame_pose_at, frame_velocity,
+    gravity_forces_into, inverse_dynamics_derivatives_into, inverse_dynamics_into,
+    inverse_dynamics_vjp_into, joint_forces_into, kinetic_energy_at, mass_matrix_into,
+    mass_matrix_inverse_into, potential_energy_at,
 };
 use dualbody::linearize::{LinearizeScratch, StepGradient, VjpScratch};
 use dualbody::model::{FrameId, Model, samples};
@@ -125,6 +128,8 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
     let forces = named_forces(model, last);
+    let links = model.link_frames();
+    let mut jacobians = vec![DMatrix::zeros(6, model.nv()); links.len()];
     without_allocation("dynamics", || {
         joint_forces_into(model, &forces, &mut out);
         forward_kinematics_into(model, &q, &v, &mut kinematics);
@@ -151,6 +156,15 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         let slopes = &mut forward_slopes;
         forward_dynamics_vjp_into(model, &q, &v, &v, &external, &v, &mut forward_vjp, slopes);
         frame_jacobian_into(model, &q, last, Representation::Inertial, &mut jacobian);
+        frame_jacobians_into(model, &q, &links, Representation::Mixed, &mut jacobians);
+        frame_jacobian_derivatives_into(
+            model,
+            &q,
+            &v,
+            &links,
+            Representation::Mixed,
+            &mut jacobians,
+        );
         frame_pose(model, &q, last);
         frame_pose_at(model, &kinematics, last);
         frame_velocity(model, &q, &v, last, Representation::Body);
@@ -255,6 +269,30 @@ fn step_and_linearize_with_forces_on_frames_do_not_allocate() {
         });
         check_vjp("vjp with forces", &simulator, &state, &u);
     }
+}
+
+#[test]
+fn frames_of_contact_do_not_allocate() {
+    let path = format!("{}/assets/quadruped.urdf", env!("CARGO_MANIFEST_DIR"));
+    let model = Model::from_urdf_file(path).expect("an asset of the crate");
+    let law = ContactLaw::Rigid(Rigid::default());
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+    let (q, v) = (model.neutral(), vec![0.1; model.nv()]);
+    let mut kinematics = Kinematics::new(&model);
+    let n = contacts.points().len();
+    let mut points = vec![PointState::zero(); n];
+    let mut frames = vec![Transform::identity(); n];
+    let mut jacobians = vec![DMatrix::zeros(6, model.nv()); n];
+    let mut touching = vec![false; model.links().len()];
+    without_allocation("frames of contact", || {
+        let (all, r) = (&mut jacobians, Representation::Mixed);
+        forward_kinematics_into(&model, q.as_slice(), &v, &mut kinematics);
+        contacts.states_into(&kinematics, &mut points);
+        contacts.frames_into(&model, &kinematics, &points, &mut frames);
+        contacts.frame_jacobians_into(&model, &kinematics, &points, r, all);
+        contacts.frame_jacobian_derivatives_into(&model, &kinematics, &points, r, all);
+        contacts.links_in_contact_into(&model, &points, &mut touching);
+    });
 }
 
 #[test]

@@ -21,13 +21,13 @@ from ._dualbody import ImportReport, Model, Plot, Recording, Simulator, __versio
 from .dynamics import *  # noqa: F403
 
 if TYPE_CHECKING:
-    from . import codegen, contact, control, identify, least_squares, native, samples, sim, trajopt, view
+    from . import codegen, contact, control, identify, least_squares, native, samples, sim, spatial, state, trajopt, view
     from .control import ComputedTorque, FiniteHorizonLqr, Lqr
     from .model import JointSpec, Limits, LinkSpec, ModelBuilder
     from .sim import ContactReport, Linearization, Rollout, RolloutGradient, Status, StepGradient
 
 #: Modules, and what comes from them: imported when it is asked for first, so that the package is there at once.
-_MODULES = ("codegen", "contact", "control", "identify", "least_squares", "model", "native", "samples", "sim", "trajopt", "view")
+_MODULES = ("codegen", "contact", "control", "identify", "least_squares", "model", "native", "samples", "sim", "spatial", "state", "trajopt", "view")
 _FROM = {
     "ComputedTorque": "control",
     "ContactReport": "sim",
@@ -93,6 +93,8 @@ __all__ = [
     "set_memory_limit",
     "set_threads",
     "sim",
+    "spatial",
+    "state",
     "threads",
     "trajopt",
     "view",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from . import _dualbody
+from ._base import BaseVelocity
 from ._dualbody import (
     acceleration_from_representation,
     acceleration_to_representation,
@@ -42,6 +43,10 @@ from ._dualbody import (
     joint_torque_regressor,
     kinetic_energy,
     kinetic_energy_regressor,
+    link_accelerations,
+    link_jacobian_derivatives,
+    link_jacobians,
+    link_velocities,
     locked_inertia,
     mass_matrix,
     mass_matrix_inverse,
@@ -54,6 +59,7 @@ from ._dualbody import (
     velocity_from_representation,
     velocity_to_representation,
 )
+from ._forces import joint_forces
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -61,6 +67,7 @@ if TYPE_CHECKING:
     from ._dualbody import Array, Model, RepresentationName
 
 __all__ = [
+    "BaseVelocity",
     "ForwardDynamicsDerivatives",
     "InverseDynamicsDerivatives",
     "StateDerivatives",
@@ -101,9 +108,14 @@ __all__ = [
     "inverse_dynamics_derivatives",
     "inverse_dynamics_second_derivatives",
     "jacobian_to_representation",
+    "joint_forces",
     "joint_torque_regressor",
     "kinetic_energy",
     "kinetic_energy_regressor",
+    "link_accelerations",
+    "link_jacobian_derivatives",
+    "link_jacobians",
+    "link_velocities",
     "locked_inertia",
     "mass_matrix",
     "mass_matrix_inverse",

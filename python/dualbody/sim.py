@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._dualbody import Simulator, set_threads, threads
+from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
+from ._points import ContactKinematics, contact_kinematics
 from ._rollout import ContactReport, Linearization, Rollout, RolloutGradient, Status, StepGradient
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ __all__ = [
     "Actuator",
     "Anchor",
     "Ball",
+    "ContactKinematics",
     "ContactReport",
     "Coupler",
     "Distance",
@@ -33,6 +36,8 @@ __all__ = [
     "StepGradient",
     "Tendon",
     "Weld",
+    "contact_kinematics",
+    "named_inputs",
     "rollout_gradient",
     "set_threads",
     "threads",

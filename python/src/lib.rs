@@ -9,7 +9,7 @@
 //! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
 //! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
-//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `view` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -32,6 +32,7 @@ mod options;
 mod raised;
 mod scratch;
 mod simulator;
+mod spatial;
 mod threads;
 mod trajopt;
 mod view;
@@ -53,6 +54,13 @@ mod _dualbody {
     use super::cuda::PyCudaSimulator;
     #[pymodule_export]
     use super::dynamics::{
+        _base_average_velocity_jacobian, _base_bias_forces, _base_center_of_mass_acceleration,
+        _base_center_of_mass_jacobian, _base_center_of_mass_velocity,
+        _base_centroidal_momentum_matrix_derivative, _base_centroidal_momentum_rate,
+        _base_coriolis_matrix, _base_forward_dynamics, _base_frame_acceleration,
+        _base_frame_bias_acceleration, _base_frame_jacobian, _base_frame_jacobian_derivative,
+        _base_frame_velocity, _base_gravity_forces, _base_inverse_dynamics, _base_mass_matrix,
+        _base_mass_matrix_inverse, _base_momentum, _base_momentum_matrix, _base_state_tangents,
         _centroidal_momentum_derivatives, _difference_jacobian, _forward_dynamics_derivatives,
         _frame_velocity_derivatives, _integrate_jacobian, _inverse_dynamics_derivatives,
         acceleration_from_representation, acceleration_to_representation, average_velocity,
@@ -65,7 +73,8 @@ mod _dualbody {
         frame_jacobian_derivative, frame_placement_derivatives, frame_pose, frame_velocity,
         gravity_forces, inverse_dynamics, inverse_dynamics_second_derivatives,
         jacobian_to_representation, joint_torque_regressor, kinetic_energy,
-        kinetic_energy_regressor, locked_inertia, mass_matrix, mass_matrix_inverse,
+        kinetic_energy_regressor, link_accelerations, link_jacobian_derivatives, link_jacobians,
+        link_velocities, locked_inertia, mass_matrix, mass_matrix_inverse,
         mass_matrix_to_representation, momentum, momentum_matrix, passive_forces, potential_energy,
         potential_energy_regressor, velocity_from_representation, velocity_to_representation,
     };
@@ -83,12 +92,14 @@ mod _dualbody {
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _load_model,
-        _sample, PyImportReport, PyModel,
+        _random_state, _sample, _unit_joint_forces, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;
     #[pymodule_export]
     use super::simulator::{_simulator, PyNativeSimulator, PySimulator};
+    #[pymodule_export]
+    use super::spatial::{_pose, _rotation};
     #[pymodule_export]
     use super::threads::{set_threads, threads};
     #[pymodule_export]

@@ -33,10 +33,12 @@
 //! | how exact are forces, how long are they looked for? | [`SolverOptions`], [`cone`](crate::cone) | O(rows³) an iteration; measured at [`SolverOptions`] | |
 //! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
 //! | where are the points, how fast, how do they depend on v? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
+//! | which links touch, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
 //! | what happens at them, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
 mod contacts;
+mod frames;
 mod hardware;
 mod kinematics;
 mod laws;

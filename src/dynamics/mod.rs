@@ -7,6 +7,7 @@
 //! | how does a frame accelerate? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
 //! | how does its Jacobian change? | [`frame_jacobian_derivative`] | O(depth) | |
 //! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | [Featherstone 2008, 4.1] |
+//! | how do they move all links? | [`frame_jacobians`], [`frame_jacobian_derivatives`] | O(n · depth) | |
 //! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | [Featherstone 2008, table 5.1] |
 //! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
 //! | what is M(q)? | [`mass_matrix`] | O(n · depth) | [Featherstone 2008, table 6.2] |
@@ -25,7 +26,7 @@
 //! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
 //! | and a weighted sum of τ, or of v̇, with all inputs and parameters? | [`inverse_dynamics_vjp`], [`forward_dynamics_vjp`] | O(n) | [Griewank, Walther 2008, chapter 3] |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
-//! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
+//! | what if the base velocity is in another representation? | [`BaseVelocity`]; [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
@@ -85,6 +86,7 @@ mod external;
 mod forward_dynamics;
 mod jacobian;
 mod kinematics;
+mod many_frames;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
 mod named_forces;
@@ -110,9 +112,12 @@ pub use adjoint::{
     inverse_dynamics_vjp, inverse_dynamics_vjp_into,
 };
 pub use base_velocity::{
-    acceleration_from_representation, acceleration_to_representation, force_from_representation,
-    force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
-    velocity_from_representation, velocity_to_representation,
+    BaseVelocity, acceleration_from_representation, acceleration_to_representation,
+    bias_forces_to_representation, coriolis_matrix_to_representation,
+    deviation_from_representation, deviation_to_representation, force_from_representation,
+    force_to_representation, gradient_to_representation, jacobian_derivative_to_representation,
+    jacobian_to_representation, mass_matrix_inverse_to_representation,
+    mass_matrix_to_representation, velocity_from_representation, velocity_to_representation,
 };
 pub(crate) use calls::Calls;
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
@@ -145,6 +150,10 @@ pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
+};
+pub use many_frames::{
+    frame_jacobian_derivatives, frame_jacobian_derivatives_into, frame_jacobians,
+    frame_jacobians_into,
 };
 pub(crate) use mass_matrix_factor::Ancestors;
 pub use mass_matrix_factor::MassMatrixFactor;

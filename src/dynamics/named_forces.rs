@@ -123,6 +123,12 @@ impl<T: Scalar> NamedForces<T> {
         self.frames.push((frame, *force, representation));
         Ok(())
     }
+
+    /// The forces on frames.
+    pub(crate) fn on_frames(&self) -> impl Iterator<Item = (FrameId, &Force<T>, Representation)> {
+        let frames = self.frames.iter();
+        frames.map(|(frame, force, representation)| (*frame, force, *representation))
+    }
 }
 
 /// Collects the joint forces τ of named forces, length `nv`. Allocates its result.

@@ -18,6 +18,8 @@
 //! | the same robot with others, or over another scalar? | [`Model::with_parameters`], [`Model::with_some_parameters`], [`Model::cast`] | O(n) | |
 //! | with joints locked, parts attached, another scale or mass? | [`Model::with_locked_joints`], [`Model::with_attached`], [`Model::scaled`], [`Model::with_link_mass`] | O(n), built anew | |
 //! | with links of other lengths, radii, densities, over any scalar? | [`Hardware`] | O(n), built anew | |
+//! | mass, centre of mass, inertia of a link? | [`Model::link_inertia`], [`Model::link_inertias`] | O(n) | |
+//! | derivatives of moves in the numbers of q? | [`Model::integrate_jacobian`], [`Model::difference_jacobian`] | O(nv · nq) | |
 //! | is an inertia that of a body? | [`inertia_flaw`], [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
 //! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
 //! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
@@ -37,7 +39,9 @@ mod generation;
 mod graph;
 mod hardware;
 mod ids;
+mod link_inertias;
 pub(crate) mod manifold;
+mod manifold_jacobians;
 mod numbers;
 mod operations;
 mod parameter_derivatives;
@@ -269,6 +273,11 @@ impl<P: Scalar> Model<P> {
             .iter()
             .map(|link| self.frames[link.frame.0].name.as_str())
             .collect()
+    }
+
+    /// Frames of the links, in the order of [`links`](Self::links).
+    pub fn link_frames(&self) -> Vec<FrameId> {
+        self.links.iter().map(|link| link.frame).collect()
     }
 
     /// Names of all frames: those of the links, then the others.

@@ -13,6 +13,7 @@
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
+//! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
@@ -21,12 +22,15 @@
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
 //! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
+//! | where is the base, how fast? | [`State::base_pose`], [`State::base_velocity`], and to set them [`State::set_base_pose`], [`State::set_base_velocity`] | O(1) | |
+//! | a random state? | [`State::random`], [`State::random_within`] | O(n) | |
 //! | is a state from outside one? | [`State::check`] | O(n) | |
 
 mod actuation;
 mod applied_forces;
 mod assembly;
 mod balance;
+mod base;
 mod batch;
 mod force;
 mod forces;
@@ -35,10 +39,12 @@ mod integrator;
 mod integrators;
 mod interop;
 mod moment;
+mod named_forces;
 mod names;
 mod parameter_slots;
 mod parameters;
 mod placed;
+mod random;
 mod report;
 mod rollout;
 mod rows;
@@ -71,6 +77,7 @@ pub(crate) use moment::Moment;
 pub(crate) use names::coordinate_names;
 pub(crate) use names::{column_names, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
+pub use random::StateBounds;
 pub use report::ContactReport;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;

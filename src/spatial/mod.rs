@@ -12,6 +12,8 @@
 //! | question | type, function | reference |
 //! |---|---|---|
 //! | where is a frame, and what does a vector of it look like from another? | [`Transform`]: [`point`](Transform::point), [`motion`](Transform::motion), [`force`](Transform::force), [`inertia`](Transform::inertia) | [Featherstone 2008, 2.8] |
+//! | as 6 × 6 matrices? | [`Transform::adjoint`], [`Transform::force_adjoint`], [`Motion::cross_matrix`] | [Murray, Li, Sastry 1994, 2.4] |
+//! | by roll, pitch and yaw? | [`Quaternion::from_roll_pitch_yaw`], [`Quaternion::to_roll_pitch_yaw`] | |
 //! | how is it turned? | [`Quaternion`], [`Quaternion::to_matrix`], [`Quaternion::from_matrix`] | [Shepperd 1978] |
 //! | where does a constant velocity lead, which one led there? | [`Transform::exp`], [`Transform::log`], [`Quaternion::exp`], [`Quaternion::log`] | [Murray, Li, Sastry 1994, chapter 2] |
 //! | how fast does a body move? | [`Motion`], [`Motion::cross`] | [Featherstone 2008, 2.2] |
@@ -26,6 +28,7 @@
 
 pub(crate) mod linear;
 
+mod adjoint;
 mod articulated;
 pub(crate) mod exponential;
 mod force;
@@ -35,6 +38,7 @@ mod motion;
 mod parameters;
 mod quaternion;
 mod representation;
+mod roll_pitch_yaw;
 pub(crate) mod series;
 mod symmetric;
 pub(crate) mod transform;

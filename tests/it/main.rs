@@ -9,12 +9,15 @@
 mod actuation;
 mod adjoints;
 mod analytic;
+mod base_velocity;
 mod batch;
 mod batch_contact;
 mod bibliography;
+mod by_link;
 mod common;
 mod constraints;
 mod contact;
+mod contact_frames;
 mod contact_reasons;
 mod control;
 mod conventions;

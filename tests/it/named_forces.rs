@@ -1,11 +1,12 @@
 //! Forces and frames by name, against Jacobians and forward kinematics.
 
 use dualbody::dynamics::{
-    NamedForces, RneaScratch, external_forces, forward_kinematics, frame_jacobian, frame_velocity,
-    inverse_dynamics, inverse_dynamics_into, joint_forces,
+    NamedForces, RneaScratch, external_forces, forward_dynamics, forward_kinematics,
+    frame_jacobian, frame_velocity, inverse_dynamics, inverse_dynamics_into, joint_forces,
 };
 use dualbody::model::{BodyId, JointId, samples};
 use dualbody::spatial::{Force, Representation};
+use dualbody::{Simulator, State};
 use nalgebra::{DVector, Vector6};
 
 use crate::common::{OTHER_ALGORITHM, assert_close_vector, gripper, random_point, robots};
@@ -142,4 +143,53 @@ fn velocity_of_each_body_by_its_frame_and_by_its_name_equals_that_of_forward_kin
         let error = model.find_frame("nowhere").expect_err("no such frame");
         assert!(error.to_string().contains("\"nowhere\""), "{error}");
     }
+}
+
+// One step of semi-implicit Euler: v⁺ = v + Δt M⁻¹ (τ − h + Jᵀ F) for joints that are no rotations.
+#[test]
+fn step_with_named_forces_equals_forward_dynamics_under_them() {
+    let model = samples::arm();
+    let simulator = Simulator::new(model.clone()).with_time_step(1e-3);
+    let point = random_point(&model, 43);
+    let state = State::new(point.q.as_slice(), point.v.as_slice());
+    let (joint, tool) = (model.joint_names()[2], "tool");
+    let force = Force::from_array(FORCE);
+    for r in Representation::ALL {
+        let mut forces = NamedForces::default();
+        let set = forces.set_joint_forces(&model, &[(joint, &[3.0])]);
+        set.and(forces.add_frame_force(&model, tool, &force, r))
+            .expect("names of the arm");
+        let next = simulator.step_with_forces(&state, &forces).expect("inputs");
+        let frame = model.find_frame(tool).expect("a frame");
+        let J = frame_jacobian(&model, point.q.as_slice(), frame, r);
+        let tau = joint_forces(&model, &forces) + J.transpose() * Vector6::from(FORCE);
+        let a = forward_dynamics(
+            &model,
+            point.q.as_slice(),
+            point.v.as_slice(),
+            tau.as_slice(),
+        );
+        assert_close_vector(&next.v, &(&point.v + a * 1e-3), OTHER_ALGORITHM, "velocity");
+    }
+}
+
+#[test]
+fn named_force_along_a_joint_without_input_is_refused() {
+    let model = samples::cartpole();
+    let simulator = Simulator::new(model.clone())
+        .with_actuated_joints(&["linear"])
+        .expect("a joint");
+    let mut forces = NamedForces::default();
+    let on = |forces: &mut NamedForces, name: &str| {
+        let set = forces.set_joint_forces(&model, &[(name, &[2.0])]);
+        set.expect("a joint");
+    };
+    on(&mut forces, "linear");
+    let u = simulator.inputs_of(&forces).expect("inputs");
+    assert_eq!(u.as_slice(), [2.0]);
+    on(&mut forces, "pivot");
+    let error = simulator.inputs_of(&forces).expect_err("no input there");
+    assert!(error.to_string().contains("pivot"), "{error}");
+    let state: State = State::neutral(&model);
+    assert!(simulator.step_with_forces(&state, &forces).is_err());
 }

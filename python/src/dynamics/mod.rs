@@ -9,14 +9,17 @@
 //! | `matrices` | inverse of M, Coriolis matrix, derivatives of the dynamics |
 //! | `manifold` | derivatives of moves and differences of configurations |
 //! | `energy`, `com`, `momenta`, `frames`, `regressors` | what follows from a state |
-//! | `base`, `external` | other velocities of the base, forces by name |
+//! | `base`, `based`, `external` | other velocities of the base, forces by name |
+//! | `links` | all links at once |
 
 mod base;
+mod based;
 mod com;
 mod energy;
 mod external;
 mod frames;
 mod hot;
+mod links;
 mod manifold;
 mod matrices;
 mod momenta;
@@ -29,6 +32,15 @@ pub(crate) use base::{
     acceleration_from_representation, acceleration_to_representation, force_from_representation,
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
     velocity_from_representation, velocity_to_representation,
+};
+pub(crate) use based::{
+    _base_average_velocity_jacobian, _base_bias_forces, _base_center_of_mass_acceleration,
+    _base_center_of_mass_jacobian, _base_center_of_mass_velocity,
+    _base_centroidal_momentum_matrix_derivative, _base_centroidal_momentum_rate,
+    _base_coriolis_matrix, _base_forward_dynamics, _base_frame_acceleration,
+    _base_frame_bias_acceleration, _base_frame_jacobian, _base_frame_jacobian_derivative,
+    _base_frame_velocity, _base_gravity_forces, _base_inverse_dynamics, _base_mass_matrix,
+    _base_mass_matrix_inverse, _base_momentum, _base_momentum_matrix, _base_state_tangents,
 };
 pub(crate) use com::{
     center_of_mass, center_of_mass_acceleration, center_of_mass_derivatives,
@@ -45,8 +57,12 @@ pub(crate) use hot::{
     aba, bias_forces, forward_dynamics, gravity_forces, inverse_dynamics, mass_matrix, on_both,
     rnea,
 };
+pub(crate) use links::{
+    link_accelerations, link_jacobian_derivatives, link_jacobians, link_velocities,
+};
 pub(crate) use manifold::{
-    _difference_jacobian, _integrate_jacobian, write_difference_jacobian, write_integrate_jacobian,
+    _deviation, _difference_jacobian, _integrate_jacobian, write_difference_jacobian,
+    write_integrate_jacobian,
 };
 pub(crate) use matrices::{
     _forward_dynamics_derivatives, _inverse_dynamics_derivatives, coriolis_matrix, forward_slopes,
@@ -61,3 +77,4 @@ pub(crate) use names::Named;
 pub(crate) use regressors::{
     joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor,
 };
+pub(crate) use write::write_pose;

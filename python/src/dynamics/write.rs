@@ -18,7 +18,7 @@ pub(super) fn write_vector3(x: &Vector3<f64>, out: &mut [f64]) {
 }
 
 /// Writes a pose as the matrix [[R, p], [0, 1]].
-pub(super) fn write_pose(pose: &Transform<f64>, out: &mut [f64]) {
+pub(crate) fn write_pose(pose: &Transform<f64>, out: &mut [f64]) {
     for i in 0..3 {
         for j in 0..3 {
             out[4 * i + j] = pose.rotation[(i, j)];

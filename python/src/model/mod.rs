@@ -4,10 +4,11 @@
 //! |---|---|
 //! | `handle` | the class `Model`, and how it pickles |
 //! | `load`, `report`, `samples`, `build`, `shapes` | where robots come from |
-//! | `questions`, `manifold`, `engines`, `show` | what they are asked |
+//! | `questions`, `by_link`, `manifold`, `random_state`, `engines`, `show` | what they are asked |
 //! | `changes`, `hardware` | robots with something changed, with other sizes of links |
 
 mod build;
+mod by_link;
 mod changes;
 mod engines;
 mod handle;
@@ -15,6 +16,7 @@ mod hardware;
 mod load;
 mod manifold;
 mod questions;
+mod random_state;
 mod report;
 mod samples;
 mod shapes;
@@ -24,6 +26,7 @@ pub(crate) use build::_build_model;
 pub(crate) use handle::{_edited, PyModel, next_id};
 pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
 pub(crate) use load::_load_model;
+pub(crate) use random_state::{_random_state, _unit_joint_forces};
 pub(crate) use report::PyImportReport;
 pub(crate) use samples::_sample;
 pub(crate) use shapes::{read_geometry, read_pose};

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
-//! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
+//! | `step`, `linearize`, `contact`, `contact_frames` | one step, its Jacobians, what touches, and where |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
@@ -12,6 +12,7 @@
 
 mod batch;
 mod contact;
+mod contact_frames;
 mod given;
 mod gradient;
 mod handle;

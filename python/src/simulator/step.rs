@@ -54,23 +54,47 @@ impl PySimulator {
     ///
     /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out), contact (..., n_contact) where contacts have a state.
     /// out: arrays for the next state, which may be those of the state. Raises FloatingPointError if the next state is not finite.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
+    /// forces {frame or link: (..., 6)}: [linear; angular], N and N·m, in a representation, held as the input is.
+    #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", out=None))]
     pub(super) fn step<'py>(
-        &self,
+        this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
+        forces: Option<&Bound<'py, PyAny>>,
+        representation: &str,
         out: Option<&Bound<'py, PyTuple>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let given = self.read(q, v, u, contact)?;
+        let own = this.get();
+        if let Some(forces) = forces {
+            let actuators = own
+                .parts
+                .bind(q.py())
+                .as_any()
+                .get_item("frame_actuators")?;
+            let with_forces = q.py().import("dualbody._forces")?.getattr("_step")?;
+            let arguments = (
+                this,
+                actuators,
+                q,
+                v,
+                u,
+                forces,
+                representation,
+                contact,
+                out,
+            );
+            return Ok(with_forces.call1(arguments)?.cast_into()?);
+        }
+        let given = own.read(q, v, u, contact)?;
         let one = |memory: &mut StepMemory| {
             let (state, next) = (&memory.state, &mut memory.next);
             let scratch = &mut memory.scratch;
-            self.simulator.step_into(state, &memory.u, scratch, next);
+            own.simulator.step_into(state, &memory.u, scratch, next);
         };
-        let many = |arrays: &[Array<'py>]| self.step_batch(q.py(), &given, arrays);
-        self.take_step(q.py(), &given, out, one, many)
+        let many = |arrays: &[Array<'py>]| own.step_batch(q.py(), &given, arrays);
+        own.take_step(q.py(), &given, out, one, many)
     }
 }
 

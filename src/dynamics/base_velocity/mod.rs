@@ -1,11 +1,41 @@
-//! Velocities, forces, Jacobians and mass matrices of a floating robot with its base velocity in another
-//! representation.
+//! The quantities of a floating robot with its base velocity in another representation.
 //!
-//! The crate's own tangent vectors hold the base velocity in the base frame. With T(q) the 6 × 6 map from it to another
-//! representation, v' = T v for velocities, τ' = T⁻ᵀ τ for forces, J' = J T⁻¹ for the columns of Jacobians and M' = T⁻ᵀ
-//! M T⁻¹ for the mass matrix. All of it leaves a robot with a fixed base as it is.
+//! The crate's own tangent vectors hold the base velocity in the base frame. With T(q) the map from them to those with
+//! another representation, v' = T v, every other quantity follows from v̇' = T v̇ + Ṫ v and from forces that keep their
+//! power:
+//!
+//! | quantity | in the other representation |
+//! |---|---|
+//! | force | τ' = T⁻ᵀ τ |
+//! | Jacobian, momentum matrix | J' = J T⁻¹ |
+//! | their rate | J̇' = (J̇ − J W) T⁻¹ |
+//! | bias acceleration | J̇' v' = J̇ v − J W v |
+//! | mass matrix, its inverse | M' = T⁻ᵀ M T⁻¹, M'⁻¹ = T M⁻¹ Tᵀ |
+//! | Coriolis matrix | C' = T⁻ᵀ (C − M W) T⁻¹, so that h' = C' v' + g' and Ṁ' − 2 C' is skew |
+//! | gravity force | g' = T⁻ᵀ g |
+//! | bias force | h' = T⁻ᵀ (h − M W v) |
+//! | Jacobians of a step | A' = S(x⁺) A S(x)⁻¹, B' = S(x⁺) B, see [`deviation_to_representation`] |
+//!
+//! with W = T⁻¹ Ṫ, which is Ω × on the base velocity and zero elsewhere: Ω is the velocity of the base with respect to
+//! the axes of the representation, that is 0 for *body*, the angular velocity for *mixed*, the velocity for *inertial*.
+//! All of it leaves a robot with a fixed base as it is. [`BaseVelocity`] computes with the quantities of one representation
+//! throughout; the functions convert what was computed otherwise.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+mod given;
+mod maps;
+mod state;
+
+pub use given::BaseVelocity;
+pub use maps::{
+    coriolis_matrix_to_representation, jacobian_derivative_to_representation,
+    jacobian_to_representation, mass_matrix_inverse_to_representation,
+    mass_matrix_to_representation,
+};
+pub use state::{
+    deviation_from_representation, deviation_to_representation, gradient_to_representation,
+};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -98,39 +128,39 @@ pub fn acceleration_from_representation<P: Scalar, T: Over<P>>(
     })
 }
 
-/// A Jacobian (any rows × `nv`) for velocities whose base part is in another representation: J T⁻¹.
+/// Bias forces h = C v + g (length `nv`) with the base velocity in another representation:  h' = T⁻ᵀ (h − M T⁻¹ Ṫ v).
+///
+/// They are no forces that keep their power: with v̇' = 0 the crate's own acceleration is −T⁻¹ Ṫ v, which takes the
+/// second term.
+///
+/// * `v` – velocity, in the crate's own representation
+/// * `mass_matrix`, `bias` – M(q) and h(q, v), in the crate's own representation
 ///
 /// # Panics
-/// If `jacobian` has not `nv` columns.
-pub fn jacobian_to_representation<P: Scalar, T: Over<P>>(
+/// If an argument has not the size that the model gives it.
+pub fn bias_forces_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
-    jacobian: &DMatrix<T>,
+    v: &[T],
+    mass_matrix: &DMatrix<T>,
+    bias: &[T],
     to: Representation,
-) -> DMatrix<T> {
-    let mut out = jacobian.clone();
-    for (row, mut out) in jacobian.row_iter().zip(out.row_iter_mut()) {
-        // A row of J maps velocities to a number, so it transforms as a force does.
-        let row: Vec<T> = row.iter().copied().collect();
-        out.iter_mut()
-            .zip(&force_to_representation(model, q, &row, to))
-            .for_each(|(out, &x)| *out = x);
-    }
-    out
+) -> DVector<T> {
+    model.check_v(bias);
+    let still = still_acceleration(model, q, v, to);
+    let at_still = mass_matrix * still + DVector::from_column_slice(bias);
+    force_to_representation(model, q, at_still.as_slice(), to)
 }
 
-/// A mass matrix (`nv` × `nv`) for velocities whose base part is in another representation: T⁻ᵀ M T⁻¹.
-///
-/// # Panics
-/// If `mass_matrix` is not `nv` × `nv`.
-pub fn mass_matrix_to_representation<P: Scalar, T: Over<P>>(
+/// The crate's own acceleration where that in another representation is zero:  −T⁻¹ Ṫ v.
+fn still_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
-    mass_matrix: &DMatrix<T>,
-    to: Representation,
-) -> DMatrix<T> {
-    let half = jacobian_to_representation(model, q, mass_matrix, to);
-    jacobian_to_representation(model, q, &half.transpose(), to)
+    v: &[T],
+    representation: Representation,
+) -> DVector<T> {
+    let zeros = vec![T::zero(); model.nv()];
+    acceleration_from_representation(model, q, v, &zeros, representation)
 }
 
 /// Applies a map to the first six entries of a tangent vector if they are those of a floating base.

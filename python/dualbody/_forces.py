@@ -1,0 +1,112 @@
+"""Forces by name: along joints, on frames in a step, and as inputs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+from . import _dualbody
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, Model, Simulator
+
+#: Coordinates of a force.
+_AXES = ("fx", "fy", "fz", "nx", "ny", "nz")
+
+#: Simulators with an input for each force on frames that a step was given by name.
+_FORCED: WeakKeyDictionary[Simulator, dict[tuple[Any, ...], Simulator]] = WeakKeyDictionary()
+
+#: How many of them a simulator keeps.
+_KEPT = 8
+
+
+def joint_forces(model: Model, forces: Mapping[str, ArrayLike]) -> Array:
+    """Joint forces tau, (..., nv), from forces by the name of the joint; those of others are zero.
+
+    forces {joint: (...) for one degree of freedom, (..., n) for n}: N·m or N. A joint that follows another has its own, which acts on the leader by the
+    ratio of their rates.
+
+    >>> import dualbody as db
+    >>> db.joint_forces(db.samples.cartpole(), {"pivot": 2.0})
+    array([0., 2.])
+    """
+    import numpy as np
+
+    tau = np.zeros(model.nv)
+    for name, given in forces.items():
+        unit = _dualbody._unit_joint_forces(model, name)
+        own = np.asarray(given, dtype=float)
+        if len(unit) == 1 and (own.ndim == 0 or own.shape[-1] != 1):
+            own = own[..., None]
+        if own.ndim == 0 or own.shape[-1] != len(unit):
+            raise ValueError(f"the force of joint {name!r} has the shape {own.shape}, expected (..., {len(unit)})")
+        tau = tau + own @ unit
+    return tau
+
+
+def named_inputs(simulator: Simulator, values: Mapping[str, ArrayLike]) -> Array:
+    """Inputs u, (..., nu), from values (...) by the names in ``simulator.input_names``; the others are zero.
+
+    >>> import dualbody as db
+    >>> db.sim.named_inputs(db.Simulator(db.samples.cartpole()), {"pivot": 2.0})
+    array([0., 2.])
+    """
+    import numpy as np
+
+    names = simulator.input_names
+    unknown = sorted(set(values) - set(names))
+    if unknown:
+        raise KeyError(f"there is no input {', '.join(map(repr, unknown))}; inputs are {', '.join(map(repr, names))}")
+    arrays = [np.asarray(values.get(name, 0.0), dtype=float) for name in names]
+    return np.stack(np.broadcast_arrays(*arrays), axis=-1) if arrays else np.zeros(0)
+
+
+def _step(
+    simulator: Simulator,
+    actuators: Sequence[Any],
+    q: ArrayLike,
+    v: ArrayLike,
+    u: ArrayLike | None,
+    forces: Mapping[str, ArrayLike],
+    representation: str,
+    contact: ArrayLike | None,
+    out: tuple[Array, ...] | None,
+) -> tuple[Array, ...]:
+    """A step with forces on frames by name: they are inputs of a simulator with an actuator for each of their coordinates."""
+    import numpy as np
+
+    if not forces:
+        return simulator.step(q, v, u, contact=contact, out=out)
+    given = [np.asarray(force, dtype=float) for force in forces.values()]
+    for name, force in zip(forces, given):
+        if force.ndim == 0 or force.shape[-1] != len(_AXES):
+            raise ValueError(f"forces[{name!r}] has the shape {force.shape}, expected (..., {len(_AXES)})")
+    own = np.zeros(simulator.nu) if u is None else np.asarray(u, dtype=float)
+    batch = np.broadcast_shapes(*(x.shape[:-1] for x in (own, *given)))
+    parts = [np.broadcast_to(x, (*batch, x.shape[-1])) for x in (own, *given)]
+    forced = _with_inputs(simulator, actuators, tuple(forces), representation)
+    return forced.step(q, v, np.concatenate(parts, axis=-1), contact=contact, out=out)
+
+
+def _with_inputs(simulator: Simulator, actuators: Sequence[Any], frames: tuple[str, ...], representation: str) -> Simulator:
+    import numpy as np
+
+    from ._parts import Anchor, FrameActuator
+
+    kept = _FORCED.setdefault(simulator, {})
+    key = (frames, representation)
+    if key not in kept:
+        unit = np.eye(len(_AXES))
+        added = [
+            FrameActuator(f"force on {frame}: {axis}", Anchor(frame), tuple(unit[k]), representation)  # type: ignore[arg-type]
+            for frame in frames
+            for k, axis in enumerate(_AXES)
+        ]
+        if len(kept) == _KEPT:
+            kept.pop(next(iter(kept)))
+        kept[key] = simulator.replace(frame_actuators=[*actuators, *added])
+    return kept[key]

@@ -1,0 +1,25 @@
+"""Kinematics of the points of contact."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, Simulator
+
+
+class ContactKinematics(NamedTuple):
+    """All points of contact in the order of ``simulator.contact_points``: positions, velocities and normals of the ground (..., n, 3), depths (..., n), m."""
+
+    positions: Array
+    velocities: Array
+    normals: Array
+    depths: Array
+
+
+def contact_kinematics(simulator: Simulator, q: ArrayLike, v: ArrayLike) -> ContactKinematics:
+    """Where the points of contact are, how fast the body is there, and how deep: a ContactKinematics. q (..., nq), v (..., nv)."""
+    x = simulator._contact_points(q, v)
+    return ContactKinematics(x[..., 0:3], x[..., 3:6], x[..., 6:9], x[..., 9])

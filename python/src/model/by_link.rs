@@ -1,0 +1,76 @@
+//! Masses link by link, and tangents of states.
+
+use pyo3::prelude::*;
+
+use super::handle::PyModel;
+use crate::arrays::{Array, empty, numbers_mut, vector};
+use crate::dynamics::{_deviation, _difference_jacobian, _integrate_jacobian};
+use crate::errors::OrRaise;
+
+#[pymethods]
+impl PyModel {
+    /// Mass of a link, kg: its own, where links that are fixed to one another are one body.
+    fn link_mass(&self, link: &str) -> PyResult<f64> {
+        Ok(self.model.link_inertia(link).or_raise()?.mass)
+    }
+
+    /// Centre of mass of a link in its frame, (3,), m; not a number for one without mass.
+    fn link_center_of_mass<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Bound<'py, PyAny>> {
+        let com = self.model.link_inertia(link).or_raise()?.com();
+        Ok(vector(py, com.as_slice().to_vec()).into_any())
+    }
+
+    /// Inertia of a link in its frame, (6, 6), rows and columns [linear; angular].
+    fn link_inertia<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Array<'py>> {
+        let array = empty(py, &[6, 6]);
+        let inertia = self.model.link_inertia(link).or_raise()?.to_matrix();
+        // Symmetric: columns are rows.
+        numbers_mut(&array).copy_from_slice(inertia.as_slice());
+        Ok(array)
+    }
+
+    /// Masses of all links in the order of link_names, (n_links,), kg.
+    #[getter]
+    fn link_masses<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        let all = self.model.link_inertias();
+        vector(py, all.iter().map(|inertia| inertia.mass).collect()).into_any()
+    }
+
+    /// Inertias of all links in their frames, in the order of link_names, (n_links, 6, 6).
+    #[getter]
+    fn link_inertias<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let all = self.model.link_inertias();
+        let array = empty(py, &[all.len(), 6, 6]);
+        for (inertia, out) in all.iter().zip(numbers_mut(&array).chunks_mut(36)) {
+            out.copy_from_slice(inertia.to_matrix().as_slice());
+        }
+        array
+    }
+
+    /// Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero, so that the rate of q is J v.
+    fn integrate_jacobian<'py>(
+        this: &Bound<'py, Self>,
+        q: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        _integrate_jacobian(this, q, None)
+    }
+
+    /// Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q.
+    fn difference_jacobian<'py>(
+        this: &Bound<'py, Self>,
+        q: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        _difference_jacobian(this, q, None)
+    }
+
+    /// Deviation (difference(q0, q), v - v0) of a state from another, (..., 2 nv): what a linear controller designed there acts on.
+    fn deviation<'py>(
+        this: &Bound<'py, Self>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        q0: &Bound<'py, PyAny>,
+        v0: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        _deviation(this, q, v, q0, v0, None)
+    }
+}

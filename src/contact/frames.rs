@@ -1,0 +1,260 @@
+//! Frames at the points of contact: poses, Jacobians, their rates, and which links touch.
+//!
+//! The frame C of a point has its origin where the point is now, and the axes of its link. It is fixed to the body: that of
+//! a point that rolls is left behind by the point, so that its Jacobian is that of the material of the body there.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::DMatrix;
+
+use super::contacts::Contacts;
+use super::point_state::PointState;
+use crate::dynamics::{Kinematics, to_world};
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::lift_matrix;
+use crate::spatial::{Motion, Representation, SPATIAL, Transform};
+
+impl<P: Scalar> Contacts<P> {
+    /// Computes the pose `X_WC` of each point's frame, with the origin at the point and the axes of its link. Allocates.
+    ///
+    /// * `q` – configuration, length `nq`
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the contacts are those of another robot.
+    pub fn frames<T: Over<P>>(&self, model: &Model<P>, q: &[T]) -> Vec<Transform<T>> {
+        let (kinematics, points) = self.at_rest(model, q);
+        let mut out = vec![Transform::identity(); points.len()];
+        self.frames_into(model, &kinematics, &points, &mut out);
+        out
+    }
+
+    /// [`frames`](Self::frames) of known [states](Self::states_into) of the points, without allocation.
+    ///
+    /// * `out` – output, one for each point
+    ///
+    /// # Panics
+    /// If a slice has not one entry for each point, or something belongs to another robot.
+    pub fn frames_into<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        points: &[PointState<T>],
+        out: &mut [Transform<T>],
+    ) {
+        self.check_points(model, points, out.len());
+        for (k, (point, out)) in points.iter().zip(out).enumerate() {
+            *out = self.frame(model, kinematics, k, point);
+        }
+    }
+
+    /// Computes the Jacobian of each point's frame, 6 × `nv`, rows `[linear; angular]`. In the mixed representation the
+    /// first three are that of [`jacobian`](Self::jacobian): the velocity of the body at the point, in the world's axes. Allocates.
+    ///
+    /// * `q` – configuration, length `nq`
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the contacts are those of another robot.
+    pub fn frame_jacobians<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        representation: Representation,
+    ) -> Vec<DMatrix<T>> {
+        let (kinematics, points) = self.at_rest(model, q);
+        let mut out = matrices(model, points.len());
+        self.frame_jacobians_into(model, &kinematics, &points, representation, &mut out);
+        out
+    }
+
+    /// [`frame_jacobians`](Self::frame_jacobians) of known [states](Self::states_into) of the points, without allocation.
+    ///
+    /// * `out` – output, a matrix 6 × `nv` for each point
+    ///
+    /// # Panics
+    /// If a slice has not one entry for each point, a matrix has another shape, or something belongs to another robot.
+    pub fn frame_jacobians_into<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        points: &[PointState<T>],
+        representation: Representation,
+        out: &mut [DMatrix<T>],
+    ) {
+        self.check_points(model, points, out.len());
+        for (k, (point, out)) in points.iter().zip(out).enumerate() {
+            let X_WC = self.frame(model, kinematics, k, point);
+            let express = |V_W: &Motion<T>| {
+                representation.velocity_from_body(&X_WC, &X_WC.motion_inverse(V_W))
+            };
+            self.each_column(model, kinematics, k, out, |V_W, _| express(V_W));
+        }
+    }
+
+    /// Computes the rate of the Jacobian of each point's frame, 6 × `nv`:  d(J v)/dt = J v̇ + J̇ v is the acceleration of the
+    /// frame, which is fixed to its body. Allocates.
+    ///
+    /// * `q` – configuration, length `nq`
+    /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+    ///
+    /// # Panics
+    /// If a slice has the wrong length, or the contacts are those of another robot.
+    pub fn frame_jacobian_derivatives<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        v: &[T],
+        representation: Representation,
+    ) -> Vec<DMatrix<T>> {
+        let (kinematics, points) = self.moving(model, q, v);
+        let mut out = matrices(model, points.len());
+        self.frame_jacobian_derivatives_into(model, &kinematics, &points, representation, &mut out);
+        out
+    }
+
+    /// [`frame_jacobian_derivatives`](Self::frame_jacobian_derivatives) of known [states](Self::states_into) of the points,
+    /// without allocation.
+    ///
+    /// * `out` – output, a matrix 6 × `nv` for each point
+    ///
+    /// # Panics
+    /// If a slice has not one entry for each point, a matrix has another shape, or something belongs to another robot.
+    pub fn frame_jacobian_derivatives_into<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        points: &[PointState<T>],
+        representation: Representation,
+        out: &mut [DMatrix<T>],
+    ) {
+        self.check_points(model, points, out.len());
+        for (k, (point, out)) in points.iter().zip(out).enumerate() {
+            let X_WC = self.frame(model, kinematics, k, point);
+            let body = Some(self.points()[k].body);
+            let V_C =
+                X_WC.motion_inverse(&kinematics.pose(body).motion(&kinematics.velocity(body)));
+            // The axes E of expression move with V_E, a subspace S with its body B: it changes at the rate (V_B − V_E) × S.
+            let V_E = V_C - representation.turning(&V_C);
+            self.each_column(model, kinematics, k, out, |V_W, V_WB| {
+                let (S, V_B) = (X_WC.motion_inverse(V_W), X_WC.motion_inverse(V_WB));
+                representation.velocity_from_body(&X_WC, &(V_B - V_E).cross(&S))
+            });
+        }
+    }
+
+    /// Hands the motion of each coordinate's unit rate and the velocity of the body that it moves, both in the world, to
+    /// `column`, and adds the result to the columns of `out`.
+    fn each_column<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        point: usize,
+        out: &mut DMatrix<T>,
+        column: impl Fn(&Motion<T>, &Motion<T>) -> Motion<T>,
+    ) {
+        assert_eq!(
+            out.shape(),
+            (SPATIAL, model.nv()),
+            "the Jacobian of a point of \"{}\" is 6 × nv",
+            model.name()
+        );
+        out.fill(T::zero());
+        for (id, body) in to_world(model, Some(self.points()[point].body)) {
+            let X_WB = kinematics.pose_of(id);
+            let V_WB = X_WB.motion(&kinematics.velocity(Some(id)));
+            for (k, S) in body.columns() {
+                let entries = column(&X_WB.motion(&S), &V_WB).to_array();
+                for (row, x) in entries.into_iter().enumerate() {
+                    out[(row, k)] += x;
+                }
+            }
+        }
+    }
+
+    /// The pose of a point's frame in the world.
+    fn frame<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        point: usize,
+        state: &PointState<T>,
+    ) -> Transform<T> {
+        let point = &self.points()[point];
+        let R_WB = &kinematics.pose_of(point.body).rotation;
+        let R_BL = lift_matrix::<P, T>(&model.frames()[point.link.0].placement.rotation);
+        Transform::new(R_WB * R_BL, state.position)
+    }
+
+    fn at_rest<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+    ) -> (Kinematics<T>, Vec<PointState<T>>) {
+        self.moving(model, q, &vec![T::zero(); model.nv()])
+    }
+
+    fn moving<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        v: &[T],
+    ) -> (Kinematics<T>, Vec<PointState<T>>) {
+        self.check(model);
+        let kinematics = crate::dynamics::forward_kinematics(model, q, v);
+        let mut points = vec![PointState::zero(); self.points().len()];
+        self.states_into(&kinematics, &mut points);
+        (kinematics, points)
+    }
+
+    fn check_points<T>(&self, model: &Model<P>, points: &[PointState<T>], outputs: usize) {
+        self.check(model);
+        let n = self.points().len();
+        assert!(
+            points.len() == n && outputs == n,
+            "there are {n} points of contact, and {} states for {outputs} outputs",
+            points.len()
+        );
+    }
+}
+
+impl Contacts<f64> {
+    /// Says of each link whether one of its points is below the ground, in the order of [`Model::links`]. Allocates.
+    ///
+    /// A question of geometry: whether a force acts there, a [report](crate::sim::Simulator::contact_report) says.
+    ///
+    /// * `q` – configuration, length `nq`
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the contacts are those of another robot.
+    pub fn links_in_contact(&self, model: &Model, q: &[f64]) -> Vec<bool> {
+        let (_, points) = self.at_rest(model, q);
+        let mut out = vec![false; model.links().len()];
+        self.links_in_contact_into(model, &points, &mut out);
+        out
+    }
+
+    /// [`links_in_contact`](Self::links_in_contact) of known [states](Self::states_into) of the points, without allocation.
+    ///
+    /// * `out` – output, one for each link
+    ///
+    /// # Panics
+    /// If a slice has the wrong length, or the contacts are those of another robot.
+    pub fn links_in_contact_into(
+        &self,
+        model: &Model,
+        points: &[PointState<f64>],
+        out: &mut [bool],
+    ) {
+        self.check_points(model, points, self.points().len());
+        let links = model.links();
+        assert_eq!(out.len(), links.len(), "a flag for each link");
+        for (link, out) in links.iter().zip(out) {
+            let mut own = self.points().iter().zip(points);
+            *out = own.any(|(point, state)| point.link == link.frame && state.depth > 0.0);
+        }
+    }
+}
+
+fn matrices<P: Scalar, T: Scalar>(model: &Model<P>, count: usize) -> Vec<DMatrix<T>> {
+    vec![DMatrix::zeros(SPATIAL, model.nv()); count]
+}

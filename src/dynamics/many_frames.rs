@@ -1,0 +1,103 @@
+//! Jacobians of many frames, as of all links, and their rates.
+
+use nalgebra::DMatrix;
+
+use super::acceleration::frame_jacobian_derivative_into;
+use super::jacobian::frame_jacobian_into;
+use crate::model::{FrameId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Representation, SPATIAL};
+
+/// Computes the Jacobians of several frames, 6 × `nv` each, as [`frame_jacobian`](super::frame_jacobian) computes one.
+///
+/// Costs the depth of each frame in the tree. Allocates its result.
+///
+/// * `q` – configuration, length `nq`
+/// * `frames` – those of all links are [`Model::link_frames`]
+///
+/// # Panics
+/// If a slice has the wrong length, or an id is not one of the model.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::frame_jacobians, model::samples, spatial::Representation};
+///
+/// let cartpole = samples::cartpole();
+/// let all = frame_jacobians(&cartpole, &[0.3, 0.0], &cartpole.link_frames(), Representation::Mixed);
+/// let cart = cartpole.link_names().iter().position(|name| *name == "cart").unwrap();
+/// assert_eq!(all[cart][(1, 0)], 1.0); // the rail leads along y
+/// ```
+pub fn frame_jacobians<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frames: &[FrameId],
+    representation: Representation,
+) -> Vec<DMatrix<T>> {
+    let mut out = vec![DMatrix::zeros(SPATIAL, model.nv()); frames.len()];
+    frame_jacobians_into(model, q, frames, representation, &mut out);
+    out
+}
+
+/// [`frame_jacobians`] without allocation.
+///
+/// * `out` – output, a matrix 6 × `nv` for each frame
+///
+/// # Panics
+/// As there, or if `out` has the wrong size.
+pub fn frame_jacobians_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frames: &[FrameId],
+    representation: Representation,
+    out: &mut [DMatrix<T>],
+) {
+    check_length(frames, out);
+    for (&frame, out) in frames.iter().zip(out) {
+        frame_jacobian_into(model, q, frame, representation, out);
+    }
+}
+
+/// Computes the rates J̇ of the Jacobians of several frames, 6 × `nv` each, as
+/// [`frame_jacobian_derivative`](super::frame_jacobian_derivative) computes one. Allocates its result.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length, or an id is not one of the model.
+pub fn frame_jacobian_derivatives<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    frames: &[FrameId],
+    representation: Representation,
+) -> Vec<DMatrix<T>> {
+    let mut out = vec![DMatrix::zeros(SPATIAL, model.nv()); frames.len()];
+    frame_jacobian_derivatives_into(model, q, v, frames, representation, &mut out);
+    out
+}
+
+/// [`frame_jacobian_derivatives`] without allocation.
+///
+/// * `out` – output, a matrix 6 × `nv` for each frame
+///
+/// # Panics
+/// As there, or if `out` has the wrong size.
+pub fn frame_jacobian_derivatives_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    frames: &[FrameId],
+    representation: Representation,
+    out: &mut [DMatrix<T>],
+) {
+    check_length(frames, out);
+    for (&frame, out) in frames.iter().zip(out) {
+        frame_jacobian_derivative_into(model, q, v, frame, representation, out);
+    }
+}
+
+fn check_length<T>(frames: &[FrameId], out: &[DMatrix<T>]) {
+    let (given, n) = (out.len(), frames.len());
+    assert_eq!(given, n, "there are {n} frames, and {given} matrices");
+}
