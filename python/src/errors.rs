@@ -13,6 +13,8 @@ use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::words::for_python;
+
 /// An error that Python raises as an exception of the kind that fits.
 pub(crate) trait Raise {
     fn raise(self) -> PyErr;
@@ -34,7 +36,7 @@ value_errors!(
 
 impl Raise for UnknownName {
     fn raise(self) -> PyErr {
-        PyKeyError::new_err(self.to_string())
+        PyKeyError::new_err(for_python(&self.to_string()))
     }
 }
 
@@ -59,9 +61,9 @@ impl Raise for EditError {
 impl Raise for LoadError {
     fn raise(self) -> PyErr {
         match &self {
-            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            Self::Io { source, .. } => io_error(source.kind(), for_python(&self.to_string())),
             Self::JointChoice { source, .. } if matches!(**source, EditError::UnknownName(_)) => {
-                PyKeyError::new_err(self.to_string())
+                PyKeyError::new_err(for_python(&self.to_string()))
             }
             _ => value_error(self),
         }
@@ -71,7 +73,7 @@ impl Raise for LoadError {
 impl Raise for RecordingError {
     fn raise(self) -> PyErr {
         match &self {
-            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            Self::Io { source, .. } => io_error(source.kind(), for_python(&self.to_string())),
             _ => value_error(self),
         }
     }
@@ -79,7 +81,7 @@ impl Raise for RecordingError {
 
 impl Raise for NativeError {
     fn raise(self) -> PyErr {
-        let text = self.to_string();
+        let text = for_python(&self.to_string());
         match self {
             Self::NoCompiler { reason, .. } => io_error(reason.kind(), text),
             Self::File(file) => io_error(file.reason.kind(), text),
@@ -97,11 +99,11 @@ fn io_error(kind: std::io::ErrorKind, text: String) -> PyErr {
 }
 
 pub(crate) fn value_error(error: impl Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(for_python(&error.to_string()))
 }
 
 pub(crate) fn type_error(error: impl Display) -> PyErr {
-    PyTypeError::new_err(error.to_string())
+    PyTypeError::new_err(for_python(&error.to_string()))
 }
 
 /// The choice that an argument names, or a `ValueError` that lists all of them.

@@ -6,7 +6,8 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `limits` | the memory that results may take |
-//! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
+//! | `errors`, `words`, `raised`, `options` | errors as exceptions, in Python's words, exceptions of functions, options as keywords |
+//! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
 //! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `view` | an area of the library each |
@@ -18,12 +19,14 @@ mod codegen;
 mod compiler;
 mod contact;
 mod control;
+mod counts;
 #[cfg(feature = "cuda")]
 mod cuda;
 mod dynamics;
 mod errors;
 mod identify;
 mod jax;
+mod kinds;
 mod least_squares;
 mod limits;
 mod model;
@@ -35,6 +38,7 @@ mod simulator;
 mod threads;
 mod trajopt;
 mod view;
+mod words;
 
 use pyo3::prelude::*;
 

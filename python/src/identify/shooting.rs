@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
+use crate::counts::whole;
 use crate::errors::{OrRaise, choice};
 use crate::options::set_options;
 use crate::simulator::PySimulator;
@@ -39,7 +40,7 @@ fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
     match kind.as_str() {
         "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
         "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
-        _ => Ok(Adjustable::Friction(of.extract()?)),
+        _ => Ok(Adjustable::Friction(whole("points", &of)?)),
     }
 }
 

@@ -5,6 +5,7 @@ use rand::SeedableRng;
 
 use super::handle::PyModel;
 use crate::arrays::{Array, vector};
+use crate::counts::whole;
 use crate::errors::guarded;
 
 #[pymethods]
@@ -55,20 +56,21 @@ impl PyModel {
     }
 
     /// Random configuration within the limits, (nq,), the same for the same seed.
-    fn random_configuration<'py>(&self, py: Python<'py>, seed: u64) -> Bound<'py, PyAny> {
+    fn random_configuration<'py>(&self, seed: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let q = self.model.random_configuration(&mut rng);
-        vector(py, q.as_slice().to_vec()).into_any()
+        Ok(vector(py, q.as_slice().to_vec()).into_any())
     }
 
     /// Random velocity of at most a speed in each coordinate, (nv,), the same for the same seed.
     #[pyo3(signature = (seed, speed=1.0))]
     fn random_velocity<'py>(
         &self,
-        py: Python<'py>,
-        seed: u64,
+        seed: &Bound<'py, PyAny>,
         speed: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let v = guarded(|| self.model.random_velocity(&mut rng, speed))?;
         Ok(vector(py, v.as_slice().to_vec()).into_any())

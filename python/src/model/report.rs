@@ -3,6 +3,8 @@
 use dualbody::ImportReport;
 use pyo3::prelude::*;
 
+use crate::words::for_python;
+
 /// What was remarked when a file was loaded: warnings, and what is not used. Its str is a table.
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
 pub(crate) struct PyImportReport {
@@ -14,7 +16,7 @@ type Note = (String, String, u32, String);
 
 fn notes(notes: &[dualbody::io::ImportNote]) -> Vec<Note> {
     let note =
-        |n: &dualbody::io::ImportNote| (n.path.clone(), n.name.clone(), n.line, n.reason.clone());
+        |n: &dualbody::io::ImportNote| (n.path.clone(), n.name.clone(), n.line, for_python(&n.reason));
     notes.iter().map(note).collect()
 }
 
@@ -51,17 +53,17 @@ impl PyImportReport {
     }
 
     fn __str__(&self) -> String {
-        self.report.to_string()
+        for_python(&self.report.to_string())
     }
 
     pub(super) fn __repr__(&self) -> String {
-        self.report.to_string()
+        for_python(&self.report.to_string())
     }
 
     pub(super) fn _repr_html_(&self) -> String {
         let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
         let row = |kind: &str, n: &dualbody::io::ImportNote| {
-            let cells = [kind, &n.path, &n.name, &n.line.to_string(), &n.reason].map(escaped);
+            let cells = [kind, &n.path, &n.name, &n.line.to_string(), &for_python(&n.reason)].map(escaped);
             format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
         };
         let warnings = self.report.warnings.iter().map(|n| row("warning", n));
@@ -75,7 +77,7 @@ impl PyImportReport {
         let notes: String = notes
             .into_iter()
             .flatten()
-            .map(|note| format!("<p>{}</p>", escaped(&note)))
+            .map(|note| format!("<p>{}</p>", escaped(&for_python(&note))))
             .collect();
         let head = "<tr><th></th><th>element</th><th>name</th><th>line</th><th>reason</th></tr>";
         format!(

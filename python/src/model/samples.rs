@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 use super::handle::PyModel;
+use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 
 /// One of the robots that come with the library.
@@ -17,7 +18,8 @@ pub(crate) fn _sample(name: &str, arguments: &Bound<'_, PyTuple>) -> PyResult<Py
         "cartpole" => samples::cartpole(),
         "arm" => samples::arm(),
         "random_tree" => {
-            let (n, seed) = arguments.extract()?;
+            let (n, seed) = (whole("n", &arguments.get_item(0)?)?, arguments.get_item(1)?);
+            let seed = whole("seed", &seed)?;
             guarded(|| samples::random_tree(n, seed))?
         }
         _ => return Err(value_error(format_args!("there is no sample \"{name}\""))),

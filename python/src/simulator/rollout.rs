@@ -26,7 +26,7 @@ impl PySimulator {
         this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         control: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
@@ -74,7 +74,7 @@ pub(super) struct Asked<'a, 'py> {
 impl<'a, 'py> Asked<'a, 'py> {
     pub(super) fn read(
         nu: usize,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         control: Option<&'a Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Self> {

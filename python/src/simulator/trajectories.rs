@@ -2,6 +2,8 @@
 
 use dualbody::sim::{Rollout, RolloutStatus, SolverFailure};
 
+use crate::words::snake;
+
 pub(crate) type Status = (&'static str, Option<usize>);
 
 pub(crate) fn status_of(status: RolloutStatus) -> Status {
@@ -48,8 +50,7 @@ impl Trajectories {
                 out.stopped.push((k, status_of(end.status)));
             }
             out.failures.extend(end.failure.map(|failure| {
-                let text = format!("{:?}", failure.status);
-                (k, (failure.step, text))
+                (k, (failure.step, snake(failure.status)))
             }));
         }
         out

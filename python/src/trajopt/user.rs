@@ -9,6 +9,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
+use crate::counts::whole_of;
 use crate::errors::shape_error;
 use crate::raised::Raised;
 
@@ -89,8 +90,8 @@ pub(super) struct UserSystem {
 impl UserSystem {
     pub(super) fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
         let (nx, nu): (usize, usize) = (
-            value.getattr("nx")?.extract()?,
-            value.getattr("nu")?.extract()?,
+            whole_of(value, "nx")?,
+            whole_of(value, "nu")?,
         );
         Ok(Self {
             step: Functions {
@@ -151,7 +152,7 @@ impl UserResidual {
         Ok(Self(Functions {
             value: value.getattr("value")?.unbind(),
             jacobians: value.getattr("jacobians")?.unbind(),
-            sizes: [value.getattr("dim")?.extract()?, sizes[0], sizes[1]],
+            sizes: [whole_of(value, "dim")?, sizes[0], sizes[1]],
             raised: raised.clone(),
         }))
     }

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::read_vector;
+use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
 
 /// Plot of curves; shows itself in notebooks.
@@ -24,11 +25,12 @@ impl PyPlot {
         title: &str,
         x: &str,
         y: &str,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<'_, PyAny>>,
         logarithmic: bool,
     ) -> PyResult<Self> {
         let mut plot = Plot::new(title).with_axes(x, y);
-        if let Some((width, height)) = size {
+        if let Some(size) = size {
+            let (width, height) = whole("size", size)?;
             plot = guarded(|| plot.with_size(width, height))?;
         }
         if logarithmic {
@@ -52,7 +54,8 @@ impl PyPlot {
     }
 
     /// The plot in another size, pixels.
-    fn with_size(&self, width: u32, height: u32) -> PyResult<Self> {
+    fn with_size(&self, width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (width, height) = (whole("width", width)?, whole("height", height)?);
         let plot = self.plot.clone();
         Ok(Self {
             plot: guarded(|| plot.with_size(width, height))?,
