@@ -4,13 +4,16 @@ use std::any::Any;
 use std::fmt::{Debug, Display};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use dualbody::Model;
 use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
 use dualbody::identify::IdentifyError;
 use dualbody_native::NativeError;
 use pyo3::PyErr;
-use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
 
 use crate::words::for_python;
@@ -127,6 +130,27 @@ pub(crate) fn shape_error(name: &str, shape: impl Debug, expected: impl Display)
     value_error(format_args!(
         "{name} has the shape {shape:?}, expected {expected}"
     ))
+}
+
+/// Warns in the name of the caller, in Python's words.
+pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = for_python(text).replace('\0', " ");
+    let text = std::ffi::CString::new(text).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+}
+
+/// Adds to the error of a length of q or v what a floating base has to do with it.
+#[cold]
+pub(crate) fn about_base(py: Python<'_>, model: &Model, error: PyErr) -> PyErr {
+    let text = error.value(py).to_string();
+    let is_length = ["q", "v", "q0", "q1"].iter().any(|name| text.starts_with(&format!("{name} has the shape")));
+    match is_length && model.has_floating_base() {
+        true => value_error(format_args!(
+            "{text}; the base of \"{}\" floats, which takes 7 numbers of q and 6 of v: loaded with base=\"fixed\" it stands",
+            model.name()
+        )),
+        false => error,
+    }
 }
 
 /// Turns an error of the library into an exception.

@@ -86,8 +86,8 @@ mod _dualbody {
     use super::limits::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use super::model::{
-        _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _load_model,
-        _sample, PyImportReport, PyModel,
+        _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,
+        _load_model, _sample, PyEngineCoordinates, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;
@@ -101,7 +101,7 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::view::{PyPlot, PyRecording};
+    use super::view::{_plot, _recording, PyPlot, PyRecording};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

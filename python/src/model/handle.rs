@@ -1,5 +1,6 @@
 //! The class `Model`.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -60,6 +61,20 @@ impl PyModel {
             base,
             m.total_mass()
         )
+    }
+
+    /// Whether all parts and numbers are equal; where the robot comes from does not count.
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.model, &other.model) || *self.model == *other.model
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.model.name().hash(&mut hasher);
+        // Zeros of both signs are equal.
+        let numbers = self.model.parameters();
+        numbers.iter().for_each(|x| (x + 0.0).to_bits().hash(&mut hasher));
+        hasher.finish()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Py<PyTuple>)> {

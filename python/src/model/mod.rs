@@ -21,9 +21,10 @@ mod shapes;
 mod show;
 
 pub(crate) use build::_build_model;
+pub(crate) use engines::PyEngineCoordinates;
 pub(crate) use handle::{_edited, PyModel, next_id};
 pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
 pub(crate) use load::_load_model;
-pub(crate) use report::PyImportReport;
+pub(crate) use report::{_import_report, PyImportReport};
 pub(crate) use samples::_sample;
 pub(crate) use shapes::{read_geometry, read_pose};

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use crate::arrays::{Rows, argument, common_batch, vector};
-use crate::errors::{OrRaise, value_error};
+use crate::errors::{OrRaise, about_base, value_error};
 
 /// A state, or a batch of them, with an input.
 pub(crate) struct Given<'py> {
@@ -51,7 +51,10 @@ impl PySimulator {
     ) -> PyResult<Given<'py>> {
         let (nq, nv, nu, nc) = self.sizes();
         let read =
-            |name, value: &Bound<'py, PyAny>, n: usize| Rows::read(&argument(name, value, &[n]));
+            |name, value: &Bound<'py, PyAny>, n: usize| {
+                let rows = Rows::read(&argument(name, value, &[n]));
+                rows.map_err(|error| about_base(q.py(), self.simulator.model(), error))
+            };
         let neutral = || vector(q.py(), vec![0.0; nc]).into_any();
         let neutral = (contact.is_none() && nc > 0).then(neutral);
         let contact = contact.or(neutral.as_ref());

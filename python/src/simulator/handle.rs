@@ -5,12 +5,11 @@ use std::sync::{Arc, Mutex};
 use dualbody::contact::Contacts;
 use dualbody::sim::{BatchSimulator, Integrator};
 use dualbody::{Model, Simulator};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
-use crate::errors::{OrRaise, choice, guarded};
+use crate::errors::{OrRaise, choice, guarded, warn};
 use crate::model::{PyModel, next_id};
 
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
@@ -77,8 +76,7 @@ fn warn_of_shapes(py: Python<'_>, model: &Model, contacts: &Contacts) -> PyResul
     for shape in shapes {
         text += &format!("; {shape}");
     }
-    let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    warn(py, &text)
 }
 
 /// Makes a simulator again.

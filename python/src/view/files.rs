@@ -47,7 +47,7 @@ impl PyRecording {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
     }
 
-    /// Writes the page, which needs nothing else; an OSError names a file that cannot be written.
+    /// Writes the page, which needs nothing else, and the folders above it; an OSError names a file that cannot be written.
     fn save_html(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_html(path))?.or_raise()
     }
@@ -57,7 +57,7 @@ impl PyRecording {
         guarded(|| self.recording.to_csv())
     }
 
-    /// Writes the table of all columns as CSV; an OSError names a file that cannot be written.
+    /// Writes the table of all columns as CSV, and the folders above it; an OSError names a file that cannot be written.
     fn save_csv(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_csv(path))?.or_raise()
     }
@@ -67,7 +67,7 @@ impl PyRecording {
         guarded(|| self.recording.to_json())
     }
 
-    /// Writes the recording as JSON, which `read` reads; an OSError names a file that cannot be written.
+    /// Writes the recording as JSON, which `read` reads, and the folders above it; an OSError names a file that cannot be written.
     fn save_json(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_json(path))?.or_raise()
     }
