@@ -59,6 +59,7 @@ __all__ = [
     "Inertia",
     "Interval",
     "LeftOut",
+    "LinkMass",
     "Parameter",
     "Preparation",
     "Regressor",
@@ -427,8 +428,22 @@ class Inertia:
 
 
 @dataclass(frozen=True)
+class LinkMass:
+    """`shoot` adjusts the mass of the body that a link is on, kg, and its first moment and moments of inertia in proportion."""
+
+    link: str
+
+    def _described(self) -> tuple[str, Any]:
+        return "mass", self.link
+
+
+@dataclass(frozen=True)
 class Parameter:
-    """`shoot` adjusts the parameter with a name, as in `Model.parameter_names`: "elbow: damping"."""
+    """`shoot` adjusts the parameter with a name, as in `Simulator.parameter_names`: "elbow: damping".
+
+    All others stay: "pole: mass" holds the first moment and the inertia, so that the mass that is found is that of another body. `LinkMass` scales
+    all of them, `Inertia` finds all ten.
+    """
 
     name: str
 
@@ -462,7 +477,7 @@ class ShootingEstimate(NamedTuple):
 def shoot(
     simulator: Simulator,
     data: Dataset,
-    adjustable: Sequence[Inertia | Parameter | Friction],
+    adjustable: Sequence[Inertia | LinkMass | Parameter | Friction],
     level: float = 0.95,
     **options: Any,
 ) -> ShootingEstimate:
@@ -470,6 +485,9 @@ def shoot(
 
     options: samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations.
     """
+    if any(isinstance(own, Parameter) and own.name.endswith(": mass") for own in adjustable):
+        text = "a parameter \": mass\" holds the moments of its body: LinkMass scales them with the mass, Inertia finds all ten numbers"
+        warnings.warn(text, stacklevel=2)
     found = _dualbody._shoot(simulator, data, list(adjustable), level, options)
     values, intervals, deviation, status, is_converged, iterations, parameters = found
     all_intervals = None if intervals is None else [Interval(*own) for own in intervals]

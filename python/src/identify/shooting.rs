@@ -39,6 +39,7 @@ fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
     let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
     match kind.as_str() {
         "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
+        "mass" => Ok(Adjustable::LinkMass(of.extract()?)),
         "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
         _ => Ok(Adjustable::Friction(whole("points", &of)?)),
     }

@@ -21,6 +21,19 @@ pub(super) fn positions(given: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
         .collect()
 }
 
+impl PyModel {
+    /// The robot with other parameters.
+    pub(crate) fn changed<'py>(
+        this: &Bound<'py, Self>,
+        parameters: &Bound<'py, PyAny>,
+    ) -> PyResult<Self> {
+        let m = &this.get().model;
+        let x = read_vector("parameters", parameters, Some(m.parameters().len()))?;
+        let model = guarded(|| m.with_parameters(&x))?;
+        Self::edited(this, "with_parameters", (x,), Ok(model))
+    }
+}
+
 /// The velocity coordinate that an argument means: by its index, or by the name of a joint that has one.
 fn coordinate(model: &Model, v: &Bound<'_, PyAny>) -> PyResult<usize> {
     let Ok(name) = v.extract::<String>() else {
@@ -50,10 +63,7 @@ impl PyModel {
         this: &Bound<'py, Self>,
         parameters: &Bound<'py, PyAny>,
     ) -> PyResult<Self> {
-        let m = &this.get().model;
-        let x = read_vector("parameters", parameters, Some(m.parameters().len()))?;
-        let model = guarded(|| m.with_parameters(&x))?;
-        Self::edited(this, "with_parameters", (x,), Ok(model))
+        Self::changed(this, parameters)
     }
 
     /// The robot with another gravity, m/s².

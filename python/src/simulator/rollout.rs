@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
+use super::memory::check_batch;
 use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
 use crate::arrays::{Rows, WIDTH, common_batch};
@@ -38,7 +39,7 @@ impl PySimulator {
         let given = own.read(q, v, None, contact)?;
         let batch = common_batch([("q", &given.batch[..]), ("inputs", asked.batch())].into_iter())?;
         let count = batch.iter().product();
-        check_batch(&batch, models.is_some())?;
+        check_some(&batch, models.is_some())?;
         asked.check_memory(count, own)?;
         let states = own.states(&given, count)?;
         if batch.is_empty() {
@@ -166,12 +167,8 @@ impl<'a, 'py> Asked<'a, 'py> {
     }
 }
 
-fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
-    if batch.is_empty() && has_models {
-        return Err(value_error(
-            "models are for a batch, and there is one state",
-        ));
-    }
+fn check_some(batch: &[usize], has_models: bool) -> PyResult<()> {
+    check_batch(batch, has_models)?;
     if batch.contains(&0) {
         return Err(value_error("the batch is empty"));
     }

@@ -8,9 +8,10 @@ use pyo3::types::PyTuple;
 
 use super::given::Given;
 use super::handle::PySimulator;
-use super::memory::StepMemory;
+use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
+use crate::model::PyModel;
 
 /// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
 pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
@@ -54,22 +55,26 @@ impl PySimulator {
     ///
     /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out), contact (..., n_contact) where contacts have a state.
     /// out: arrays for the next state, which may be those of the state. Raises FloatingPointError if the next state is not finite.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
+    #[pyo3(signature = (q, v, u=None, *, contact=None, models=None, out=None))]
     pub(super) fn step<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
+        models: Option<Vec<Py<PyModel>>>,
         out: Option<&Bound<'py, PyTuple>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let given = self.read(q, v, u, contact)?;
+        check_batch(&given.batch, models.is_some())?;
         let one = |memory: &mut StepMemory| {
             let (state, next) = (&memory.state, &mut memory.next);
             let scratch = &mut memory.scratch;
             self.simulator.step_into(state, &memory.u, scratch, next);
         };
-        let many = |arrays: &[Array<'py>]| self.step_batch(q.py(), &given, arrays);
+        let many = |arrays: &[Array<'py>]| {
+            self.step_batch(q.py(), &given, models.as_deref(), arrays)
+        };
         self.take_step(q.py(), &given, out, one, many)
     }
 }
@@ -112,13 +117,19 @@ impl PySimulator {
         }
     }
 
-    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+    fn step_batch(
+        &self,
+        py: Python<'_>,
+        given: &Given<'_>,
+        models: Option<&[Py<PyModel>]>,
+        out: &[Array<'_>],
+    ) -> PyResult<()> {
         let count = given.count();
         if count == 0 {
             return Ok(());
         }
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let next = self.on_batch(py, count, |batch| {
+        let next = self.on_batch(py, count, models, |batch| {
             let mut all = batch.states(&states);
             batch.step(&mut all, &inputs);
             all
