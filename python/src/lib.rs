@@ -87,7 +87,7 @@ mod _dualbody {
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,
-        _load_model, _sample, PyEngineCoordinates, PyImportReport, PyModel,
+        _load_model, _sample, _sample_urdf, PyEngineCoordinates, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;

@@ -17,6 +17,9 @@ pub(crate) fn set_options(
 ) -> PyResult<()> {
     for (name, value) in given {
         let name: String = name.extract()?;
+        if value.is_none() {
+            continue; // as if it were left out
+        }
         let known = set(&name, &value).map_err(|error| named(&name, &value, error))?;
         if !known {
             return Err(value_error(format_args!("\"{name}\" is no option of {of}")));

@@ -26,5 +26,5 @@ pub(crate) use handle::{_edited, PyModel, next_id};
 pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
 pub(crate) use load::_load_model;
 pub(crate) use report::{_import_report, PyImportReport};
-pub(crate) use samples::_sample;
+pub(crate) use samples::{_sample, _sample_urdf};
 pub(crate) use shapes::{read_geometry, read_pose};
