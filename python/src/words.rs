@@ -1,7 +1,7 @@
 //! Texts of the library in Python's words.
 
 /// What the library's messages name, and what that is called in Python; longer names before those that they begin with.
-const NAMES: [(&str, &str); 20] = [
+const NAMES: [(&str, &str); 21] = [
     ("ModelOptions::with_base(Base::Fixed)", "base=\"fixed\""),
     (
         "ModelOptions::with_base(Base::Floating)",
@@ -12,6 +12,7 @@ const NAMES: [(&str, &str); 20] = [
         "independent_mimic_joints=True",
     ),
     ("ModelOptions::with_massless_links", "massless_links="),
+    ("see MasslessLinks", "see massless_links="),
     ("UpAxis::Ignore", "mesh_up_axis=\"ignore\""),
     ("UpAxis::Honour", "mesh_up_axis=\"honour\""),
     ("Actuation::from_model", "actuation=\"model\""),

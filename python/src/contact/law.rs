@@ -44,7 +44,7 @@ pub(super) fn law_of(
             ))),
         };
     }
-    let hint = ", \"rigid\", \"soft\" or \"relaxed\"";
+    let hint = " (or \"rigid\", \"soft\", \"relaxed\")";
     check_kind(name, value, "contact", &["SoftContact", "RelaxedRigid", "Rigid"], hint)?;
     let (kind, x): Numbers = numbers_of(value)?;
     match (kind.as_str(), x.as_slice()) {

@@ -16,7 +16,7 @@ pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<
     let base = match &name {
         Some(base) => base.clone(),
         None => {
-            let hint = ", \"ideal\" or \"model\"";
+            let hint = " (or \"ideal\", \"model\")";
             check_kind("actuation", value, "sim", &["Actuation"], hint)?;
             value.getattr("base")?.extract()?
         }

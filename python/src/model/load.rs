@@ -201,7 +201,7 @@ pub(super) fn by_name(given: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Vec<f6
 impl PyModel {
     /// Loads a robot from a URDF: a text that begins with "<", or the path of a file.
     ///
-    /// base: "auto" (fixed if the root link is "world"), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
+    /// base: "auto" (fixed if the root link is called "world"; else it floats, an arm too, with a warning), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
     /// independent_mimic_joints: joints that mimic others get coordinates of their own; kept_joints: names, the others are held;
     /// locked_joints: {name: position}; search_paths, roots: directories of meshes; massless_links: "kept", "refused" or (mass, radius);
     /// mesh_up_axis: "auto", "honour" or "ignore". What the loader remarks is in `import_report`.

@@ -15,7 +15,9 @@ impl PyModel {
         vector(py, self.model.neutral().as_slice().to_vec()).into_any()
     }
 
-    /// Configuration q moved by the tangent vector dv: (..., nq). q (..., nq), dv (..., nv).
+    /// Configuration q moved by the tangent vector dv, a velocity times a time: (..., nq). q (..., nq), dv (..., nv).
+    ///
+    /// Not q + dv where there are quaternions: dv has turns in the body's axes, rad, and moves of a floating base along them, m.
     fn integrate<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -28,7 +30,7 @@ impl PyModel {
         })
     }
 
-    /// Tangent vector that leads from q0 to q1: (..., nv). q0 and q1 (..., nq).
+    /// Tangent vector that leads from q0 to q1, in the axes of the bodies at q0: (..., nv). q0 and q1 (..., nq). The shorter way about a turn.
     fn difference<'py>(
         &self,
         q0: &Bound<'py, PyAny>,

@@ -14,6 +14,10 @@ use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id};
 
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
+///
+/// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
+/// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
+/// robot falls through the ground. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,

@@ -48,6 +48,9 @@ impl<'py> Jacobians<'py> {
 #[pymethods]
 impl PySimulator {
     /// Jacobians of the step in tangent coordinates: a (..., n_tangent, n_tangent), b (..., n_tangent, nu). Arguments as in step.
+    ///
+    /// δq is a tangent vector, as of Model.difference: three numbers for a turn of a ball joint or base, in the body's axes, not four of a quaternion.
+    /// Where contacts begin or end the Jacobians are those of one side. With soft contact the state has its bristles too.
     #[pyo3(signature = (q, v, u=None, *, contact=None, models=None))]
     fn linearize<'py>(
         &self,

@@ -19,9 +19,10 @@ use crate::model::PyModel;
 impl PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
     ///
-    /// q (..., nq), v (..., nv), contact (..., n_contact); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
-    /// arrays of all states of step k; without both, the inputs are zero. models: a robot for each state of a batch, of the same structure. progress: True for a bar (tqdm, if it is installed), or a
-    /// function of the number of steps done. A trajectory that stops says so in the status; its numbers are NaN from there on.
+    /// q (..., nq), v (..., nv), contact (..., n_contact; neutral if left out); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
+    /// arrays of all states of step k, which counts steps and is no time; without both, the inputs are zero. models: a robot for each state of a batch,
+    /// of the same structure. progress: True for a bar (tqdm, if it is installed), or a function of the number of steps done. A trajectory that stops
+    /// says so in the status; its numbers are NaN from there on: ask `is_completed` before the last state is used.
     #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, models=None, progress=None))]
     pub(super) fn rollout<'py>(
         this: &Bound<'py, Self>,

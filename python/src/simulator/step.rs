@@ -53,8 +53,10 @@ pub(super) fn diverged(k: Option<usize>) -> PyErr {
 impl PySimulator {
     /// Advances by one time step with the input held: the next (q, v), or (q, v, contact) if contact is given.
     ///
-    /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out), contact (..., n_contact) where contacts have a state.
-    /// out: arrays for the next state, which may be those of the state. Raises FloatingPointError if the next state is not finite.
+    /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out); models: a robot of the same structure for each state of a batch.
+    /// contact (..., n_contact): the state of soft contact, neutral if left out. Hand on the one that is returned: without it bristles begin anew
+    /// at each step, and nothing sticks. out: arrays for the next state, which may be those of the state. Soft contact and stiff springs need
+    /// short steps (0.1 ms to 1 ms), rigid contact 1 ms to 10 ms. Raises FloatingPointError if the next state is not finite.
     #[pyo3(signature = (q, v, u=None, *, contact=None, models=None, out=None))]
     pub(super) fn step<'py>(
         &self,
