@@ -110,7 +110,7 @@ class States:
         try:
             # Steps are taken one by one: to set up a rollout takes as long as many of them.
             for _ in range(self.task.steps_per_action):
-                state = simulator.step(*state[:2], u, contact=state[2] if len(state) > 2 else None)
+                state = simulator.step(state[0], state[1], u, contact=state[2] if len(state) > 2 else None)
         except FloatingPointError:
             return self._advance_each(u)
         self.q, self.v = state[:2]
@@ -123,7 +123,8 @@ class States:
         inputs = np.repeat(u[:, None], self.task.steps_per_action, axis=1)
         contact = self.contact if self.contact.shape[1] else None
         rollout = self.task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)
-        going: Flags = np.isfinite(rollout.v[:, -1]).all(axis=1) & np.isfinite(rollout.q[:, -1]).all(axis=1)
+        ends = np.concatenate([rollout.q[:, -1], rollout.v[:, -1]], axis=1)
+        going: Flags = np.isfinite(ends).all(axis=1)
         for state, rows in ((self.q, rollout.q), (self.v, rollout.v), (self.contact, rollout.contact)):
             state[going] = rows[going, -1]
         return going
