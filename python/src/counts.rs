@@ -28,7 +28,9 @@ pub(crate) fn named(name: &str, value: &Bound<'_, PyAny>, error: PyErr) -> PyErr
     let py = value.py();
     if error.is_instance_of::<PyOverflowError>(py) {
         return match value.lt(0) {
-            Ok(true) => value_error(format_args!("{name} is {value}, expected no less than zero")),
+            Ok(true) => value_error(format_args!(
+                "{name} is {value}, expected no less than zero"
+            )),
             Ok(false) => value_error(format_args!("{name} is {value}, which is too large")),
             Err(_) => value_error(format_args!(
                 "{name} is {value}: a number of it is negative or too large"

@@ -143,7 +143,9 @@ pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
 #[cold]
 pub(crate) fn about_base(py: Python<'_>, model: &Model, error: PyErr) -> PyErr {
     let text = error.value(py).to_string();
-    let is_length = ["q", "v", "q0", "q1"].iter().any(|name| text.starts_with(&format!("{name} has the shape")));
+    let is_length = ["q", "v", "q0", "q1"]
+        .iter()
+        .any(|name| text.starts_with(&format!("{name} has the shape")));
     match is_length && model.has_floating_base() {
         true => value_error(format_args!(
             "{text}; the base of \"{}\" floats, which takes 7 numbers of q and 6 of v: loaded with base=\"fixed\" it stands",

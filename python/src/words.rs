@@ -31,7 +31,10 @@ const NAMES: [(&str, &str); 21] = [
     ("by with_model_name", "by model_name="),
     ("with_search_path says", "search_paths= says"),
     ("with_locked_joint", "with_locked_joints"),
-    ("`Lanes::is_supported`, or take `f64`", "for one state at a time"),
+    (
+        "`Lanes::is_supported`, or take `f64`",
+        "for one state at a time",
+    ),
 ];
 
 /// A message with the names of Python in place of those of Rust.

@@ -25,11 +25,7 @@ const SOFT: (usize, f64) = (4, 1e-3);
 /// A law, or that of a kind by its name, with the numbers that the kind has by default.
 ///
 /// * `name` – name of the argument, for errors
-pub(super) fn law_of(
-    name: &str,
-    value: &Bound<'_, PyAny>,
-    model: &Model,
-) -> PyResult<ContactLaw> {
+pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyResult<ContactLaw> {
     if let Ok(kind) = value.extract::<String>() {
         return match kind.as_str() {
             "rigid" => Ok(ContactLaw::Rigid(Rigid::default())),
@@ -45,7 +41,13 @@ pub(super) fn law_of(
         };
     }
     let hint = " (or \"rigid\", \"soft\", \"relaxed\")";
-    check_kind(name, value, "contact", &["SoftContact", "RelaxedRigid", "Rigid"], hint)?;
+    check_kind(
+        name,
+        value,
+        "contact",
+        &["SoftContact", "RelaxedRigid", "Rigid"],
+        hint,
+    )?;
     let (kind, x): Numbers = numbers_of(value)?;
     match (kind.as_str(), x.as_slice()) {
         (

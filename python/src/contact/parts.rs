@@ -26,10 +26,7 @@ fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Ancho
 fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
     let kind: String = value.getattr("_kind")?.extract()?;
     let anchors = || -> PyResult<[Anchor; 2]> {
-        Ok([
-            anchor_of(model, "a", value)?,
-            anchor_of(model, "b", value)?,
-        ])
+        Ok([anchor_of(model, "a", value)?, anchor_of(model, "b", value)?])
     };
     let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
     let constraint = match kind.as_str() {
@@ -92,7 +89,10 @@ pub(crate) fn with_parts(
         }
         Ok(all)
     };
-    let constraints = list("constraints", &["Weld", "Ball", "Distance", "Coupler", "Tendon"])?;
+    let constraints = list(
+        "constraints",
+        &["Weld", "Ball", "Distance", "Coupler", "Tendon"],
+    )?;
     if !constraints.is_empty() {
         let all: Vec<Constraint> = constraints
             .iter()

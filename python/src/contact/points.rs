@@ -95,7 +95,13 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         })?;
         contacts = contacts.with_smoothing(smoothing);
     }
-    type Solver<'py> = (f64, Bound<'py, PyAny>, f64, Bound<'py, PyAny>, Bound<'py, PyAny>);
+    type Solver<'py> = (
+        f64,
+        Bound<'py, PyAny>,
+        f64,
+        Bound<'py, PyAny>,
+        Bound<'py, PyAny>,
+    );
     if let Some((tolerance, iterations, acceptable, points_per_link, points)) =
         value.getattr("solver")?.extract::<Option<Solver<'_>>>()?
     {

@@ -69,10 +69,8 @@ pub(super) fn samples<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
 }
 
 fn preparation_of(value: &Bound<'_, PyAny>) -> PyResult<Preparation> {
-    let (half_width, degree): (usize, usize) = (
-        whole_of(value, "half_width")?,
-        whole_of(value, "degree")?,
-    );
+    let (half_width, degree): (usize, usize) =
+        (whole_of(value, "half_width")?, whole_of(value, "degree")?);
     let mut out = Preparation::new(SavitzkyGolay::new(half_width, degree).or_raise()?)
         .with_decimation(whole_of(value, "decimation")?);
     let low_pass: Option<(usize, f64)> = whole_of(value, "low_pass")?;

@@ -45,7 +45,10 @@ impl PyEngineCoordinates {
         let joints = joint_order.as_deref().unwrap_or(&[]);
         let is_again = |k: &usize| joints[..*k].contains(&joints[*k]);
         if let Some(k) = (0..joints.len()).find(is_again) {
-            return Err(value_error(format_args!("joint_order names \"{}\" twice", joints[k])));
+            return Err(value_error(format_args!(
+                "joint_order names \"{}\" twice",
+                joints[k]
+            )));
         }
         let out = Self {
             model: model.clone().unbind(),
@@ -78,7 +81,10 @@ impl PyEngineCoordinates {
             one: &|_, x, out| one(&coordinates, x, out),
             wide: None,
         };
-        let arguments: Vec<_> = given.iter().map(|(name, x, n)| argument(name, x, n)).collect();
+        let arguments: Vec<_> = given
+            .iter()
+            .map(|(name, x, n)| argument(name, x, n))
+            .collect();
         map_rows(py, (&own.model, own.id), &arguments, tail, None, work)
     }
 
@@ -90,7 +96,10 @@ impl PyEngineCoordinates {
     ) -> PyResult<Array<'py>> {
         let m = &self.model.get().model;
         let length = |name: &str| vec![if name == "q" { m.nq() } else { m.nv() }];
-        let all: Vec<_> = given.iter().map(|&(name, x)| (name, x, length(name))).collect();
+        let all: Vec<_> = given
+            .iter()
+            .map(|&(name, x)| (name, x, length(name)))
+            .collect();
         self.map(given[0].1.py(), &all, &[m.nv()], |coordinates, x, out| {
             out.copy_from_slice(one(coordinates, x).as_slice());
         })
@@ -130,7 +139,12 @@ impl PyEngineCoordinates {
     ) -> PyResult<Bound<'py, PySlice>> {
         let m = &self.model.get().model;
         let range = of(&self.coordinates(m)?, m.find_joint(joint).or_raise()?);
-        Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))
+        Ok(PySlice::new(
+            py,
+            range.start as isize,
+            range.end as isize,
+            1,
+        ))
     }
 }
 
@@ -215,7 +229,9 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         tau: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("tau", tau)], |own, x| own.tangent_to(x[0], x[1]))
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
+            own.tangent_to(x[0], x[1])
+        })
     }
 
     /// Joint forces of this library from the engine's, (..., nv). q (..., nq), tau (..., nv).
@@ -224,7 +240,9 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         tau: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("tau", tau)], |own, x| own.tangent_from(x[0], x[1]))
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
+            own.tangent_from(x[0], x[1])
+        })
     }
 
     /// Acceleration in the engine's coordinates, the rate of the velocity there, (..., nv). q (..., nq), v and a (..., nv) of this library.
@@ -257,7 +275,9 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         jacobian: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| own.jacobian_to(q, x))
+        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
+            own.jacobian_to(q, x)
+        })
     }
 
     /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
@@ -266,7 +286,9 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         jacobian: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| own.jacobian_from(q, x))
+        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
+            own.jacobian_from(q, x)
+        })
     }
 
     /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
@@ -275,7 +297,10 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         mass_matrix: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        let (rows, given) = (Some(self.model.get().model.nv()), ("mass_matrix", mass_matrix));
+        let (rows, given) = (
+            Some(self.model.get().model.nv()),
+            ("mass_matrix", mass_matrix),
+        );
         self.matrices(q, given, rows, |own, q, x| own.mass_matrix_to(q, x))
     }
 
@@ -285,7 +310,10 @@ impl PyEngineCoordinates {
         q: &Bound<'py, PyAny>,
         mass_matrix: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        let (rows, given) = (Some(self.model.get().model.nv()), ("mass_matrix", mass_matrix));
+        let (rows, given) = (
+            Some(self.model.get().model.nv()),
+            ("mass_matrix", mass_matrix),
+        );
         self.matrices(q, given, rows, |own, q, x| own.mass_matrix_from(q, x))
     }
 
@@ -293,8 +321,15 @@ impl PyEngineCoordinates {
         this: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, own) = (this.py(), this.get());
-        let parts = (own.model.clone_ref(py), &own.engine, own.joint_order.clone());
-        Ok((this.get_type().into_any(), parts.into_pyobject(py)?.into_any()))
+        let parts = (
+            own.model.clone_ref(py),
+            &own.engine,
+            own.joint_order.clone(),
+        );
+        Ok((
+            this.get_type().into_any(),
+            parts.into_pyobject(py)?.into_any(),
+        ))
     }
 
     fn __repr__(&self) -> String {
@@ -316,7 +351,10 @@ impl PyModel {
         joint_order: Option<Vec<String>>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
-        Ok((coordinates.configuration_to(q)?, coordinates.tangent_to(q, v)?))
+        Ok((
+            coordinates.configuration_to(q)?,
+            coordinates.tangent_to(q, v)?,
+        ))
     }
 
     /// State (q, v) of this robot from the coordinates of "pinocchio", "mujoco" or "jaxsim". q (..., the engine's nq), v (..., nv).

@@ -76,7 +76,9 @@ impl PyModel {
         self.model.name().hash(&mut hasher);
         // Zeros of both signs are equal.
         let numbers = self.model.parameters();
-        numbers.iter().for_each(|x| (x + 0.0).to_bits().hash(&mut hasher));
+        numbers
+            .iter()
+            .for_each(|x| (x + 0.0).to_bits().hash(&mut hasher));
         hasher.finish()
     }
 

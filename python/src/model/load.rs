@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use dualbody::{ImportReport, Model, ModelOptions};
 use dualbody::io::MasslessLinks;
 use dualbody::model::{Base, BodyId, UpAxis};
+use dualbody::{ImportReport, Model, ModelOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -36,8 +36,14 @@ pub(crate) fn _import_report(
 type Note = (String, String, u32, String);
 
 fn notes(notes: &[ImportNote]) -> Vec<Note> {
-    let note =
-        |n: &ImportNote| (n.path.clone(), n.name.clone(), n.line, for_python(&n.reason));
+    let note = |n: &ImportNote| {
+        (
+            n.path.clone(),
+            n.name.clone(),
+            n.line,
+            for_python(&n.reason),
+        )
+    };
     notes.iter().map(note).collect()
 }
 
@@ -102,7 +108,14 @@ impl PyImportReport {
     pub(super) fn _repr_html_(&self) -> String {
         let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
         let row = |kind: &str, n: &ImportNote| {
-            let cells = [kind, &n.path, &n.name, &n.line.to_string(), &for_python(&n.reason)].map(escaped);
+            let cells = [
+                kind,
+                &n.path,
+                &n.name,
+                &n.line.to_string(),
+                &for_python(&n.reason),
+            ]
+            .map(escaped);
             format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
         };
         let warnings = self.report.warnings.iter().map(|n| row("warning", n));

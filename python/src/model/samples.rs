@@ -13,7 +13,10 @@ const DESCRIPTIONS: [(&str, &str); 12] = [
     ("acrobot", include_str!("../../../assets/acrobot.urdf")),
     ("box", include_str!("../../../assets/box.urdf")),
     ("cartpole", include_str!("../../../assets/cartpole.urdf")),
-    ("double_pendulum", include_str!("../../../assets/double_pendulum.urdf")),
+    (
+        "double_pendulum",
+        include_str!("../../../assets/double_pendulum.urdf"),
+    ),
     ("four_bar", include_str!("../../../assets/four_bar.urdf")),
     ("hopper", include_str!("../../../assets/hopper.urdf")),
     ("humanoid", include_str!("../../../assets/humanoid.urdf")),

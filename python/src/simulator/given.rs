@@ -50,11 +50,10 @@ impl PySimulator {
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Given<'py>> {
         let (nq, nv, nu, nc) = self.sizes();
-        let read =
-            |name, value: &Bound<'py, PyAny>, n: usize| {
-                let rows = Rows::read(&argument(name, value, &[n]));
-                rows.map_err(|error| about_base(q.py(), self.simulator.model(), error))
-            };
+        let read = |name, value: &Bound<'py, PyAny>, n: usize| {
+            let rows = Rows::read(&argument(name, value, &[n]));
+            rows.map_err(|error| about_base(q.py(), self.simulator.model(), error))
+        };
         let neutral = || vector(q.py(), vec![0.0; nc]).into_any();
         let neutral = (contact.is_none() && nc > 0).then(neutral);
         let contact = contact.or(neutral.as_ref());

@@ -161,7 +161,12 @@ impl PySimulator {
             true => self.simulator.parameters().len(),
             false => 0,
         };
-        stack(py, batch, &[width], rows.map(|row| &row.as_slice()[..width]))
+        stack(
+            py,
+            batch,
+            &[width],
+            rows.map(|row| &row.as_slice()[..width]),
+        )
     }
 
     /// Numbers of parameters and of coefficients of friction, zero if they are not wanted.

@@ -181,7 +181,9 @@ impl PySimulator {
 /// Refuses models for one state.
 pub(super) fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
     match batch.is_empty() && has_models {
-        true => Err(value_error("models are for a batch, and there is one state")),
+        true => Err(value_error(
+            "models are for a batch, and there is one state",
+        )),
         false => Ok(()),
     }
 }
@@ -189,7 +191,9 @@ pub(super) fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
 fn check_count(models: &[Py<PyModel>], length: usize) -> PyResult<()> {
     match models.len() {
         given if given == length => Ok(()),
-        given => Err(value_error(format_args!("{given} models for {length} states"))),
+        given => Err(value_error(format_args!(
+            "{given} models for {length} states"
+        ))),
     }
 }
 

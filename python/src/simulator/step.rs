@@ -74,9 +74,8 @@ impl PySimulator {
             let scratch = &mut memory.scratch;
             self.simulator.step_into(state, &memory.u, scratch, next);
         };
-        let many = |arrays: &[Array<'py>]| {
-            self.step_batch(q.py(), &given, models.as_deref(), arrays)
-        };
+        let many =
+            |arrays: &[Array<'py>]| self.step_batch(q.py(), &given, models.as_deref(), arrays);
         self.take_step(q.py(), &given, out, one, many)
     }
 }

@@ -49,9 +49,10 @@ impl Trajectories {
             if !matches!(end.status, RolloutStatus::Completed) {
                 out.stopped.push((k, status_of(end.status)));
             }
-            out.failures.extend(end.failure.map(|failure| {
-                (k, (failure.step, snake(failure.status)))
-            }));
+            out.failures.extend(
+                end.failure
+                    .map(|failure| (k, (failure.step, snake(failure.status)))),
+            );
         }
         out
     }

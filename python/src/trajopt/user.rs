@@ -89,10 +89,7 @@ pub(super) struct UserSystem {
 
 impl UserSystem {
     pub(super) fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
-        let (nx, nu): (usize, usize) = (
-            whole_of(value, "nx")?,
-            whole_of(value, "nu")?,
-        );
+        let (nx, nu): (usize, usize) = (whole_of(value, "nx")?, whole_of(value, "nu")?);
         Ok(Self {
             step: Functions {
                 value: value.getattr("step")?.unbind(),

@@ -21,7 +21,10 @@ fn with_input_names(recording: &Recording, table: &str) -> String {
             _ => format!("{}/", robot.name()),
         };
         for (k, name) in robot.input_names().iter().enumerate() {
-            let (number, name) = (format!("{prefix}u{k}"), name.replace([',', '"', '\n', '\r'], "_"));
+            let (number, name) = (
+                format!("{prefix}u{k}"),
+                name.replace([',', '"', '\n', '\r'], "_"),
+            );
             if let Some(own) = columns.iter_mut().find(|column| **column == number) {
                 *own = format!("{prefix}u.{name}");
             }

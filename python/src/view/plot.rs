@@ -108,7 +108,13 @@ impl PyPlot {
         let plot = &self.plot;
         let line = |(name, points): (&str, &[(f64, f64)])| (name.to_owned(), points.to_vec());
         let lines: Vec<_> = plot.lines().map(line).collect();
-        let parts = (plot.title(), plot.axes(), plot.size(), plot.is_logarithmic(), lines);
+        let parts = (
+            plot.title(),
+            plot.axes(),
+            plot.size(),
+            plot.is_logarithmic(),
+            lines,
+        );
         Ok((make, parts.into_pyobject(py)?.into_any()))
     }
 

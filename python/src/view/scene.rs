@@ -54,7 +54,12 @@ impl PyRecording {
 
     /// Draws forces at the origin of a frame, in the world's axes: (len, 3), N.
     #[pyo3(signature = (frame, values, robot=None), text_signature = "($self, frame, values, robot=0)")]
-    fn add_force(&mut self, frame: &str, values: &Bound<'_, PyAny>, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn add_force(
+        &mut self,
+        frame: &str,
+        values: &Bound<'_, PyAny>,
+        robot: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let robot = index(robot)?;
         let shape = [self.recording.len(), 3];
         let rows = Rows::read(&argument("values", values, &shape))?;
@@ -91,7 +96,11 @@ impl PyRecording {
 
     /// Places a robot elsewhere in the picture, by a pose (4, 4) or a translation.
     #[pyo3(signature = (placement, robot=None), text_signature = "($self, placement, robot=0)")]
-    fn place(&mut self, placement: &Bound<'_, PyAny>, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn place(
+        &mut self,
+        placement: &Bound<'_, PyAny>,
+        robot: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let robot = index(robot)?;
         let placement = read_pose("placement", placement)?;
         guarded(|| self.recording.robot_mut(robot).place(placement)).map(|_| ())

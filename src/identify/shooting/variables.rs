@@ -127,7 +127,10 @@ impl Variables {
         let target = target.filter(|target| !target.is_empty());
         let target = target.ok_or_else(|| error("there are no such points of contact"))?;
         let parameters = simulator.parameters();
-        if target.iter().any(|&(index, _)| !parameters[index].is_finite()) {
+        if target
+            .iter()
+            .any(|&(index, _)| !parameters[index].is_finite())
+        {
             return Err(error("that of a point is infinite"));
         }
         let name = format!("friction of points {points:?}");

@@ -118,7 +118,11 @@ fn mass_of_a_link_is_found_with_its_moments() {
     let all = [Adjustable::LinkMass("pole".into())];
     let found = shoot(&wrong(), &data, &all, 0.95, &ShootingOptions::default()).unwrap();
     let (own, expected) = (mass(&found.simulator), mass(&truth));
-    assert!((found.values[0] - expected.mass).abs() < 1e-6, "{:?}", found.values);
+    assert!(
+        (found.values[0] - expected.mass).abs() < 1e-6,
+        "{:?}",
+        found.values
+    );
     assert!((own.mass - found.values[0]).abs() < 1e-15);
     assert!((own.first_moment - expected.first_moment).norm() < 1e-6);
     assert!((own.rotational.zz - expected.rotational.zz).abs() < 1e-6);
