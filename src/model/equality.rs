@@ -22,7 +22,7 @@ mod tests {
     fn robots_are_equal_by_content() {
         let (one, other) = (samples::arm(), samples::arm());
         assert_eq!(one, other);
-        assert_eq!(one, one.with_parameters(&one.parameters()));
+        assert_eq!(one, one.with_parameters(one.parameters().as_slice()));
         assert_eq!(one.clone().with_damping(2, 0.5), other.with_damping(2, 0.5));
     }
 
