@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import dynamics
-from ._dualbody import ImportReport, Model, Plot, Recording, Simulator, __version__, memory_limit, set_memory_limit, set_threads, threads
+from ._dualbody import EngineCoordinates, ImportReport, Model, Plot, Recording, Simulator, __version__, memory_limit, set_memory_limit, set_threads, threads
 from .dynamics import *  # noqa: F403
 
 if TYPE_CHECKING:
@@ -58,12 +58,13 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
 
 
 __all__ = [
     "ComputedTorque",
     "ContactReport",
+    "EngineCoordinates",
     "FiniteHorizonLqr",
     "ImportReport",
     "JointSpec",

@@ -27,10 +27,20 @@ def _statuses(count: int, stopped: Stopped, is_batch: bool) -> Status | list[Sta
 
 
 def _rollout_slopes(
-    start: Array, inputs: Array, parameters: Array, friction: Array, count: int, stopped: Stopped, is_batch: bool
+        start: Array,
+    inputs: Array,
+    parameters: Array,
+    friction: Array,
+    simulator_parameters: Array,
+    count: int,
+    stopped: Stopped,
+    is_batch: bool,
 ) -> RolloutGradient:
     """The gradient of a rollout from its numbers."""
-    return RolloutGradient(start, inputs, parameters, friction, _statuses(count, stopped, is_batch))
+    status = _statuses(count, stopped, is_batch)
+    return RolloutGradient(
+        start, inputs, parameters, friction, status, simulator_parameters=simulator_parameters
+    )
 
 
 def _rollout(

@@ -36,7 +36,11 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named."""
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named.
+
+    Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
+    Actuation("model").
+    """
 
     base: Literal["ideal", "model"] = "ideal"
     actuators: Mapping[str, Actuator] = field(default_factory=dict)
@@ -44,7 +48,8 @@ class Actuation:
 
 @dataclass(frozen=True)
 class Anchor:
-    """A place on a frame or link, or on the world (None): a pose (4, 4) in it, or a translation (3,), m."""
+    """A place on a frame or link, or on the world (None): a pose (4, 4) in it, or a translation (3,), m. Axes and origin are those of the link, not of
+    its centre of mass."""
 
     frame: str | None = None
     placement: ArrayLike = (0.0, 0.0, 0.0)
@@ -139,7 +144,8 @@ class Tendon:
 
 @dataclass(frozen=True)
 class ExternalForce:
-    """A constant force and torque (6,) at a place: [linear; angular], N and N·m, in a representation."""
+    """A constant force and torque (6,) at a place: [linear; angular], N and N·m, in a representation: "mixed" in the world's axes, "body" in those
+    of the place, which turn with it."""
 
     place: Anchor
     force: Sequence[float]

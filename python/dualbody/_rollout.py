@@ -143,19 +143,22 @@ class Rollout:
 
 class StepGradient(NamedTuple):
     """Gradient of ⟨adjoint, next state⟩ of a step: in the state along its tangent (..., n_tangent), in the input (..., nu), in all parameters
-    of the model (..., n), named by `Model.parameter_names`, and in the friction of each point of contact (..., points); the last two have
-    no numbers if they are not wanted."""
+    of the model (..., n), named by `Model.parameter_names`, in the friction of each point of contact (..., points), and in all parameters of the
+    simulator (..., n), named by `Simulator.parameter_names`: those of the model first, then motors, dry friction, joint limits, constraints,
+    contact points and models, ground, forces, time step. The last three have no numbers if they are not wanted, the last one is None on GPUs."""
 
     state: Array
     input: Array
     parameters: Array
     friction: Array
+    simulator_parameters: Any = None
 
 
 class RolloutGradient(NamedTuple):
     """Gradient of a cost of a rollout: in the start along its tangent (..., n_tangent), in the inputs (..., steps, nu), in all parameters of the
     model (..., n) and in the friction of each point of contact (..., points); status as that of a Rollout. A trajectory that did not come
-    to its end has zeros. cost: the value, if the gradient is that of a function; else None."""
+    to its end has zeros. cost: the value, if the gradient is that of a function; else None. simulator_parameters (..., n): in all parameters of the
+    simulator, named by `Simulator.parameter_names`."""
 
     start: Array
     inputs: Array
@@ -163,3 +166,4 @@ class RolloutGradient(NamedTuple):
     friction: Array
     status: Status | list[Status]
     cost: Any = None
+    simulator_parameters: Any = None

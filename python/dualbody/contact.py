@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 from . import _dualbody
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from typing import Any
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any, Literal
 
     from numpy.typing import ArrayLike
+
+    from ._dualbody import Array
 
     Vector3 = tuple[float, float, float]
     Law = "SoftContact | RelaxedRigid | Rigid"
@@ -43,6 +45,31 @@ class Terrain:
     def plane(point: Vector3, normal: Vector3) -> Plane:
         """The plane through a point (m) with a normal that points upwards."""
         return Plane(point, normal)
+
+    @staticmethod
+    def function(
+        height: Callable[[Array, Array], ArrayLike],
+        x: tuple[float, float],
+        y: tuple[float, float],
+        spacing: float,
+    ) -> HeightField:
+        """The ground z = height(x, y), m: a function of NumPy arrays, sampled on a grid over the ranges x and y (m) at this spacing (m).
+
+        Between the nodes the ground is a spline with two continuous derivatives, so that slopes and normals come from the heights: within, heights
+        are off by the order of spacing⁴ and slopes by that of spacing³; near the border, where the spline is straight, by spacing² and spacing. The
+        function is called once, here. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each
+        step that touches it. Beyond the ranges the ground is level at the height of the border.
+        """
+        import numpy as np
+
+        if not spacing > 0.0:
+            raise ValueError(f"spacing is {spacing}, expected a positive length")
+        counts = [int(np.ceil((upper - lower) / spacing)) + 1 for lower, upper in (x, y)]
+        if min(counts) < 2:
+            raise ValueError(f"the ranges x {x} and y {y} are empty")
+        axes = [lower + spacing * np.arange(count) for (lower, _), count in zip((x, y), counts, strict=True)]
+        heights = np.broadcast_to(np.asarray(height(*np.meshgrid(*axes, indexing="ij")), float), tuple(counts))
+        return HeightField((x[0], y[0]), (spacing, spacing), heights)
 
     @staticmethod
     def incline(angle: float) -> Plane:
@@ -107,7 +134,7 @@ class HuntCrossley:
 @dataclass(frozen=True)
 class SoftContact:
     """Compliant contact: a normal force after Hunt and Crossley (see `HuntCrossley`; exponents ½ are those of a ball), friction by bristles,
-    which have a state."""
+    which have a state: `contact` of steps and rollouts. Stiff: steps of 0.1 ms to 1 ms as a rule, or integrator="implicit_velocity"."""
 
     friction: float
     stiffness: float
@@ -153,7 +180,10 @@ class RelaxedRigid:
 
 @dataclass(frozen=True)
 class Rigid:
-    """Rigid contact: Coulomb's friction exactly, restitution, and the time (s) in which depth is undone."""
+    """Rigid contact: Coulomb's friction exactly, restitution, and the time (s) in which depth is undone.
+
+    Jacobians of a step are exact, but a chain of them through impacts is that of impacts at fixed times: gradients of what comes after are biased.
+    """
 
     friction: float = 0.5
     restitution: float = 0.0
@@ -186,13 +216,14 @@ class SolverOptions:
 class Contacts:
     """Contacts of a robot's collision shapes with a terrain, under a law.
 
+    law: an object, or its kind by name: "rigid" and "relaxed" with their default numbers, "soft" as SoftContact.estimate(mass of the robot, 4, 1e-3).
     links: only those links touch; laws: other laws for some links; mesh_points: most points of a mesh; smoothing and solver: of rigid contact.
     """
 
     terrain: Terrain = field(default_factory=Terrain.flat)
-    law: SoftContact | RelaxedRigid | Rigid = field(default_factory=Rigid)
+    law: SoftContact | RelaxedRigid | Rigid | Literal["rigid", "soft", "relaxed"] = field(default_factory=Rigid)
     links: Sequence[str] | None = None
-    laws: Mapping[str, SoftContact | RelaxedRigid | Rigid] = field(default_factory=dict)
+    laws: Mapping[str, SoftContact | RelaxedRigid | Rigid | Literal["rigid", "soft", "relaxed"]] = field(default_factory=dict)
     mesh_points: int = 64
     smoothing: Smoothing | tuple[float, float | None] | None = None
     solver: SolverOptions | tuple[float, int, float, int, int] | None = None

@@ -28,6 +28,7 @@ Arrays of samples have a row for each sample. [Atkeson, An, Hollerbach 1986]
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +37,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from . import _dualbody
+from ._convert import given
 from .view import Page
 
 if TYPE_CHECKING:
@@ -59,6 +61,7 @@ __all__ = [
     "Inertia",
     "Interval",
     "LeftOut",
+    "LinkMass",
     "Parameter",
     "Preparation",
     "Regressor",
@@ -407,12 +410,37 @@ class Excitation:
         return q, v, a
 
 
-def excite(regressor: Regressor, **options: Any) -> Excitation:
+def excite(
+    regressor: Regressor,
+    *,
+    period: float | None = None,
+    harmonics: int | None = None,
+    range: float | None = None,
+    reach: float | None = None,
+    speed: float | None = None,
+    acceleration: float | None = None,
+    force_deviations: Sequence[float] | None = None,
+    max_iterations: int | None = None,
+    starts: int | None = None,
+    seed: int | None = None,
+) -> Excitation:
     """Finds a periodic motion within the limits of joints that tells as much as possible of the unknowns. [Swevers et al. 1997]
 
-    options: period (s), harmonics, range (share of the position limits), reach, speed, acceleration (where a joint has no limit),
-    force_deviations (nv,), max_iterations, starts, seed.
+    period (s), harmonics, range (share of the position limits), reach, speed, acceleration (where a joint has no limit), force_deviations (nv,),
+    max_iterations, starts, seed; None stands for the default.
     """
+    options = given(
+        period=period,
+        harmonics=harmonics,
+        range=range,
+        reach=reach,
+        speed=speed,
+        acceleration=acceleration,
+        force_deviations=force_deviations,
+        max_iterations=max_iterations,
+        starts=starts,
+        seed=seed,
+    )
     return Excitation(*_dualbody._excite(regressor, options))
 
 
@@ -427,8 +455,22 @@ class Inertia:
 
 
 @dataclass(frozen=True)
+class LinkMass:
+    """`shoot` adjusts the mass of the body that a link is on, kg, and its first moment and moments of inertia in proportion."""
+
+    link: str
+
+    def _described(self) -> tuple[str, Any]:
+        return "mass", self.link
+
+
+@dataclass(frozen=True)
 class Parameter:
-    """`shoot` adjusts the parameter with a name, as in `Model.parameter_names`: "elbow: damping"."""
+    """`shoot` adjusts the parameter with a name, as in `Simulator.parameter_names`: "elbow: damping".
+
+    All others stay: "pole: mass" holds the first moment and the inertia, so that the mass that is found is that of another body. `LinkMass` scales
+    all of them, `Inertia` finds all ten.
+    """
 
     name: str
 
@@ -462,14 +504,32 @@ class ShootingEstimate(NamedTuple):
 def shoot(
     simulator: Simulator,
     data: Dataset,
-    adjustable: Sequence[Inertia | Parameter | Friction],
+    adjustable: Sequence[Inertia | LinkMass | Parameter | Friction],
     level: float = 0.95,
-    **options: Any,
+    *,
+    samples: int | None = None,
+    starts: Literal["measured", "free"] | None = None,
+    position_deviation: float | None = None,
+    velocity_deviation: float | None = None,
+    regularization: float | None = None,
+    max_iterations: int | None = None,
 ) -> ShootingEstimate:
     """Adjusts numbers of a simulator until its motion is that of the data, by Levenberg and Marquardt's method. [Bock 1987]
 
-    options: samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations.
+    samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations; None stands for the
+    default.
     """
+    options = given(
+        samples=samples,
+        starts=starts,
+        position_deviation=position_deviation,
+        velocity_deviation=velocity_deviation,
+        regularization=regularization,
+        max_iterations=max_iterations,
+    )
+    if any(isinstance(own, Parameter) and own.name.endswith(": mass") for own in adjustable):
+        text = "a parameter \": mass\" holds the moments of its body: LinkMass scales them with the mass, Inertia finds all ten numbers"
+        warnings.warn(text, stacklevel=2)
     found = _dualbody._shoot(simulator, data, list(adjustable), level, options)
     values, intervals, deviation, status, is_converged, iterations, parameters = found
     all_intervals = None if intervals is None else [Interval(*own) for own in intervals]

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _dualbody
+from ._convert import given
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -104,18 +105,31 @@ def solve(
     loss: Loss | None = None,
     manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None = None,
     report: Callable[[int, float, float, float], object] | None = None,
-    **options: Any,
+    max_iterations: int | None = None,
+    gradient_tolerance: float | None = None,
+    cost_tolerance: float | None = None,
+    step_tolerance: float | None = None,
+    offset_tolerance: float | None = None,
+    damping: float | None = None,
 ) -> Solution:
     """Minimises from a start (n,).
 
     residuals(x) gives (m,), jacobian(x) their derivatives (m, n); what is not finite is taken for a point that cannot be. bounds: (lower, upper),
     (n,) each, infinite where there is none. manifold: (number of directions, retract(x, d) -> x moved by d) where the variables are points of a
     curved space, such as quaternions; the Jacobian is then that in directions. report(iteration, cost, gradient, damping) is called after each
-    iteration. options: max_iterations (100), gradient_tolerance, cost_tolerance, step_tolerance, offset_tolerance, damping.
+    iteration. max_iterations is 100 if left out; None stands for the default of each of the others.
 
     What a function raises ends the run, and is raised.
     """
     own = loss or Loss()
+    options = given(
+        max_iterations=max_iterations,
+        gradient_tolerance=gradient_tolerance,
+        cost_tolerance=cost_tolerance,
+        step_tolerance=step_tolerance,
+        offset_tolerance=offset_tolerance,
+        damping=damping,
+    )
     found = _dualbody._least_squares(
         residuals, jacobian, start, manifold, (own.kind, own.delta), (bounds[0], bounds[1]), report, options
     )

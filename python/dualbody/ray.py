@@ -152,7 +152,7 @@ def _differentiate(work: Work, cost: Cost, seed: int, first: int, inputs: Array,
         return rollout_gradient(simulator, q, v, inputs, cost, contact=contact)
     robots = [simulator.replace(model=work.model(simulator.model, own)) for own in generators]
     found = [rollout_gradient(*own, cost, contact=contact) for own in zip(robots, q, v, inputs, strict=True)]
-    names = ("start", "inputs", "parameters", "friction", "cost")
+    names = ("start", "inputs", "parameters", "friction", "cost", "simulator_parameters")
     numbers = {name: np.stack([getattr(own, name) for own in found]) for name in names}
     ends: Any = [own.status for own in found]
     return RolloutGradient(status=ends, **numbers)

@@ -2,8 +2,46 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Literal
+
 from . import _dualbody
 from ._dualbody import Model
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._dualbody import LoaderKeywords
+
+__all__ = ["arm", "cartpole", "double_pendulum", "load", "pendulum", "random_tree", "urdf"]
+
+Name = Literal[
+    "acrobot",
+    "box",
+    "cartpole",
+    "double_pendulum",
+    "four_bar",
+    "hopper",
+    "humanoid",
+    "panda",
+    "quadrotor",
+    "quadruped",
+    "sphere",
+    "ur5",
+]
+
+
+def urdf(name: Name) -> str:
+    """The URDF of a robot of the library's examples, as a text."""
+    return _dualbody._sample_urdf(name)
+
+
+def load(name: Name, **keywords: Unpack[LoaderKeywords]) -> Model:
+    """A robot of the library's examples, from its URDF; keywords as for `Model.from_urdf`.
+
+    >>> load("panda", base="fixed").nv
+    8
+    """
+    return Model.from_urdf(urdf(name), **keywords)
 
 
 def pendulum() -> Model:

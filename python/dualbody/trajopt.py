@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from . import _dualbody
+from ._convert import given
 from ._dualbody import RecedingHorizon
 
 if TYPE_CHECKING:
@@ -258,16 +259,39 @@ class Solution:
 class _Solver:
     """A problem, and the options of what solves it."""
 
-    def __init__(self, problem: Problem, **options: Any) -> None:
-        self.problem, self.options = problem, options
+    problem: Problem
+    options: dict[str, Any]
 
 
 class Ddp(_Solver):
     """Differential dynamic programming with constraints by an augmented Lagrangian.
 
     options: max_iterations, tolerance, threads, line_search_steps, exact_curvature (True: with the second derivatives of the steps),
-    constraint_tolerance, penalty.
+    constraint_tolerance, penalty. None stands for the default.
     """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        max_iterations: int | None = None,
+        tolerance: float | None = None,
+        threads: int | None = None,
+        line_search_steps: int | None = None,
+        exact_curvature: bool | None = None,
+        constraint_tolerance: float | None = None,
+        penalty: float | None = None,
+    ) -> None:
+        self.problem = problem
+        self.options = given(
+            max_iterations=max_iterations,
+            tolerance=tolerance,
+            threads=threads,
+            line_search_steps=line_search_steps,
+            exact_curvature=exact_curvature,
+            constraint_tolerance=constraint_tolerance,
+            penalty=penalty,
+        )
 
     def solve(
         self,
@@ -302,6 +326,31 @@ class SingleShooting(_Solver):
     ("lbfgs", "steepest_descent", "newton_cg", "trust_region"), max_iterations, tolerance, memory, radius, exact_curvature (True: the exact
     Hessian; False: that of Gauss and Newton), constraint_tolerance, penalty. For problems of a simulator.
     """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        minimizer: Literal["lbfgs", "steepest_descent", "newton_cg", "trust_region"] | None = None,
+        memory: int | None = None,
+        radius: float | None = None,
+        max_iterations: int | None = None,
+        tolerance: float | None = None,
+        exact_curvature: bool | None = None,
+        constraint_tolerance: float | None = None,
+        penalty: float | None = None,
+    ) -> None:
+        self.problem = problem
+        self.options = given(
+            minimizer=minimizer,
+            memory=memory,
+            radius=radius,
+            max_iterations=max_iterations,
+            tolerance=tolerance,
+            exact_curvature=exact_curvature,
+            constraint_tolerance=constraint_tolerance,
+            penalty=penalty,
+        )
 
     def solve(
         self,
@@ -389,6 +438,29 @@ class Transcription(_Solver):
     An interval lasts one time step of the simulator, which may be long. options: max_iterations, tolerance, gap_tolerance (of the rate of the
     state, in its unit), threads, line_search_steps, constraint_tolerance, penalty. For problems of a simulator that has a rate.
     """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        max_iterations: int | None = None,
+        tolerance: float | None = None,
+        gap_tolerance: float | None = None,
+        threads: int | None = None,
+        line_search_steps: int | None = None,
+        constraint_tolerance: float | None = None,
+        penalty: float | None = None,
+    ) -> None:
+        self.problem = problem
+        self.options = given(
+            max_iterations=max_iterations,
+            tolerance=tolerance,
+            gap_tolerance=gap_tolerance,
+            threads=threads,
+            line_search_steps=line_search_steps,
+            constraint_tolerance=constraint_tolerance,
+            penalty=penalty,
+        )
 
     def solve(
         self,

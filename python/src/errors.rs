@@ -4,14 +4,19 @@ use std::any::Any;
 use std::fmt::{Debug, Display};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use dualbody::Model;
 use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
 use dualbody::identify::IdentifyError;
 use dualbody_native::NativeError;
 use pyo3::PyErr;
-use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
+
+use crate::words::for_python;
 
 /// An error that Python raises as an exception of the kind that fits.
 pub(crate) trait Raise {
@@ -34,7 +39,7 @@ value_errors!(
 
 impl Raise for UnknownName {
     fn raise(self) -> PyErr {
-        PyKeyError::new_err(self.to_string())
+        PyKeyError::new_err(for_python(&self.to_string()))
     }
 }
 
@@ -59,9 +64,9 @@ impl Raise for EditError {
 impl Raise for LoadError {
     fn raise(self) -> PyErr {
         match &self {
-            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            Self::Io { source, .. } => io_error(source.kind(), for_python(&self.to_string())),
             Self::JointChoice { source, .. } if matches!(**source, EditError::UnknownName(_)) => {
-                PyKeyError::new_err(self.to_string())
+                PyKeyError::new_err(for_python(&self.to_string()))
             }
             _ => value_error(self),
         }
@@ -71,7 +76,7 @@ impl Raise for LoadError {
 impl Raise for RecordingError {
     fn raise(self) -> PyErr {
         match &self {
-            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            Self::Io { source, .. } => io_error(source.kind(), for_python(&self.to_string())),
             _ => value_error(self),
         }
     }
@@ -79,7 +84,7 @@ impl Raise for RecordingError {
 
 impl Raise for NativeError {
     fn raise(self) -> PyErr {
-        let text = self.to_string();
+        let text = for_python(&self.to_string());
         match self {
             Self::NoCompiler { reason, .. } => io_error(reason.kind(), text),
             Self::File(file) => io_error(file.reason.kind(), text),
@@ -97,11 +102,11 @@ fn io_error(kind: std::io::ErrorKind, text: String) -> PyErr {
 }
 
 pub(crate) fn value_error(error: impl Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(for_python(&error.to_string()))
 }
 
 pub(crate) fn type_error(error: impl Display) -> PyErr {
-    PyTypeError::new_err(error.to_string())
+    PyTypeError::new_err(for_python(&error.to_string()))
 }
 
 /// The choice that an argument names, or a `ValueError` that lists all of them.
@@ -125,6 +130,29 @@ pub(crate) fn shape_error(name: &str, shape: impl Debug, expected: impl Display)
     value_error(format_args!(
         "{name} has the shape {shape:?}, expected {expected}"
     ))
+}
+
+/// Warns in the name of the caller, in Python's words.
+pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = for_python(text).replace('\0', " ");
+    let text = std::ffi::CString::new(text).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+}
+
+/// Adds to the error of a length of q or v what a floating base has to do with it.
+#[cold]
+pub(crate) fn about_base(py: Python<'_>, model: &Model, error: PyErr) -> PyErr {
+    let text = error.value(py).to_string();
+    let is_length = ["q", "v", "q0", "q1"]
+        .iter()
+        .any(|name| text.starts_with(&format!("{name} has the shape")));
+    match is_length && model.has_floating_base() {
+        true => value_error(format_args!(
+            "{text}; the base of \"{}\" floats, which takes 7 numbers of q and 6 of v: loaded with base=\"fixed\" it stands",
+            model.name()
+        )),
+        false => error,
+    }
 }
 
 /// Turns an error of the library into an exception.

@@ -6,7 +6,8 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `limits` | the memory that results may take |
-//! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
+//! | `errors`, `words`, `raised`, `options` | errors as exceptions, in Python's words, exceptions of functions, options as keywords |
+//! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
 //! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view` | an area of the library each |
@@ -18,12 +19,14 @@ mod codegen;
 mod compiler;
 mod contact;
 mod control;
+mod counts;
 #[cfg(feature = "cuda")]
 mod cuda;
 mod dynamics;
 mod errors;
 mod identify;
 mod jax;
+mod kinds;
 mod least_squares;
 mod limits;
 mod model;
@@ -36,6 +39,7 @@ mod spatial;
 mod threads;
 mod trajopt;
 mod view;
+mod words;
 
 use pyo3::prelude::*;
 
@@ -91,8 +95,9 @@ mod _dualbody {
     use super::limits::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use super::model::{
-        _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _load_model,
-        _random_state, _sample, _unit_joint_forces, PyImportReport, PyModel,
+        _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,
+        _load_model, _random_state, _sample, _sample_urdf, _unit_joint_forces, PyEngineCoordinates,
+        PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;
@@ -108,7 +113,7 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::view::{PyPlot, PyRecording};
+    use super::view::{_plot, _recording, PyPlot, PyRecording};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

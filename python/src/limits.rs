@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
+use crate::counts::whole;
+
 /// The limit that was set, bytes; zero for what the machine has.
 static LIMIT: AtomicUsize = AtomicUsize::new(0);
 
@@ -27,8 +29,10 @@ pub(crate) fn memory_limit() -> usize {
 /// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
 #[pyfunction]
 #[pyo3(signature = (bytes))]
-pub(crate) fn set_memory_limit(bytes: Option<usize>) {
+pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
     LIMIT.store(bytes.unwrap_or(0), Ordering::Relaxed);
+    Ok(())
 }
 
 /// Memory of the machine, or what its control group may use of it, bytes; as much as can be addressed where that is not known.

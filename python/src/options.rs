@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::counts::named;
 use crate::errors::value_error;
 
 /// Sets every option that was given; a `ValueError` names one that is none.
@@ -16,7 +17,11 @@ pub(crate) fn set_options(
 ) -> PyResult<()> {
     for (name, value) in given {
         let name: String = name.extract()?;
-        if !set(&name, &value)? {
+        if value.is_none() {
+            continue; // as if it were left out
+        }
+        let known = set(&name, &value).map_err(|error| named(&name, &value, error))?;
+        if !known {
             return Err(value_error(format_args!("\"{name}\" is no option of {of}")));
         }
     }

@@ -8,6 +8,7 @@ use dualbody::StopSignal;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
@@ -23,8 +24,9 @@ struct Pool {
 
 /// Sets the number of threads of batches, 0 for one for each core.
 #[pyfunction]
-pub(crate) fn set_threads(threads: usize) {
-    WANTED.store(threads, Ordering::Relaxed);
+pub(crate) fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
+    WANTED.store(whole("threads", threads)?, Ordering::Relaxed);
+    Ok(())
 }
 
 /// Returns the number of threads of batches.

@@ -129,8 +129,8 @@ def test_an_exciting_motion_is_better_than_its_start() -> None:
     h = 1e-6
     near = motion.at([1.7 - h, 1.7 + h])[0]
     np.testing.assert_allclose((near[1] - near[0]) / (2 * h), v[1], atol=1e-6)
-    with pytest.raises(ValueError, match="no option"):
-        identify.excite(Regressor(ARM), harmonic=3)
+    with pytest.raises(TypeError, match="harmonic"):
+        identify.excite(Regressor(ARM), harmonic=3)  # type: ignore[call-arg]
 
 
 def test_an_inertia_is_found_by_shooting() -> None:
@@ -143,3 +143,21 @@ def test_an_inertia_is_found_by_shooting() -> None:
     q, v = np.array([0.1, 0.7]), np.array([0.2, -0.4])
     expected = db.forward_dynamics(simulator.model, q, v, [0.5, 0.1])
     np.testing.assert_allclose(db.forward_dynamics(found.model, q, v, [0.5, 0.1]), expected, rtol=2e-2)
+
+
+def test_the_mass_of_a_link_is_found_with_its_moments() -> None:
+    simulator, rollout = swing()
+    data = Preparation(4, 2).prepare(simulator.model, [Experiment.from_rollout("push", simulator, rollout)])
+    link = simulator.model.link_names[-1]
+    wrong = simulator.replace(model=simulator.model.with_link_mass(link, 1.3))
+    found = identify.shoot(wrong, data, [identify.LinkMass(link)], samples=100, max_iterations=20)
+    names, true = simulator.model.parameter_names, simulator.model.parameters
+    start = names.index(f"{link}: mass")
+    np.testing.assert_allclose(found.values, true[start], rtol=1e-2)
+    # All ten numbers of the body, in proportion.
+    own = found.model.parameters[start : start + 10]
+    np.testing.assert_allclose(own, true[start : start + 10] * (own[0] / true[start]), atol=1e-12)
+    with pytest.warns(UserWarning, match="LinkMass"):
+        identify.shoot(wrong, data, [Parameter(f"{link}: mass")], samples=100, max_iterations=1)
+    with pytest.raises(KeyError):
+        identify.shoot(wrong, data, [identify.LinkMass("nose")])

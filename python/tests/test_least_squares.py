@@ -102,8 +102,8 @@ def test_what_functions_raise_or_get_wrong_comes_through() -> None:
     assert calls == 4
     with pytest.raises(ValueError, match=r"jacobian\(x\) has the shape"):
         solve(valley, lambda x: np.eye(3), [-1.2, 1.0])
-    with pytest.raises(ValueError, match="no option of least_squares.solve"):
-        solve(valley, valley_slopes, [-1.2, 1.0], maximum=3)
+    with pytest.raises(TypeError, match="maximum"):
+        solve(valley, valley_slopes, [-1.2, 1.0], maximum=3)  # type: ignore[call-arg]
     with pytest.raises(ValueError, match="leave no value"):
         solve(valley, valley_slopes, [-1.2, 1.0], bounds=([1.0, 0.0], [0.0, 0.0]))
     with pytest.raises(ValueError, match=r"upper bounds\[1\] is NaN"):

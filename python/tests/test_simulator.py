@@ -313,9 +313,9 @@ def test_soft_contact_has_a_state() -> None:
     assert simulator.n_contact > 0
     q, v = model.neutral(), np.zeros(6)
     q[2] = 1.0
-    with pytest.raises(ValueError, match="contact is missing"):
-        simulator.step(q, v)
     q1, v1, contact = simulator.step(q, v, contact=simulator.neutral_contact())
+    for own, other in zip(simulator.step(q, v), (q1, v1, contact), strict=True):
+        np.testing.assert_array_equal(own, other)
     assert contact.shape == (simulator.n_contact,)
     rollout = simulator.rollout(np.tile(q, (9, 1)), v, steps=100, contact=simulator.neutral_contact())
     assert rollout.contact.shape == (9, 101, simulator.n_contact)

@@ -19,6 +19,23 @@ pub struct ImportNote {
     pub reason: String,
 }
 
+impl ImportNote {
+    /// Makes a remark, for programs that store reports.
+    pub fn new(
+        path: impl Into<String>,
+        name: impl Into<String>,
+        line: u32,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            name: name.into(),
+            line,
+            reason: reason.into(),
+        }
+    }
+}
+
 impl fmt::Display for ImportNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {

@@ -31,6 +31,19 @@ pub struct ImportReport {
 }
 
 impl ImportReport {
+    /// Makes a report without remarks, for programs that store reports.
+    pub fn new(file: impl Into<String>, base: Base, root_link: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            base,
+            wanted_base: base,
+            root_link: root_link.into(),
+            limited_joints: 0,
+            warnings: Vec::new(),
+            ignored: Vec::new(),
+        }
+    }
+
     /// Note on why the robot has the base that it has, and how to give it the other one; `None` if the options said
     /// which.
     ///

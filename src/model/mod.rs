@@ -34,6 +34,7 @@ mod checks;
 mod consistency;
 mod coordinates;
 mod description;
+mod equality;
 mod fingerprint;
 mod generation;
 mod graph;

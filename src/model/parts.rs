@@ -79,7 +79,7 @@ impl SecondAxis {
 }
 
 /// A named joint, with what does not enter the equations of motion of a free mechanism.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Name of the joint in the description.
     pub name: String,
@@ -133,7 +133,7 @@ numbers! { struct Frame { name: kept(), body: kept(), placement: part(Transform)
 ///
 /// Its inertia is a part of that of its body, which may have been changed since; [`Model::to_builder`](super::Model::to_builder)
 /// tells it link by link.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Frame of the link, which has the name of the link.
     pub frame: FrameId,

@@ -128,7 +128,16 @@ impl Recording {
     /// If the file cannot be read, is no such recording, or holds other robots.
     pub fn read_json(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
         let path = path.as_ref();
-        let mut file: File = serde_json::from_str(&read(path)?)
+        Self::parse_json(&read(path)?, path, models)
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote; `models` and errors as for [`read_json`](Self::read_json).
+    pub fn from_json(text: &str, models: &[&Model]) -> Result<Self, RecordingError> {
+        Self::parse_json(text, Path::new("text"), models)
+    }
+
+    fn parse_json(text: &str, path: &Path, models: &[&Model]) -> Result<Self, RecordingError> {
+        let mut file: File = serde_json::from_str(text)
             .map_err(|error| malformed(path, error.line(), error.to_string()))?;
         if file.dualbody_recording != VERSION {
             let found = file.dualbody_recording;

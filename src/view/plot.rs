@@ -116,6 +116,32 @@ impl Plot {
         self
     }
 
+    /// Title.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Labels of the axes, x and y.
+    pub fn axes(&self) -> [&str; 2] {
+        self.axes.each_ref().map(String::as_str)
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// Whether the axes are logarithmic.
+    pub fn is_logarithmic(&self) -> bool {
+        self.scale == Scale::Logarithmic
+    }
+
+    /// Names and points of the lines.
+    pub fn lines(&self) -> impl Iterator<Item = (&str, &[(f64, f64)])> {
+        let lines = self.lines.iter();
+        lines.map(|line| (line.name.as_str(), line.points.as_slice()))
+    }
+
     /// Draws the plot as SVG.
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();

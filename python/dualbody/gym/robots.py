@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import samples
@@ -20,6 +22,10 @@ def cartpole() -> Task:
         x = generator.uniform(-0.05, 0.05, 4)
         return x[:2], x[2:]
 
+    def starts(generators: Sequence[np.random.Generator]) -> tuple[Array, Array]:
+        x = np.array([generator.uniform(-0.05, 0.05, 4) for generator in generators])
+        return x[:, :2], x[:, 2:]
+
     return Task(
         simulator,
         start,
@@ -28,6 +34,7 @@ def cartpole() -> Task:
         is_over=lambda q, v: (np.abs(q[:, 0]) > reach) | (np.abs(q[:, 1]) > angle),
         max_steps=500,
         bounds=([-10.0], [10.0]),
+        starts=starts,
     )
 
 

@@ -36,6 +36,8 @@ class Task:
     steps_per_action: int = 1
     #: Least and largest input; the effort limits of the joints if they are left out
     bounds: tuple[Sequence[float], Sequence[float]] | None = None
+    #: States (n, nq), (n, nv) from which episodes start, by a generator each, as `start` gives them: one call for all that begin
+    starts: Callable[[Sequence[np.random.Generator]], tuple[Array, Array]] | None = None
     #: Least and largest observation; unbounded if they are left out
     observation_bounds: tuple[Sequence[float], Sequence[float]] | None = None
 
@@ -74,8 +76,12 @@ class States:
 
     def start(self, which: Flags) -> None:
         """Begins new episodes."""
-        for i in np.flatnonzero(which):
-            self.q[i], self.v[i] = self.task.start(self.generators[i])
+        begins = np.flatnonzero(which)
+        if self.task.starts is not None and len(begins):
+            self.q[begins], self.v[begins] = self.task.starts([self.generators[i] for i in begins])
+        else:
+            for i in begins:
+                self.q[i], self.v[i] = self.task.start(self.generators[i])
         self.contact[which] = self.task.simulator.neutral_contact()
         self.steps[which] = 0
         if which[0]:
@@ -91,16 +97,37 @@ class States:
         if not np.isfinite(u).all():
             i = int(np.flatnonzero(~np.isfinite(u).all(axis=1))[0])
             raise ValueError(f"the action of environment {i} is not finite: {u[i]}")
-        inputs = np.repeat(u[:, None], task.steps_per_action, axis=1)
-        contact = self.contact if self.contact.shape[1] else None
-        rollout = task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)
-        going = np.isfinite(rollout.v[:, -1]).all(axis=1) & np.isfinite(rollout.q[:, -1]).all(axis=1)
-        for state, rows in ((self.q, rollout.q), (self.v, rollout.v), (self.contact, rollout.contact)):
-            state[going] = rows[going, -1]
+        going = self._advance(u)
         self.steps += 1
         self.history.append((self.q[0].copy(), self.v[0].copy()))
         over = task.is_over(self.q, self.v) | ~going
         return task.reward(self.q, self.v, u), over, (self.steps >= task.max_steps) & ~over
+
+    def _advance(self, u: Array) -> Flags:
+        """Moves all states by the steps of an action; says which go on, and leaves those that diverge where they were."""
+        state: tuple[Array, ...] = (self.q, self.v, self.contact)[: 3 if self.contact.shape[1] else 2]
+        simulator = self.task.simulator
+        try:
+            # Steps are taken one by one: to set up a rollout takes as long as many of them.
+            for _ in range(self.task.steps_per_action):
+                state = simulator.step(state[0], state[1], u, contact=state[2] if len(state) > 2 else None)
+        except FloatingPointError:
+            return self._advance_each(u)
+        self.q, self.v = state[:2]
+        if len(state) > 2:
+            self.contact = state[2]
+        return np.ones(len(u), np.bool_)
+
+    def _advance_each(self, u: Array) -> Flags:
+        """`_advance` where some state diverges."""
+        inputs = np.repeat(u[:, None], self.task.steps_per_action, axis=1)
+        contact = self.contact if self.contact.shape[1] else None
+        rollout = self.task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)
+        ends = np.concatenate([rollout.q[:, -1], rollout.v[:, -1]], axis=1)
+        going: Flags = np.isfinite(ends).all(axis=1)
+        for state, rows in ((self.q, rollout.q), (self.v, rollout.v), (self.contact, rollout.contact)):
+            state[going] = rows[going, -1]
+        return going
 
     def observe(self) -> NDArray[np.float32]:
         return self.task.observe(self.q, self.v).astype(np.float32)

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Array;
 use super::output::{numbers_mut, output};
 use super::rows::{Argument, Rows, View, common_batch};
-use crate::errors::guarded;
+use crate::errors::{about_base, guarded};
 use crate::scratch::{Memory, find_or_make};
 use crate::threads::pool;
 
@@ -50,10 +50,12 @@ pub(crate) fn map_rows<'py>(
     out: Option<&Bound<'py, PyAny>>,
     work: Work<'_>,
 ) -> PyResult<Array<'py>> {
-    if let Some(array) = map_one(py, model, arguments, tail, out, work)? {
+    let explained = |error| about_base(py, model.0, error);
+    if let Some(array) = map_one(py, model, arguments, tail, out, work).map_err(explained)? {
         return Ok(array);
     }
-    let rows: Vec<Rows<'py>> = arguments.iter().map(Rows::read).collect::<PyResult<_>>()?;
+    let rows: PyResult<Vec<Rows<'py>>> = arguments.iter().map(Rows::read).collect();
+    let rows = rows.map_err(explained)?;
     let (batch, shape) = shapes(arguments, &rows, tail)?;
     let array = output(py, out, &shape, rows.iter())?;
     let views: Vec<View<'_>> = rows.iter().map(Rows::view).collect();

@@ -50,6 +50,10 @@ impl<'py> Rows<'py> {
         })
     }
 
+    pub(crate) fn py(&self) -> Python<'py> {
+        self.array.py()
+    }
+
     pub(crate) fn into_array(self) -> Array<'py> {
         self.array
     }

@@ -1,11 +1,14 @@
 //! Laws of contact.
 
+use dualbody::Model;
 use dualbody::contact::{
     ContactLaw, HuntCrossley, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, SoftContact,
 };
 use pyo3::prelude::*;
 
+use crate::counts::whole;
 use crate::errors::{guarded, value_error};
+use crate::kinds::check_kind;
 
 type Numbers = (String, Vec<f64>);
 
@@ -16,7 +19,35 @@ pub(super) fn numbers_of<'py, T: FromPyObjectOwned<'py>>(value: &Bound<'py, PyAn
         .map_err(Into::into)
 }
 
-pub(super) fn law_of(value: &Bound<'_, PyAny>) -> PyResult<ContactLaw> {
+/// Points on which a robot stands, and depth (m) by which it sinks in, of a soft contact that is given by its name.
+const SOFT: (usize, f64) = (4, 1e-3);
+
+/// A law, or that of a kind by its name, with the numbers that the kind has by default.
+///
+/// * `name` – name of the argument, for errors
+pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyResult<ContactLaw> {
+    if let Ok(kind) = value.extract::<String>() {
+        return match kind.as_str() {
+            "rigid" => Ok(ContactLaw::Rigid(Rigid::default())),
+            "relaxed" => Ok(ContactLaw::RelaxedRigid(RelaxedRigid::default())),
+            "soft" => {
+                let (points, depth) = SOFT;
+                let soft = guarded(|| SoftContact::estimate(model.total_mass(), points, depth))?;
+                Ok(ContactLaw::Soft(soft))
+            }
+            _ => Err(value_error(format_args!(
+                "{name} is {kind:?}, not \"rigid\", \"soft\" or \"relaxed\""
+            ))),
+        };
+    }
+    let hint = " (or \"rigid\", \"soft\", \"relaxed\")";
+    check_kind(
+        name,
+        value,
+        "contact",
+        &["SoftContact", "RelaxedRigid", "Rigid"],
+        hint,
+    )?;
     let (kind, x): Numbers = numbers_of(value)?;
     match (kind.as_str(), x.as_slice()) {
         (
@@ -90,7 +121,12 @@ fn relaxed(reference: Reference, x: &[f64]) -> PyResult<ContactLaw> {
 
 /// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
 #[pyfunction]
-pub(crate) fn _estimate_soft_contact(mass: f64, points: usize, depth: f64) -> PyResult<[f64; 5]> {
+pub(crate) fn _estimate_soft_contact(
+    mass: f64,
+    points: &Bound<'_, PyAny>,
+    depth: f64,
+) -> PyResult<[f64; 5]> {
+    let points = whole("points", points)?;
     let SoftContact { normal, friction } = guarded(|| SoftContact::estimate(mass, points, depth))?;
     Ok([
         friction,

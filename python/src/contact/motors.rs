@@ -6,22 +6,38 @@ use dualbody::sim::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::kinds::check_kind;
 
 pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Actuation> {
-    let base: String = value.getattr("base")?.extract()?;
+    let name: Option<String> = value.extract().ok();
+    let base = match &name {
+        Some(base) => base.clone(),
+        None => {
+            let hint = " (or \"ideal\", \"model\")";
+            check_kind("actuation", value, "sim", &["Actuation"], hint)?;
+            value.getattr("base")?.extract()?
+        }
+    };
     let mut actuation = match base.as_str() {
         "ideal" => Actuation::ideal(model),
         "model" => Actuation::from_model(model),
         _ => {
             return Err(value_error(format_args!(
-                "base is \"{base}\", not \"ideal\" or \"model\""
+                "actuation is \"{base}\", not \"ideal\" or \"model\""
             )));
         }
     };
-    for (joint, actuator) in value.getattr("actuators")?.cast::<pyo3::types::PyDict>()? {
-        let (joint, actuator): (String, _) = (joint.extract()?, actuator_of(&actuator)?);
+    if name.is_some() {
+        return Ok(actuation);
+    }
+    for (joint, actuator) in value.getattr("actuators")?.cast::<PyDict>()? {
+        let joint: String = joint.extract()?;
+        let of = format_args!("actuators[\"{joint}\"]");
+        check_kind(of, &actuator, "sim", &["Actuator"], "")?;
+        let actuator = actuator_of(&actuator)?;
         actuation = guarded(|| actuation.with_actuator(model, &joint, actuator))?.or_raise()?;
     }
     Ok(actuation)

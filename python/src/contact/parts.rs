@@ -9,9 +9,12 @@ use pyo3::prelude::*;
 
 use crate::dynamics::Named;
 use crate::errors::{OrRaise, guarded};
+use crate::kinds::check_kind;
 use crate::model::read_pose;
 
-fn anchor_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Anchor> {
+fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Anchor> {
+    let value = of.getattr(name)?;
+    check_kind(name, &value, "sim", &["Anchor"], ", as Anchor(\"link\")")?;
     let frame: Option<String> = value.getattr("frame")?.extract()?;
     let placement = read_pose("placement", &value.getattr("placement")?)?;
     let frame = frame
@@ -23,10 +26,7 @@ fn anchor_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Anchor> {
 fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
     let kind: String = value.getattr("_kind")?.extract()?;
     let anchors = || -> PyResult<[Anchor; 2]> {
-        Ok([
-            anchor_of(model, &value.getattr("a")?)?,
-            anchor_of(model, &value.getattr("b")?)?,
-        ])
+        Ok([anchor_of(model, "a", value)?, anchor_of(model, "b", value)?])
     };
     let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
     let constraint = match kind.as_str() {
@@ -82,8 +82,17 @@ pub(crate) fn with_parts(
     parts: &Bound<'_, PyAny>,
 ) -> PyResult<Simulator> {
     let model = simulator.model().clone();
-    let list = |name: &str| -> PyResult<Vec<Bound<'_, PyAny>>> { parts.get_item(name)?.extract() };
-    let constraints = list("constraints")?;
+    let list = |name: &str, classes: &[&str]| -> PyResult<Vec<Bound<'_, PyAny>>> {
+        let all: Vec<Bound<'_, PyAny>> = parts.get_item(name)?.extract()?;
+        for (k, one) in all.iter().enumerate() {
+            check_kind(format_args!("{name}[{k}]"), one, "sim", classes, "")?;
+        }
+        Ok(all)
+    };
+    let constraints = list(
+        "constraints",
+        &["Weld", "Ball", "Distance", "Coupler", "Tendon"],
+    )?;
     if !constraints.is_empty() {
         let all: Vec<Constraint> = constraints
             .iter()
@@ -91,10 +100,10 @@ pub(crate) fn with_parts(
             .collect::<PyResult<_>>()?;
         simulator = guarded(|| simulator.with_constraints(all))?;
     }
-    let forces = list("external_forces")?;
+    let forces = list("external_forces", &["ExternalForce"])?;
     if !forces.is_empty() {
         let one = |value: &Bound<'_, PyAny>| {
-            let place = anchor_of(&model, &value.getattr("place")?)?;
+            let place = anchor_of(&model, "place", value)?;
             let (force, name): ([f64; 6], String) = (
                 value.getattr("force")?.extract()?,
                 value.getattr("representation")?.extract()?,
@@ -105,7 +114,7 @@ pub(crate) fn with_parts(
         let all: Vec<ExternalForce> = forces.iter().map(one).collect::<PyResult<_>>()?;
         simulator = guarded(|| simulator.with_external_forces(all))?;
     }
-    let actuators = list("frame_actuators")?;
+    let actuators = list("frame_actuators", &["FrameActuator"])?;
     if !actuators.is_empty() {
         let all: Vec<FrameActuator> = actuators
             .iter()
@@ -118,7 +127,7 @@ pub(crate) fn with_parts(
 
 fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameActuator> {
     let name: String = value.getattr("name")?.extract()?;
-    let place = anchor_of(model, &value.getattr("place")?)?;
+    let place = anchor_of(model, "place", value)?;
     let (wrench, axes): ([f64; 6], String) = (
         value.getattr("wrench")?.extract()?,
         value.getattr("representation")?.extract()?,

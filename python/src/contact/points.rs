@@ -10,7 +10,9 @@ use pyo3::prelude::*;
 
 use super::law::law_of;
 use super::terrain::terrain_of;
+use crate::counts::{whole, whole_of};
 use crate::errors::{OrRaise, guarded};
+use crate::kinds::check_kind;
 
 /// A point of contact: link, body, centre, kind, numbers of the kind.
 pub(crate) type Point = (usize, usize, [f64; 3], String, Vec<f64>);
@@ -53,13 +55,15 @@ fn point_of((link, body, center, kind, x): &Point) -> ContactPoint {
 }
 
 pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Contacts> {
+    let hint = ", as in Contacts(Terrain.flat(), \"rigid\")";
+    check_kind("contacts", value, "contact", &["Contacts"], hint)?;
     let terrain = terrain_of(&value.getattr("terrain")?)?;
-    let law = law_of(&value.getattr("law")?)?;
+    let law = law_of("law", &value.getattr("law")?, model)?;
     let points: Option<Vec<Point>> = value.getattr("points")?.extract()?;
     let mut contacts = match points {
         None => {
             let options = ContactOptions {
-                mesh_points: value.getattr("mesh_points")?.extract()?,
+                mesh_points: whole_of(value, "mesh_points")?,
             };
             guarded(|| Contacts::with_options(model, terrain, law, &options))?
         }
@@ -77,7 +81,8 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         contacts = contacts.with_links(model, &links).or_raise()?;
     }
     for (link, law) in value.getattr("laws")?.cast::<pyo3::types::PyDict>()? {
-        let (link, law): (String, _) = (link.extract()?, law_of(&law)?);
+        let link: String = link.extract()?;
+        let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
         contacts = guarded(|| contacts.with_law(model, &link, law))?.or_raise()?;
     }
     if let Some((kappa, reach)) = value
@@ -90,15 +95,22 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         })?;
         contacts = contacts.with_smoothing(smoothing);
     }
+    type Solver<'py> = (
+        f64,
+        Bound<'py, PyAny>,
+        f64,
+        Bound<'py, PyAny>,
+        Bound<'py, PyAny>,
+    );
     if let Some((tolerance, iterations, acceptable, points_per_link, points)) =
-        value.getattr("solver")?.extract()?
+        value.getattr("solver")?.extract::<Option<Solver<'_>>>()?
     {
         let options = SolverOptions {
             tolerance,
-            iterations,
+            iterations: whole("iterations", &iterations)?,
             acceptable,
-            points_per_link,
-            points,
+            points_per_link: whole("points_per_link", &points_per_link)?,
+            points: whole("points", &points)?,
         };
         contacts = guarded(|| contacts.with_solver_options(options))?;
     }

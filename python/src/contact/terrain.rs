@@ -5,8 +5,16 @@ use pyo3::prelude::*;
 
 use super::law::numbers_of;
 use crate::errors::{guarded, value_error};
+use crate::kinds::check_kind;
 
 pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
+    check_kind(
+        "terrain",
+        value,
+        "contact",
+        &["Terrain"],
+        ", as Terrain.flat()",
+    )?;
     let (kind, x, size): (String, Vec<f64>, [usize; 2]) = numbers_of(value)?;
     guarded(|| match (kind.as_str(), x.as_slice()) {
         ("plane", &[px, py, pz, nx, ny, nz]) => Ok(Terrain::plane([px, py, pz], [nx, ny, nz])),

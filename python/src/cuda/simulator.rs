@@ -12,6 +12,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::motions::{Motions, ending_of};
 use super::precision::{Gpu, Wanted, on_either, on_gpu};
 use crate::arrays::{Rows, argument};
+use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::simulator::{Given, PySimulator, read_inputs, row, stack};
 
@@ -30,16 +31,18 @@ pub(crate) struct PyCudaSimulator {
 #[pymethods]
 impl PyCudaSimulator {
     #[new]
-    #[pyo3(signature = (simulator, count, *, parameters=None, precision="double", derivatives=Vec::new(), device=0, cache=None))]
+    #[pyo3(signature = (simulator, count, *, parameters=None, precision="double", derivatives=Vec::new(), device=None, cache=None))]
     fn new(
         simulator: &Bound<'_, PySimulator>,
-        count: usize,
+        count: &Bound<'_, PyAny>,
         parameters: Option<&Bound<'_, PyDict>>,
         precision: &str,
         derivatives: Vec<String>,
-        device: usize,
+        device: Option<&Bound<'_, PyAny>>,
         cache: Option<PathBuf>,
     ) -> PyResult<Self> {
+        let device = device.map_or(Ok(0), |device| whole("device", device))?;
+        let count = whole("count", count)?;
         let wanted = Wanted::read(count, parameters, precision, &derivatives, device, cache)?;
         let own = &simulator.get().simulator;
         Ok(Self {
@@ -114,18 +117,19 @@ impl PyCudaSimulator {
     /// Takes steps from every state, and returns a cuda.Rollout of each `every`-th state (of the first and the last ones for 0).
     ///
     /// q, v, contact as in step; inputs (count, steps, nu) or (steps, nu) for all, zero if left out.
-    #[pyo3(signature = (q, v, steps=None, *, inputs=None, every=1, contact=None))]
+    #[pyo3(signature = (q, v, steps=None, *, inputs=None, every=None, contact=None))]
     fn rollout<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
-        every: usize,
+        every: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let (py, own, count) = (q.py(), self.simulator.get(), self.__len__());
+        let every = every.map_or(Ok(1), |every| whole("every", every))?;
         let given = own.read(q, v, None, contact)?;
         let (inputs, steps) = read_inputs(inputs, steps, own.simulator.nu())?;
         for (name, batch) in [

@@ -19,11 +19,14 @@ functions! {
     };
 
     /// Velocity of a frame, [linear; angular], (..., 6), m/s and rad/s. q (..., nq), v (..., nv).
+    ///
+    /// representation: "body" in the frame's axes, "mixed" of its origin in the world's axes, "inertial" of the point of the body at the world's
+    /// origin: LOCAL, LOCAL_WORLD_ALIGNED and WORLD of Pinocchio.
     frame_velocity(q, v; frame: FrameId, representation: Representation = "body") -> |_| vec![6], |m, _, x, frame, representation, out| {
         write_motion(&d::frame_velocity(m, x[0], x[1], frame, representation), out);
     };
 
-    /// Acceleration of a frame, [linear; angular], (..., 6): classical if mixed, else spatial. q (..., nq), v and a (..., nv).
+    /// Acceleration of a frame, [linear; angular], (..., 6), without gravity: classical if mixed, else spatial (ω × v less). q (..., nq), v and a (..., nv).
     frame_acceleration(q, v, a; frame: FrameId, representation: Representation = "body") -> |_| vec![6], |m, _, x, frame, representation, out| {
         write_motion(&d::frame_acceleration(m, x[0], x[1], x[2], frame, representation), out);
     };

@@ -29,7 +29,7 @@ pub(crate) fn call<'py>(
 /// Functions of the model, vectors and things by name:
 /// `name(vectors; keyword: kind = "default") -> shape of a row, |model, memory, row, keywords, out| …`.
 macro_rules! functions {
-    ($($(#[$doc:meta])* $name:ident($($x:ident),* $(; $($key:ident: $kind:ty $(= $default:literal)?),+)?) -> $tail:expr, $one:expr;)*) => { $(
+    ($($(#[$doc:meta])* $name:ident($($x:ident),* $(; $($key:ident: $kind:ty $(= $default:tt)?),+)?) -> $tail:expr, $one:expr;)*) => { $(
         $(#[$doc])*
         #[pyfunction]
         #[pyo3(signature = (model, $($x,)* $($($key $(= $default)?,)+)? *, out=None))]

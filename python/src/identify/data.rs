@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, empty, numbers_mut, read_matrix, read_vector};
+use crate::counts::whole_of;
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
 
@@ -68,13 +69,11 @@ pub(super) fn samples<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
 }
 
 fn preparation_of(value: &Bound<'_, PyAny>) -> PyResult<Preparation> {
-    let (half_width, degree): (usize, usize) = (
-        value.getattr("half_width")?.extract()?,
-        value.getattr("degree")?.extract()?,
-    );
+    let (half_width, degree): (usize, usize) =
+        (whole_of(value, "half_width")?, whole_of(value, "degree")?);
     let mut out = Preparation::new(SavitzkyGolay::new(half_width, degree).or_raise()?)
-        .with_decimation(value.getattr("decimation")?.extract()?);
-    let low_pass: Option<(usize, f64)> = value.getattr("low_pass")?.extract()?;
+        .with_decimation(whole_of(value, "decimation")?);
+    let low_pass: Option<(usize, f64)> = whole_of(value, "low_pass")?;
     if let Some((order, cutoff)) = low_pass {
         out = out.with_low_pass(LowPass { order, cutoff });
     }
@@ -117,7 +116,7 @@ pub(super) fn data_of(value: &Bound<'_, PyAny>) -> PyResult<Dataset> {
             Ok(read_matrix(name, &segment.getattr(name)?)?.transpose())
         };
         Ok(Segment {
-            experiment: segment.getattr("experiment")?.extract()?,
+            experiment: whole_of(&segment, "experiment")?,
             start: segment.getattr("start")?.extract()?,
             rate: segment.getattr("rate")?.extract()?,
             q: columns("q")?,

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
+use crate::counts::whole;
 use crate::errors::{OrRaise, choice};
 use crate::options::set_options;
 use crate::simulator::PySimulator;
@@ -38,8 +39,9 @@ fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
     let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
     match kind.as_str() {
         "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
+        "mass" => Ok(Adjustable::LinkMass(of.extract()?)),
         "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
-        _ => Ok(Adjustable::Friction(of.extract()?)),
+        _ => Ok(Adjustable::Friction(whole("points", &of)?)),
     }
 }
 

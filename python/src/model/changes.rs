@@ -1,5 +1,6 @@
 //! Changed robots.
 
+use dualbody::Model;
 use dualbody::model::Spring;
 use dualbody::spatial::Transform;
 use pyo3::prelude::*;
@@ -10,13 +11,49 @@ use super::handle::PyModel;
 use super::load::by_name;
 use super::shapes::{inertia_of, read_pose};
 use crate::arrays::read_vector;
-use crate::errors::guarded;
+use crate::counts::whole;
+use crate::errors::{OrRaise, guarded, value_error};
 
 pub(super) fn positions(given: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
     given
         .iter()
         .map(|(name, x)| (name.as_str(), x.as_slice()))
         .collect()
+}
+
+impl PyModel {
+    /// The robot with other parameters.
+    pub(crate) fn changed<'py>(
+        this: &Bound<'py, Self>,
+        parameters: &Bound<'py, PyAny>,
+    ) -> PyResult<Self> {
+        let m = &this.get().model;
+        let x = read_vector("parameters", parameters, Some(m.parameters().len()))?;
+        let model = guarded(|| m.with_parameters(&x))?;
+        Self::edited(this, "with_parameters", (x,), Ok(model))
+    }
+}
+
+/// The velocity coordinate that an argument means: by its index, or by the name of a joint that has one.
+fn coordinate(model: &Model, v: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let Ok(name) = v.extract::<String>() else {
+        let index: usize = whole("v", v)?;
+        return match index < model.nv() {
+            true => Ok(index),
+            false => Err(value_error(format_args!(
+                "v is {index}, and \"{}\" has {} velocity coordinates",
+                model.name(),
+                model.nv()
+            ))),
+        };
+    };
+    let range = model.joint_v(model.find_joint(&name).or_raise()?);
+    match range.len() {
+        1 => Ok(range.start),
+        n => Err(value_error(format_args!(
+            "joint \"{name}\" has {n} velocity coordinates: give the index of one, joint_v(\"{name}\") has them"
+        ))),
+    }
 }
 
 #[pymethods]
@@ -26,10 +63,7 @@ impl PyModel {
         this: &Bound<'py, Self>,
         parameters: &Bound<'py, PyAny>,
     ) -> PyResult<Self> {
-        let m = &this.get().model;
-        let x = read_vector("parameters", parameters, Some(m.parameters().len()))?;
-        let model = guarded(|| m.with_parameters(&x))?;
-        Self::edited(this, "with_parameters", (x,), Ok(model))
+        Self::changed(this, parameters)
     }
 
     /// The robot with another gravity, m/s².
@@ -39,36 +73,39 @@ impl PyModel {
         Self::edited(this, "with_gravity", (gravity,), Ok(model))
     }
 
-    /// The robot with another damping in a velocity coordinate, N·m·s/rad or N·s/m.
+    /// The robot with another damping, N·m·s/rad or N·s/m, of a joint by its name, or of a velocity coordinate by its index.
     pub(super) fn with_damping<'py>(
         this: &Bound<'py, Self>,
-        v: usize,
+        v: &Bound<'py, PyAny>,
         damping: f64,
     ) -> PyResult<Self> {
+        let v = coordinate(&this.get().model, v)?;
         let model = (*this.get().model).clone();
         let model = guarded(|| model.with_damping(v, damping))?;
         Self::edited(this, "with_damping", (v, damping), Ok(model))
     }
 
-    /// The robot with another rotor inertia in a velocity coordinate, kg·m² or kg.
+    /// The robot with another rotor inertia, kg·m² or kg, of a joint by its name, or of a velocity coordinate by its index.
     pub(super) fn with_armature<'py>(
         this: &Bound<'py, Self>,
-        v: usize,
+        v: &Bound<'py, PyAny>,
         armature: f64,
     ) -> PyResult<Self> {
+        let v = coordinate(&this.get().model, v)?;
         let model = (*this.get().model).clone();
         let model = guarded(|| model.with_armature(v, armature))?;
         Self::edited(this, "with_armature", (v, armature), Ok(model))
     }
 
-    /// The robot with another spring in a velocity coordinate, N·m/rad or N/m, at rest at `rest`.
+    /// The robot with another spring, N·m/rad or N/m, at rest at `rest`, of a joint by its name, or of a velocity coordinate by its index.
     #[pyo3(signature = (v, stiffness, rest=0.0))]
     pub(super) fn with_spring<'py>(
         this: &Bound<'py, Self>,
-        v: usize,
+        v: &Bound<'py, PyAny>,
         stiffness: f64,
         rest: f64,
     ) -> PyResult<Self> {
+        let v = coordinate(&this.get().model, v)?;
         let model = (*this.get().model).clone();
         let model = guarded(|| model.with_spring(v, Spring { stiffness, rest }))?;
         Self::edited(this, "with_spring", (v, stiffness, rest), Ok(model))

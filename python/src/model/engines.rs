@@ -1,13 +1,15 @@
-//! States in the coordinates of other engines.
+//! States, forces and matrices in the coordinates of other engines.
 
 use dualbody::Model;
 use dualbody::sim::{Engine, EngineCoordinates};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
+use pyo3::types::PySlice;
 
 use super::handle::PyModel;
-use crate::arrays::{read_vector, vector};
-use crate::errors::{OrRaise, choice, guarded};
+use crate::arrays::{Array, Work, argument, map_rows, numbers, write_matrix};
+use crate::errors::{OrRaise, choice, guarded, shape_error, value_error};
 
 fn engine(name: &str) -> PyResult<Engine> {
     let choices = [
@@ -18,60 +20,355 @@ fn engine(name: &str) -> PyResult<Engine> {
     choice("engine", name, &choices)
 }
 
-pub(super) fn coordinates<'m>(
-    model: &'m Model,
-    name: &str,
-    joints: Option<Vec<String>>,
-) -> PyResult<EngineCoordinates<'m>> {
-    let coordinates = EngineCoordinates::new(model, engine(name)?);
-    match joints {
-        None => Ok(coordinates),
-        Some(joints) => guarded(|| coordinates.with_joint_order(&joints))?.or_raise(),
+/// Coordinates of this robot in another engine: "pinocchio", "mujoco" or "jaxsim".
+///
+/// joint_order: names of the joints as the engine lists them, if its order is another (`model.names` of Pinocchio); names that this robot does not
+/// have are passed over. Functions named "…_to" take what is in the coordinates of this library, those named "…_from" what is in the engine's; q is
+/// that of this library in all of them but configuration_from, which gives it. With T the engine's velocity over ours, v' = T v and tau' = T tau
+/// (T is orthogonal), J' = J Tᵀ, M' = T M Tᵀ. What stands before the last axes is a batch. Pickles.
+#[pyclass(frozen, name = "EngineCoordinates", module = "dualbody")]
+pub(crate) struct PyEngineCoordinates {
+    model: Py<PyModel>,
+    engine: String,
+    joint_order: Option<Vec<String>>,
+}
+
+/// An argument by name, with the shape of a row.
+type Given<'a, 'py> = (&'static str, &'a Bound<'py, PyAny>, Vec<usize>);
+
+impl PyEngineCoordinates {
+    fn made(
+        model: &Bound<'_, PyModel>,
+        engine: &str,
+        joint_order: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        let joints = joint_order.as_deref().unwrap_or(&[]);
+        let is_again = |k: &usize| joints[..*k].contains(&joints[*k]);
+        if let Some(k) = (0..joints.len()).find(is_again) {
+            return Err(value_error(format_args!(
+                "joint_order names \"{}\" twice",
+                joints[k]
+            )));
+        }
+        let out = Self {
+            model: model.clone().unbind(),
+            engine: engine.to_owned(),
+            joint_order,
+        };
+        out.coordinates(&model.get().model)?;
+        Ok(out)
+    }
+
+    fn coordinates<'m>(&self, model: &'m Model) -> PyResult<EngineCoordinates<'m>> {
+        let coordinates = EngineCoordinates::new(model, engine(&self.engine)?);
+        match &self.joint_order {
+            None => Ok(coordinates),
+            Some(joints) => guarded(|| coordinates.with_joint_order(joints))?.or_raise(),
+        }
+    }
+
+    /// Applies a function of rows.
+    fn map<'py>(
+        &self,
+        py: Python<'py>,
+        given: &[Given<'_, 'py>],
+        tail: &[usize],
+        one: impl Fn(&EngineCoordinates<'_>, &[&[f64]], &mut [f64]) + Sync,
+    ) -> PyResult<Array<'py>> {
+        let own = self.model.get();
+        let coordinates = self.coordinates(&own.model)?;
+        let work = Work {
+            one: &|_, x, out| one(&coordinates, x, out),
+            wide: None,
+        };
+        let arguments: Vec<_> = given
+            .iter()
+            .map(|(name, x, n)| argument(name, x, n))
+            .collect();
+        map_rows(py, (&own.model, own.id), &arguments, tail, None, work)
+    }
+
+    /// Applies a function of vectors, the first of which is q.
+    fn vectors<'py>(
+        &self,
+        given: &[(&'static str, &Bound<'py, PyAny>)],
+        one: impl Fn(&EngineCoordinates<'_>, &[&[f64]]) -> DVector<f64> + Sync,
+    ) -> PyResult<Array<'py>> {
+        let m = &self.model.get().model;
+        let length = |name: &str| vec![if name == "q" { m.nq() } else { m.nv() }];
+        let all: Vec<_> = given
+            .iter()
+            .map(|&(name, x)| (name, x, length(name)))
+            .collect();
+        self.map(given[0].1.py(), &all, &[m.nv()], |coordinates, x, out| {
+            out.copy_from_slice(one(coordinates, x).as_slice());
+        })
+    }
+
+    /// Applies a function of q and a matrix with nv columns.
+    ///
+    /// * `rows` – rows of the matrix, any number if `None`
+    fn matrices<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        (name, matrix): (&'static str, &Bound<'py, PyAny>),
+        rows: Option<usize>,
+        one: impl Fn(&EngineCoordinates<'_>, &[f64], &DMatrix<f64>) -> DMatrix<f64> + Sync,
+    ) -> PyResult<Array<'py>> {
+        let m = &self.model.get().model;
+        let array = numbers(name, matrix)?;
+        let shape = array.shape();
+        let given = shape.len().checked_sub(2).map(|k| shape[k]);
+        let expected = || shape_error(name, shape, format_args!("(…, rows, {})", m.nv()));
+        let rows = rows.or(given).ok_or_else(expected)?;
+        let all = [
+            ("q", q, vec![m.nq()]),
+            (name, array.as_any(), vec![rows, m.nv()]),
+        ];
+        self.map(q.py(), &all, &[rows, m.nv()], |coordinates, x, out| {
+            let matrix = DMatrix::from_row_slice(rows, x[1].len() / rows.max(1), x[1]);
+            write_matrix(&one(coordinates, x[0], &matrix), out);
+        })
+    }
+
+    fn slice<'py>(
+        &self,
+        py: Python<'py>,
+        joint: &str,
+        of: impl Fn(&EngineCoordinates<'_>, dualbody::model::JointId) -> std::ops::Range<usize>,
+    ) -> PyResult<Bound<'py, PySlice>> {
+        let m = &self.model.get().model;
+        let range = of(&self.coordinates(m)?, m.find_joint(joint).or_raise()?);
+        Ok(PySlice::new(
+            py,
+            range.start as isize,
+            range.end as isize,
+            1,
+        ))
     }
 }
 
-fn pair<'py>(
-    py: Python<'py>,
-    a: DVector<f64>,
-    b: DVector<f64>,
-) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
-    let array = |x: DVector<f64>| vector(py, x.as_slice().to_vec()).into_any();
-    (array(a), array(b))
+#[pymethods]
+impl PyEngineCoordinates {
+    #[new]
+    #[pyo3(signature = (model, engine, joint_order=None))]
+    fn new(
+        model: &Bound<'_, PyModel>,
+        engine: &str,
+        joint_order: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        Self::made(model, engine, joint_order)
+    }
+
+    /// The robot.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<PyModel> {
+        self.model.clone_ref(py)
+    }
+
+    /// Name of the engine.
+    #[getter]
+    fn engine(&self) -> &str {
+        &self.engine
+    }
+
+    /// Number of the engine's configuration coordinates.
+    #[getter]
+    fn nq(&self) -> PyResult<usize> {
+        Ok(self.coordinates(&self.model.get().model)?.nq())
+    }
+
+    /// Place of a joint in the engine's configuration.
+    fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
+        self.slice(py, name, |own, joint| own.joint_q(joint))
+    }
+
+    /// Place of a joint in the engine's velocities and forces.
+    fn joint_v<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
+        self.slice(py, name, |own, joint| own.joint_v(joint))
+    }
+
+    /// Configuration in the engine's coordinates, (..., its nq). q (..., nq).
+    fn configuration_to<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        let given = [("q", q, vec![self.model.get().model.nq()])];
+        self.map(q.py(), &given, &[self.nq()?], |coordinates, x, out| {
+            out.copy_from_slice(coordinates.configuration_to(x[0]).as_slice());
+        })
+    }
+
+    /// Configuration of this robot, (..., nq), from that of the engine, (..., its nq). Angles given as (cos, sin) come back in (−π, π].
+    fn configuration_from<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        let given = [("q", q, vec![self.nq()?])];
+        let tail = [self.model.get().model.nq()];
+        self.map(q.py(), &given, &tail, |coordinates, x, out| {
+            out.copy_from_slice(coordinates.configuration_from(x[0]).as_slice());
+        })
+    }
+
+    /// Velocity, small displacement or gradient in the engine's coordinates, (..., nv). q (..., nq), v (..., nv).
+    fn tangent_to<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_to(x[0], x[1]))
+    }
+
+    /// Velocity, small displacement or gradient of this library from the engine's, (..., nv). q (..., nq), v (..., nv).
+    fn tangent_from<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_from(x[0], x[1]))
+    }
+
+    /// Joint forces in the engine's coordinates, (..., nv), of the same power: tau'·v' = tau·v. q (..., nq), tau (..., nv).
+    fn force_to<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        tau: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
+            own.tangent_to(x[0], x[1])
+        })
+    }
+
+    /// Joint forces of this library from the engine's, (..., nv). q (..., nq), tau (..., nv).
+    fn force_from<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        tau: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
+            own.tangent_from(x[0], x[1])
+        })
+    }
+
+    /// Acceleration in the engine's coordinates, the rate of the velocity there, (..., nv). q (..., nq), v and a (..., nv) of this library.
+    fn acceleration_to<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        a: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| {
+            own.acceleration_to(x[0], x[1], x[2])
+        })
+    }
+
+    /// Acceleration of this library from the engine's, (..., nv). q (..., nq) and v (..., nv) of this library, a (..., nv) of the engine.
+    fn acceleration_from<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        a: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| {
+            own.acceleration_from(x[0], x[1], x[2])
+        })
+    }
+
+    /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
+    fn jacobian_to<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        jacobian: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
+            own.jacobian_to(q, x)
+        })
+    }
+
+    /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
+    fn jacobian_from<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        jacobian: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
+            own.jacobian_from(q, x)
+        })
+    }
+
+    /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
+    fn mass_matrix_to<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        mass_matrix: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        let (rows, given) = (
+            Some(self.model.get().model.nv()),
+            ("mass_matrix", mass_matrix),
+        );
+        self.matrices(q, given, rows, |own, q, x| own.mass_matrix_to(q, x))
+    }
+
+    /// Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
+    fn mass_matrix_from<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        mass_matrix: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        let (rows, given) = (
+            Some(self.model.get().model.nv()),
+            ("mass_matrix", mass_matrix),
+        );
+        self.matrices(q, given, rows, |own, q, x| own.mass_matrix_from(q, x))
+    }
+
+    fn __reduce__<'py>(
+        this: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, own) = (this.py(), this.get());
+        let parts = (
+            own.model.clone_ref(py),
+            &own.engine,
+            own.joint_order.clone(),
+        );
+        Ok((
+            this.get_type().into_any(),
+            parts.into_pyobject(py)?.into_any(),
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        let name = self.model.get().model.name();
+        format!("EngineCoordinates(\"{name}\", \"{}\")", self.engine)
+    }
 }
 
 #[pymethods]
 impl PyModel {
-    /// State of this robot in the coordinates of "pinocchio", "mujoco" or "jaxsim": (q, v). Joints may be in another order.
+    /// State of this robot in the coordinates of "pinocchio", "mujoco" or "jaxsim": (q, v). Joints may be in another order. q (..., nq), v (..., nv);
+    /// `EngineCoordinates` has forces, accelerations and matrices too.
     #[pyo3(signature = (engine, q, v, joint_order=None))]
     fn to_engine<'py>(
-        &self,
-        py: Python<'py>,
+        this: &Bound<'py, Self>,
         engine: &str,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         joint_order: Option<Vec<String>>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let coordinates = coordinates(&self.model, engine, joint_order)?;
-        let q = read_vector("q", q, Some(self.model.nq()))?;
-        let v = read_vector("v", v, Some(self.model.nv()))?;
-        let (q, v) = guarded(|| coordinates.state_to(&dualbody::State::new(&q, &v)))?;
-        Ok(pair(py, q, v))
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
+        Ok((
+            coordinates.configuration_to(q)?,
+            coordinates.tangent_to(q, v)?,
+        ))
     }
 
-    /// State (q, v) of this robot from the coordinates of "pinocchio", "mujoco" or "jaxsim".
+    /// State (q, v) of this robot from the coordinates of "pinocchio", "mujoco" or "jaxsim". q (..., the engine's nq), v (..., nv).
     #[pyo3(signature = (engine, q, v, joint_order=None))]
     fn from_engine<'py>(
-        &self,
-        py: Python<'py>,
+        this: &Bound<'py, Self>,
         engine: &str,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         joint_order: Option<Vec<String>>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let coordinates = coordinates(&self.model, engine, joint_order)?;
-        let q = read_vector("q", q, Some(coordinates.nq()))?;
-        let v = read_vector("v", v, Some(self.model.nv()))?;
-        let state = guarded(|| coordinates.state_from(&q, &v))?;
-        Ok(pair(py, state.q, state.v))
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
+        let q = coordinates.configuration_from(q)?;
+        let v = coordinates.tangent_from(q.as_any(), v)?;
+        Ok((q, v))
     }
 }

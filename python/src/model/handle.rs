@@ -1,5 +1,6 @@
 //! The class `Model`.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,7 +17,10 @@ use crate::errors::OrRaise;
 /// Robot: an immutable tree of bodies and joints.
 ///
 /// Made by `Model.from_urdf`, `Model.from_sdf`, `ModelBuilder` or a function of `dualbody.samples`. Units are SI; q has nq numbers,
-/// velocities, accelerations and forces have nv. Pickles as its description.
+/// velocities, accelerations and forces have nv. A floating base has q[:3], its place in the world, and q[3:7], its quaternion (w, x, y, z); v[:3]
+/// and v[3:6] are its linear and angular velocity in its own axes, tau[:6] force and torque there. A ball joint has a quaternion in q and an
+/// angular velocity in the child's axes in v. Joints come in the order of the tree (`joint_q`, `joint_v`), which need not be that of the file.
+/// Equal robots compare equal, wherever they come from. Pickles as its description.
 #[pyclass(frozen, name = "Model", module = "dualbody", weakref)]
 pub(crate) struct PyModel {
     pub(crate) model: Arc<Model>,
@@ -60,6 +64,22 @@ impl PyModel {
             base,
             m.total_mass()
         )
+    }
+
+    /// Whether all parts and numbers are equal; where the robot comes from does not count.
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.model, &other.model) || *self.model == *other.model
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.model.name().hash(&mut hasher);
+        // Zeros of both signs are equal.
+        let numbers = self.model.parameters();
+        numbers
+            .iter()
+            .for_each(|x| (x + 0.0).to_bits().hash(&mut hasher));
+        hasher.finish()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Py<PyTuple>)> {

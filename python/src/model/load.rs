@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use dualbody::ModelOptions;
 use dualbody::io::MasslessLinks;
-use dualbody::model::{Base, UpAxis};
+use dualbody::model::{Base, BodyId, UpAxis};
+use dualbody::{ImportReport, Model, ModelOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::read_vector;
-use crate::errors::{OrRaise, choice, guarded, type_error, value_error};
+use crate::errors::{OrRaise, choice, guarded, type_error, value_error, warn};
 
 pub(super) fn base_of(name: &str) -> PyResult<Base> {
     let choices = [
@@ -150,12 +150,31 @@ pub(crate) fn _load_model(
     // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
     let path = path.map(PathBuf::into_os_string);
     let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
+    warn_of_floating_arm(py, &model, &report)?;
     let report = Py::new(py, PyImportReport { report })?;
     let model = PyModel::new(model, ("_load_model", recipe));
     Ok(PyModel {
         report: Some(report),
         ..model
     })
+}
+
+/// Warns of a robot that floats unasked and whose base carries one chain only: as a rule an arm that was meant to stand.
+fn warn_of_floating_arm(py: Python<'_>, model: &Model, report: &ImportReport) -> PyResult<()> {
+    let on_base = |body: &&dualbody::model::Body<f64>| body.parent == Some(BodyId(0));
+    let is_unasked = (report.wanted_base, report.base) == (Base::Auto, Base::Floating);
+    if !is_unasked || model.bodies().iter().filter(on_base).count() != 1 {
+        return Ok(());
+    }
+    warn(
+        py,
+        &format!(
+            "\"{}\" floats, with 6 degrees of freedom more than its joints have, as its root link \"{}\" is not called \"world\": \
+             base=\"fixed\" holds it, base=\"floating\" says that this is meant",
+            model.name(),
+            report.root_link
+        ),
+    )
 }
 
 /// Options that look for meshes beside a file too.
@@ -182,7 +201,7 @@ pub(super) fn by_name(given: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Vec<f6
 impl PyModel {
     /// Loads a robot from a URDF: a text that begins with "<", or the path of a file.
     ///
-    /// base: "auto" (fixed if the root link is "world"), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
+    /// base: "auto" (fixed if the root link is called "world"; else it floats, an arm too, with a warning), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
     /// independent_mimic_joints: joints that mimic others get coordinates of their own; kept_joints: names, the others are held;
     /// locked_joints: {name: position}; search_paths, roots: directories of meshes; massless_links: "kept", "refused" or (mass, radius);
     /// mesh_up_axis: "auto", "honour" or "ignore". What the loader remarks is in `import_report`.

@@ -5,6 +5,7 @@ use rand::SeedableRng;
 
 use super::handle::PyModel;
 use crate::arrays::{Array, vector};
+use crate::counts::whole;
 use crate::errors::guarded;
 
 #[pymethods]
@@ -14,7 +15,9 @@ impl PyModel {
         vector(py, self.model.neutral().as_slice().to_vec()).into_any()
     }
 
-    /// Configuration q moved by the tangent vector dv: (..., nq). q (..., nq), dv (..., nv).
+    /// Configuration q moved by the tangent vector dv, a velocity times a time: (..., nq). q (..., nq), dv (..., nv).
+    ///
+    /// Not q + dv where there are quaternions: dv has turns in the body's axes, rad, and moves of a floating base along them, m.
     fn integrate<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -27,7 +30,7 @@ impl PyModel {
         })
     }
 
-    /// Tangent vector that leads from q0 to q1: (..., nv). q0 and q1 (..., nq).
+    /// Tangent vector that leads from q0 to q1, in the axes of the bodies at q0: (..., nv). q0 and q1 (..., nq). The shorter way about a turn.
     fn difference<'py>(
         &self,
         q0: &Bound<'py, PyAny>,
@@ -55,20 +58,21 @@ impl PyModel {
     }
 
     /// Random configuration within the limits, (nq,), the same for the same seed.
-    fn random_configuration<'py>(&self, py: Python<'py>, seed: u64) -> Bound<'py, PyAny> {
+    fn random_configuration<'py>(&self, seed: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let q = self.model.random_configuration(&mut rng);
-        vector(py, q.as_slice().to_vec()).into_any()
+        Ok(vector(py, q.as_slice().to_vec()).into_any())
     }
 
     /// Random velocity of at most a speed in each coordinate, (nv,), the same for the same seed.
     #[pyo3(signature = (seed, speed=1.0))]
     fn random_velocity<'py>(
         &self,
-        py: Python<'py>,
-        seed: u64,
+        seed: &Bound<'py, PyAny>,
         speed: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let v = guarded(|| self.model.random_velocity(&mut rng, speed))?;
         Ok(vector(py, v.as_slice().to_vec()).into_any())

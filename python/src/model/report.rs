@@ -1,7 +1,11 @@
 //! What was remarked when a file was loaded.
 
 use dualbody::ImportReport;
+use dualbody::io::ImportNote;
 use pyo3::prelude::*;
+
+use super::load::base_of;
+use crate::words::{for_python, snake};
 
 /// What was remarked when a file was loaded: warnings, and what is not used. Its str is a table.
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
@@ -9,12 +13,37 @@ pub(crate) struct PyImportReport {
     pub(super) report: ImportReport,
 }
 
+/// Makes a report again that was pickled: file, base, base that was asked for, root link, joints with limits, warnings, what is not used.
+#[pyfunction]
+pub(crate) fn _import_report(
+    file: String,
+    bases: [String; 2],
+    root_link: String,
+    limited_joints: usize,
+    warnings: Vec<Note>,
+    ignored: Vec<Note>,
+) -> PyResult<PyImportReport> {
+    let one = |(path, name, line, reason): Note| ImportNote::new(path, name, line, reason);
+    let mut report = ImportReport::new(file, base_of(&bases[0])?, root_link);
+    report.wanted_base = base_of(&bases[1])?;
+    report.limited_joints = limited_joints;
+    report.warnings = warnings.into_iter().map(one).collect();
+    report.ignored = ignored.into_iter().map(one).collect();
+    Ok(PyImportReport { report })
+}
+
 /// One remark: element, name, line, reason.
 type Note = (String, String, u32, String);
 
-fn notes(notes: &[dualbody::io::ImportNote]) -> Vec<Note> {
-    let note =
-        |n: &dualbody::io::ImportNote| (n.path.clone(), n.name.clone(), n.line, n.reason.clone());
+fn notes(notes: &[ImportNote]) -> Vec<Note> {
+    let note = |n: &ImportNote| {
+        (
+            n.path.clone(),
+            n.name.clone(),
+            n.line,
+            for_python(&n.reason),
+        )
+    };
     notes.iter().map(note).collect()
 }
 
@@ -29,7 +58,7 @@ impl PyImportReport {
     /// Base of the robot: "fixed" or "floating".
     #[getter]
     pub(super) fn base(&self) -> String {
-        format!("{:?}", self.report.base).to_lowercase()
+        snake(self.report.base)
     }
 
     /// Name of the link at the root.
@@ -50,36 +79,61 @@ impl PyImportReport {
         notes(&self.report.ignored)
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let make = py.import("dualbody._dualbody")?.getattr("_import_report")?;
+        let r = &self.report;
+        let parts = (
+            &r.file,
+            [snake(r.base), snake(r.wanted_base)],
+            &r.root_link,
+            r.limited_joints,
+            self.warnings(),
+            self.ignored(),
+        );
+        Ok((make, parts.into_pyobject(py)?.into_any()))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.report == other.report
+    }
+
     fn __str__(&self) -> String {
-        self.report.to_string()
+        for_python(&self.report.to_string())
     }
 
     pub(super) fn __repr__(&self) -> String {
-        self.report.to_string()
+        for_python(&self.report.to_string())
     }
 
     pub(super) fn _repr_html_(&self) -> String {
         let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
-        let row = |kind: &str, n: &dualbody::io::ImportNote| {
-            let cells = [kind, &n.path, &n.name, &n.line.to_string(), &n.reason].map(escaped);
+        let row = |kind: &str, n: &ImportNote| {
+            let cells = [
+                kind,
+                &n.path,
+                &n.name,
+                &n.line.to_string(),
+                &for_python(&n.reason),
+            ]
+            .map(escaped);
             format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
         };
         let warnings = self.report.warnings.iter().map(|n| row("warning", n));
         let ignored = self.report.ignored.iter().map(|n| row("not used", n));
         let rows: String = warnings.chain(ignored).collect();
-        let rows = match rows.is_empty() {
-            true => "<tr><td colspan=5>nothing is left out, nothing is doubtful</td></tr>".into(),
-            false => rows,
-        };
         let notes = [self.report.base_note(), self.report.limits_note()];
         let notes: String = notes
             .into_iter()
             .flatten()
-            .map(|note| format!("<p>{}</p>", escaped(&note)))
+            .map(|note| format!("<p>{}</p>", escaped(&for_python(&note))))
             .collect();
         let head = "<tr><th></th><th>element</th><th>name</th><th>line</th><th>reason</th></tr>";
+        let table = match rows.is_empty() {
+            true => "<p>nothing is left out, nothing is doubtful</p>".into(),
+            false => format!("<table>{head}{rows}</table>"),
+        };
         format!(
-            "<p>{} ({} base, root {})</p>{notes}<table>{head}{rows}</table>",
+            "<p>{} ({} base, root {})</p>{notes}{table}",
             escaped(&self.report.file),
             self.base(),
             escaped(&self.report.root_link)

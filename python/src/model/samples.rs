@@ -5,7 +5,33 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 use super::handle::PyModel;
-use crate::errors::{guarded, value_error};
+use crate::counts::whole;
+use crate::errors::{choice, guarded, value_error};
+
+/// Descriptions of robots by name, which are in the module itself: an installed package has no files of the repository.
+const DESCRIPTIONS: [(&str, &str); 12] = [
+    ("acrobot", include_str!("../../../assets/acrobot.urdf")),
+    ("box", include_str!("../../../assets/box.urdf")),
+    ("cartpole", include_str!("../../../assets/cartpole.urdf")),
+    (
+        "double_pendulum",
+        include_str!("../../../assets/double_pendulum.urdf"),
+    ),
+    ("four_bar", include_str!("../../../assets/four_bar.urdf")),
+    ("hopper", include_str!("../../../assets/hopper.urdf")),
+    ("humanoid", include_str!("../../../assets/humanoid.urdf")),
+    ("panda", include_str!("../../../assets/panda.urdf")),
+    ("quadrotor", include_str!("../../../assets/quadrotor.urdf")),
+    ("quadruped", include_str!("../../../assets/quadruped.urdf")),
+    ("sphere", include_str!("../../../assets/sphere.urdf")),
+    ("ur5", include_str!("../../../assets/ur5.urdf")),
+];
+
+/// The URDF of a robot that comes with the library.
+#[pyfunction]
+pub(crate) fn _sample_urdf(name: &str) -> PyResult<&'static str> {
+    choice("name", name, &DESCRIPTIONS)
+}
 
 /// One of the robots that come with the library.
 #[pyfunction]
@@ -17,7 +43,8 @@ pub(crate) fn _sample(name: &str, arguments: &Bound<'_, PyTuple>) -> PyResult<Py
         "cartpole" => samples::cartpole(),
         "arm" => samples::arm(),
         "random_tree" => {
-            let (n, seed) = arguments.extract()?;
+            let (n, seed) = (whole("n", &arguments.get_item(0)?)?, arguments.get_item(1)?);
+            let seed = whole("seed", &seed)?;
             guarded(|| samples::random_tree(n, seed))?
         }
         _ => return Err(value_error(format_args!("there is no sample \"{name}\""))),

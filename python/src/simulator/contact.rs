@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use crate::arrays::vector;
+use crate::words::snake;
 
 #[pymethods]
 impl PySimulator {
@@ -32,7 +33,7 @@ impl PySimulator {
             vector(py, report.points.iter().map(|p| p.depth).collect()),
             rows(py, report.forces.iter().map(|f| [f.x, f.y, f.z]))?,
             rows(py, report.links.iter().map(|f| f.to_array()))?,
-            words(&report.modes, |mode| format!("{mode:?}")),
+            words(&report.modes, |mode| snake(mode)),
             words(&report.reasons, ToString::to_string),
             vector(py, report.constraints.clone()),
             certificate(&report.certificate),
@@ -68,7 +69,7 @@ fn words<T>(items: &[T], one: impl Fn(&T) -> String) -> Vec<String> {
 
 /// Status, iterations, residual, violations of the solver.
 fn certificate(c: &Certificate) -> (String, usize, f64, f64, f64, f64) {
-    let status = format!("{:?}", c.status);
+    let status = snake(c.status);
     (
         status,
         c.iterations,

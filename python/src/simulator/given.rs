@@ -5,8 +5,8 @@ use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
-use crate::arrays::{Rows, argument, common_batch};
-use crate::errors::{OrRaise, value_error};
+use crate::arrays::{Rows, argument, common_batch, vector};
+use crate::errors::{OrRaise, about_base, value_error};
 
 /// A state, or a batch of them, with an input.
 pub(crate) struct Given<'py> {
@@ -28,6 +28,11 @@ pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
     &rows.as_slice()[k * width..(k + 1) * width]
 }
 
+/// The error of a state of a batch, with its index.
+fn of_row(k: usize, error: PyErr, py: Python<'_>) -> PyErr {
+    value_error(format_args!("state {k} of the batch: {}", error.value(py)))
+}
+
 pub(super) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
     match x.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
@@ -36,6 +41,7 @@ pub(super) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
 }
 
 impl PySimulator {
+    /// Reads states and inputs; the state of contact is neutral where none is given.
     pub(crate) fn read<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -44,13 +50,13 @@ impl PySimulator {
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Given<'py>> {
         let (nq, nv, nu, nc) = self.sizes();
-        let read =
-            |name, value: &Bound<'py, PyAny>, n: usize| Rows::read(&argument(name, value, &[n]));
-        if contact.is_none() && nc > 0 {
-            return Err(value_error(
-                "contact is missing: this simulator's contacts have a state, which begins as simulator.neutral_contact()",
-            ));
-        }
+        let read = |name, value: &Bound<'py, PyAny>, n: usize| {
+            let rows = Rows::read(&argument(name, value, &[n]));
+            rows.map_err(|error| about_base(q.py(), self.simulator.model(), error))
+        };
+        let neutral = || vector(q.py(), vec![0.0; nc]).into_any();
+        let neutral = (contact.is_none() && nc > 0).then(neutral);
+        let contact = contact.or(neutral.as_ref());
         let given = Given {
             q: read("q", q, nq)?,
             v: read("v", v, nv)?,
@@ -85,7 +91,14 @@ impl PySimulator {
     }
 
     pub(crate) fn states(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<State>> {
-        (0..count).map(|k| self.state(given, k)).collect()
+        let named = |k: usize| {
+            let state = self.state(given, k);
+            match given.batch.is_empty() {
+                true => state,
+                false => state.map_err(|error| of_row(k, error, given.q.py())),
+            }
+        };
+        (0..count).map(named).collect()
     }
 
     /// The inputs of all states, one after the other.
@@ -94,7 +107,16 @@ impl PySimulator {
         let Some(u) = &given.u else {
             return Ok(vec![0.0; count * nu]);
         };
-        check_finite("u", u.as_slice())?;
+        if let Some(k) = u.as_slice().iter().position(|x| !x.is_finite()) {
+            let (k, x) = (k / nu, &u.as_slice()[k - k % nu..][..nu]);
+            let error = check_finite("u", x);
+            return match u.batch().is_empty() {
+                true => error.map(|()| Vec::new()),
+                false => error
+                    .map_err(|error| of_row(k, error, u.py()))
+                    .map(|()| Vec::new()),
+            };
+        }
         Ok((0..count)
             .flat_map(|k| row(u, k, nu).iter().copied())
             .collect())

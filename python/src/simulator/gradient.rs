@@ -4,14 +4,17 @@ use std::ops::Range;
 
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::sim::SimulatorParameterGroup;
+use nalgebra::DVector;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
 
 use super::given::{check_finite, row};
 use super::handle::PySimulator;
+use super::memory::check_batch;
 use crate::arrays::{Array, Rows, argument, common_batch, empty, numbers_mut};
 use crate::errors::guarded;
+use crate::model::PyModel;
 use crate::threads::on_pool;
 
 /// Gradients of fewer states than this are taken on the thread that asks for them.
@@ -56,12 +59,13 @@ pub(crate) fn stack<'py, 'a>(
 
 #[pymethods]
 impl PySimulator {
-    /// Gradient of ⟨adjoint, next state⟩, the vector-Jacobian product of a step: a StepGradient (state, input, parameters, friction).
+    /// Gradient of ⟨adjoint, next state⟩, the vector-Jacobian product of a step: a StepGradient (state, input, parameters, friction,
+    /// simulator_parameters).
     ///
     /// q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. Three to six steps of cost,
     /// however many parameters there are. parameters: False leaves parameters and friction out, which saves most where
     /// there are kinematic constraints: parameters cost a step over dual numbers for every eight of them there.
-    #[pyo3(signature = (q, v, u, adjoint, *, contact=None, parameters=true))]
+    #[pyo3(signature = (q, v, u, adjoint, *, contact=None, models=None, parameters=true))]
     fn vjp<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -69,6 +73,7 @@ impl PySimulator {
         u: &Bound<'py, PyAny>,
         adjoint: &Bound<'py, PyAny>,
         contact: Option<&Bound<'py, PyAny>>,
+        models: Option<Vec<Py<PyModel>>>,
         parameters: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), &*self.simulator);
@@ -80,6 +85,8 @@ impl PySimulator {
         let batch = common_batch(all.into_iter())?;
         let count = batch.iter().product();
         let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
+        check_batch(&batch, models.is_some())?;
+        let variants = self.variants(models.as_deref(), count)?;
         let weights: Vec<&[f64]> = (0..count).map(|k| row(&adjoint, k, n)).collect();
         let one = |scratch: &mut VjpScratch, k: usize| {
             let mut out = StepGradient::zeros(own);
@@ -87,7 +94,13 @@ impl PySimulator {
                 out = out.without_parameters();
             }
             let u = &inputs[k * nu..(k + 1) * nu];
-            own.vjp_into(&states[k], u, weights[k], scratch, &mut out);
+            match &variants {
+                None => own.vjp_into(&states[k], u, weights[k], scratch, &mut out),
+                Some(all) => {
+                    let (own, mut scratch) = (&all[k], VjpScratch::new(&all[k]));
+                    own.vjp_into(&states[k], u, weights[k], &mut scratch, &mut out);
+                }
+            }
             out
         };
         let all = each(py, count, || VjpScratch::new(own), one)?;
@@ -103,6 +116,7 @@ impl PySimulator {
                 all.iter().map(|g| &g.parameters.as_slice()[..p]),
             ),
             stack(py, &batch, &[f], friction.iter().map(Vec::as_slice)),
+            self.all_parameters(py, &batch, parameters, all.iter().map(|g| &g.parameters)),
         );
         static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         CLASS
@@ -133,6 +147,26 @@ impl PySimulator {
             .collect();
         let gather = |all: &[f64]| slots.iter().map(|&k| all[k]).collect();
         parameters.map(gather).collect()
+    }
+
+    /// Slopes in all parameters of the simulator; of none if they are not wanted.
+    pub(super) fn all_parameters<'a, 'py>(
+        &self,
+        py: Python<'py>,
+        batch: &[usize],
+        wanted: bool,
+        rows: impl Iterator<Item = &'a DVector<f64>>,
+    ) -> Array<'py> {
+        let width = match wanted {
+            true => self.simulator.parameters().len(),
+            false => 0,
+        };
+        stack(
+            py,
+            batch,
+            &[width],
+            rows.map(|row| &row.as_slice()[..width]),
+        )
     }
 
     /// Numbers of parameters and of coefficients of friction, zero if they are not wanted.

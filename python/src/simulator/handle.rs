@@ -5,20 +5,26 @@ use std::sync::{Arc, Mutex};
 use dualbody::contact::Contacts;
 use dualbody::sim::{BatchSimulator, Integrator};
 use dualbody::{Model, Simulator};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
-use crate::errors::{OrRaise, choice, guarded};
+use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id};
 
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
+///
+/// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
+/// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
+/// robot falls through the ground. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
     pub(super) id: u64,
     pub(super) model: Py<PyModel>,
+    /// The robot that it was made with, before `parameters` changed it.
+    pub(super) base: Py<PyModel>,
     /// What it was made with, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
@@ -78,8 +84,7 @@ fn warn_of_shapes(py: Python<'_>, model: &Model, contacts: &Contacts) -> PyResul
     for shape in shapes {
         text += &format!("; {shape}");
     }
-    let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    warn(py, &text)
 }
 
 /// Makes a simulator again.
@@ -96,7 +101,8 @@ pub(crate) fn _simulator<'py>(
 impl PySimulator {
     #[new]
     #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None))]
+        constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None,
+        parameters=None))]
     pub(super) fn new(
         py: Python<'_>,
         model: &Bound<'_, PyModel>,
@@ -109,6 +115,7 @@ impl PySimulator {
         external_forces: Option<Vec<Bound<'_, PyAny>>>,
         frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
         divergence_bound: Option<f64>,
+        parameters: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let parts = PyDict::new(py);
         parts.set_item("time_step", time_step)?;
@@ -120,10 +127,21 @@ impl PySimulator {
         parts.set_item("external_forces", external_forces.unwrap_or_default())?;
         parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
         parts.set_item("divergence_bound", divergence_bound)?;
+        let mut simulator = build(&model.get().model, &parts)?;
+        let mut own = model.clone();
+        if let Some(parameters) = parameters {
+            let count = simulator.parameters().len();
+            let x = read_vector("parameters", &parameters, Some(count))?;
+            simulator = guarded(|| simulator.with_parameters(&x))?;
+            let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
+            own = Bound::new(py, PyModel::changed(model, of_model.as_any())?)?;
+            parts.set_item("parameters", vector(py, x))?;
+        }
         Ok(Self {
-            simulator: Arc::new(build(&model.get().model, &parts)?),
+            simulator: Arc::new(simulator),
             id: next_id(),
-            model: model.clone().unbind(),
+            model: own.unbind(),
+            base: model.clone().unbind(),
             parts: parts.unbind(),
             batch: Mutex::new(None),
         })
@@ -159,8 +177,17 @@ impl PySimulator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = this.py();
         let parts = this.get().parts.bind(py).copy()?;
-        let model = this.get().model.clone_ref(py).into_any();
+        let model = this.get().base.clone_ref(py).into_any();
         let mut model = model.into_bound(py);
+        let has_parameters = parts
+            .get_item("parameters")?
+            .is_some_and(|own| !own.is_none());
+        if has_parameters && !changes.is_some_and(|all| all.contains("parameters").unwrap_or(false))
+        {
+            return Err(value_error(
+                "this simulator has other parameters than its parts: give parameters too, or None for those of the parts",
+            ));
+        }
         for (name, value) in changes.into_iter().flatten() {
             match name.extract::<String>()?.as_str() {
                 "model" => model = value,
@@ -168,6 +195,18 @@ impl PySimulator {
             }
         }
         this.get_type().call((model,), Some(&parts))
+    }
+
+    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that makes no sense.
+    ///
+    /// Placements are relative to those of the description, as in Model.with_parameters.
+    fn with_parameters<'py>(
+        this: &Bound<'py, Self>,
+        parameters: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let changes = PyDict::new(this.py());
+        changes.set_item("parameters", parameters)?;
+        Self::replace(this, Some(&changes))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -201,7 +240,7 @@ impl PySimulator {
             parts.set_item("contacts", described)?;
         }
         let make = py.import("dualbody._dualbody")?.getattr("_simulator")?;
-        let arguments = (this.get_type(), own.model.clone_ref(py), parts).into_pyobject(py)?;
+        let arguments = (this.get_type(), own.base.clone_ref(py), parts).into_pyobject(py)?;
         Ok((make, arguments.into_any().unbind()))
     }
 }

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 use crate::arrays::{Rows, argument, read_vector};
+use crate::counts::whole;
 use crate::errors::{shape_error, value_error};
 
 /// Inputs of a rollout.
@@ -37,9 +38,10 @@ impl<'a> Inputs<'a> {
 /// Reads inputs (…, steps, nu), and finds the number of steps.
 pub(crate) fn read_inputs<'py>(
     inputs: Option<&Bound<'py, PyAny>>,
-    steps: Option<usize>,
+    steps: Option<&Bound<'py, PyAny>>,
     nu: usize,
 ) -> PyResult<(Option<Rows<'py>>, usize)> {
+    let steps: Option<usize> = steps.map(|steps| whole("steps", steps)).transpose()?;
     let Some(inputs) = inputs else {
         let steps = steps.ok_or_else(|| value_error("steps is missing"))?;
         return Ok((None, steps));

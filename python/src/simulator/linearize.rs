@@ -8,8 +8,10 @@ use rayon::prelude::*;
 
 use super::given::Given;
 use super::handle::PySimulator;
+use super::memory::check_batch;
 use crate::arrays::{Array, empty, numbers_mut, write_matrix};
 use crate::errors::guarded;
+use crate::model::PyModel;
 use crate::threads::on_pool;
 
 /// Arrays of A and B, one pair for each state of a batch.
@@ -46,18 +48,23 @@ impl<'py> Jacobians<'py> {
 #[pymethods]
 impl PySimulator {
     /// Jacobians of the step in tangent coordinates: a (..., n_tangent, n_tangent), b (..., n_tangent, nu). Arguments as in step.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
+    ///
+    /// δq is a tangent vector, as of Model.difference: three numbers for a turn of a ball joint or base, in the body's axes, not four of a quaternion.
+    /// Where contacts begin or end the Jacobians are those of one side. With soft contact the state has its bristles too.
+    #[pyo3(signature = (q, v, u=None, *, contact=None, models=None))]
     fn linearize<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
+        models: Option<Vec<Py<PyModel>>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let given = self.read(q, v, u, contact)?;
+        check_batch(&given.batch, models.is_some())?;
         self.jacobians(q.py(), &given, |out| match given.batch.is_empty() {
             true => self.linearize_one(&given, out),
-            false => self.linearize_batch(q.py(), &given, out),
+            false => self.linearize_batch(q.py(), &given, models.as_deref(), out),
         })
     }
 
@@ -112,6 +119,7 @@ impl PySimulator {
         &self,
         py: Python<'_>,
         given: &Given<'_>,
+        models: Option<&[Py<PyModel>]>,
         out: &Jacobians<'_>,
     ) -> PyResult<()> {
         let count = given.count();
@@ -119,7 +127,7 @@ impl PySimulator {
             return Ok(());
         }
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let all = self.on_batch(py, count, |batch| batch.linearize(&states, &inputs))?;
+        let all = self.on_batch(py, count, models, |batch| batch.linearize(&states, &inputs))?;
         out.write_all(&all);
         Ok(())
     }

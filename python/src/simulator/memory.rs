@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use dualbody::linearize::LinearizeScratch;
 use dualbody::sim::{BatchSimulator, StepScratch};
-use dualbody::{Linearization, Model, State};
+use dualbody::{Linearization, Model, Simulator, State};
 use pyo3::prelude::*;
 
 use super::given::{Given, check_finite, row};
@@ -98,14 +98,30 @@ impl PySimulator {
         }
     }
 
-    /// Runs work with the memory for batches of a length, on the pool.
+    /// A simulator for each state of a batch, if there are models for them.
+    pub(super) fn variants(
+        &self,
+        models: Option<&[Py<PyModel>]>,
+        length: usize,
+    ) -> PyResult<Option<Vec<Simulator>>> {
+        let Some(models) = models else {
+            return Ok(None);
+        };
+        check_count(models, length)?;
+        let one = |model: &Py<PyModel>| self.simulator.with_model((*model.get().model).clone());
+        let all: Result<Vec<_>, _> = guarded(|| models.iter().map(one).collect())?;
+        all.or_raise().map(Some)
+    }
+
+    /// Runs work with the memory for batches of a length, on the pool; each state has a robot of its own if there are `models`.
     pub(super) fn on_batch<R: Send>(
         &self,
         py: Python<'_>,
         length: usize,
+        models: Option<&[Py<PyModel>]>,
         work: impl FnOnce(&mut BatchSimulator) -> R + Send,
     ) -> PyResult<R> {
-        let mut batch = self.take_batch(py, length, None)?;
+        let mut batch = self.take_batch(py, length, models)?;
         let (out, batch) = on_pool(py, move || (work(&mut batch.simulator), batch))?;
         self.put_batch(batch);
         Ok(out)
@@ -119,12 +135,7 @@ impl PySimulator {
         models: Option<&[Py<PyModel>]>,
     ) -> PyResult<Batch> {
         if let Some(models) = models {
-            if models.len() != length {
-                let given = models.len();
-                return Err(value_error(format_args!(
-                    "{given} models for {length} states"
-                )));
-            }
+            check_count(models, length)?;
             let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
             let made = on_pool(py, || BatchSimulator::of_variants(&self.simulator, models))?;
             let simulator = made.or_raise()?.with_threads(threads_for(length)?);
@@ -164,6 +175,25 @@ impl PySimulator {
         {
             *kept = Some(batch.simulator);
         }
+    }
+}
+
+/// Refuses models for one state.
+pub(super) fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
+    match batch.is_empty() && has_models {
+        true => Err(value_error(
+            "models are for a batch, and there is one state",
+        )),
+        false => Ok(()),
+    }
+}
+
+fn check_count(models: &[Py<PyModel>], length: usize) -> PyResult<()> {
+    match models.len() {
+        given if given == length => Ok(()),
+        given => Err(value_error(format_args!(
+            "{given} models for {length} states"
+        ))),
     }
 }
 

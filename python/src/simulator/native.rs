@@ -125,7 +125,7 @@ impl PyNativeSimulator {
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         control: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,

@@ -41,6 +41,19 @@ impl PySimulator {
         self.simulator.actuated().to_vec()
     }
 
+    /// All numbers that a step depends on, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact
+    /// points and models, ground and forces, and the time step.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        vector(py, self.simulator.parameters().as_slice().to_vec()).into_any()
+    }
+
+    /// Names of the parameters, in the order of `parameters`: "pivot: Coulomb friction", "contact 0 of foot: friction", "time step".
+    #[getter]
+    fn parameter_names(&self) -> Vec<String> {
+        self.simulator.parameter_layout().names().to_vec()
+    }
+
     /// Names of the inputs.
     #[getter]
     fn input_names(&self) -> Vec<String> {

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
+use super::memory::check_batch;
 use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
 use crate::arrays::{Rows, WIDTH, common_batch};
@@ -18,15 +19,16 @@ use crate::model::PyModel;
 impl PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
     ///
-    /// q (..., nq), v (..., nv), contact (..., n_contact); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
-    /// arrays of all states of step k; without both, the inputs are zero. models: a robot for each state of a batch, of the same structure. progress: True for a bar (tqdm, if it is installed), or a
-    /// function of the number of steps done. A trajectory that stops says so in the status; its numbers are NaN from there on.
+    /// q (..., nq), v (..., nv), contact (..., n_contact; neutral if left out); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
+    /// arrays of all states of step k, which counts steps and is no time; without both, the inputs are zero. models: a robot for each state of a batch,
+    /// of the same structure. progress: True for a bar (tqdm, if it is installed), or a function of the number of steps done. A trajectory that stops
+    /// says so in the status; its numbers are NaN from there on: ask `is_completed` before the last state is used.
     #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, models=None, progress=None))]
     pub(super) fn rollout<'py>(
         this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         control: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
@@ -38,7 +40,7 @@ impl PySimulator {
         let given = own.read(q, v, None, contact)?;
         let batch = common_batch([("q", &given.batch[..]), ("inputs", asked.batch())].into_iter())?;
         let count = batch.iter().product();
-        check_batch(&batch, models.is_some())?;
+        check_some(&batch, models.is_some())?;
         asked.check_memory(count, own)?;
         let states = own.states(&given, count)?;
         if batch.is_empty() {
@@ -74,7 +76,7 @@ pub(super) struct Asked<'a, 'py> {
 impl<'a, 'py> Asked<'a, 'py> {
     pub(super) fn read(
         nu: usize,
-        steps: Option<usize>,
+        steps: Option<&Bound<'py, PyAny>>,
         control: Option<&'a Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
@@ -166,12 +168,8 @@ impl<'a, 'py> Asked<'a, 'py> {
     }
 }
 
-fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
-    if batch.is_empty() && has_models {
-        return Err(value_error(
-            "models are for a batch, and there is one state",
-        ));
-    }
+fn check_some(batch: &[usize], has_models: bool) -> PyResult<()> {
+    check_batch(batch, has_models)?;
     if batch.contains(&0) {
         return Err(value_error("the batch is empty"));
     }

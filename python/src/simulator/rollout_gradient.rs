@@ -10,10 +10,12 @@ use super::given::{check_finite, row};
 use super::gradient::{each, stack};
 use super::handle::PySimulator;
 use super::inputs::read_inputs;
+use super::memory::check_batch;
 use super::trajectories::status_of;
 use super::weighted::Weighted;
 use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::value_error;
+use crate::model::PyModel;
 
 /// Weights of a trajectory of a batch, of so many numbers each.
 fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {
@@ -50,12 +52,13 @@ fn options_of(
 #[pymethods]
 impl PySimulator {
     /// Gradient of Σₖ ⟨by_q[k], q[k]⟩ + ⟨by_v[k], v[k]⟩ + ⟨by_contact[k], contact[k]⟩ + ⟨by_u[k], u[k]⟩ over a rollout, the vector-Jacobian
-    /// product of all its steps: a RolloutGradient (start, inputs, parameters, friction, status).
+    /// product of all its steps: a RolloutGradient (start, inputs, parameters, friction, status, simulator_parameters).
     ///
     /// q (..., nq), v (..., nv), inputs (..., steps, nu) or (steps, nu) for all; by_q (..., steps + 1, nq) in coordinates, by_v (..., steps + 1, nv),
     /// by_contact (..., steps + 1, n_contact), by_u (..., steps, nu); zero if left out. parameters: False leaves parameters and friction out;
     /// checkpoints: states that are kept, "all", "square_root", or one in so many. A trajectory that does not come to its end has no slopes.
-    #[pyo3(signature = (q, v, inputs, *, by_q=None, by_v=None, by_contact=None, by_u=None, contact=None, parameters=true, checkpoints=None))]
+    #[pyo3(signature = (q, v, inputs, *, by_q=None, by_v=None, by_contact=None, by_u=None, contact=None, models=None,
+        parameters=true, checkpoints=None))]
     fn rollout_vjp<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -66,6 +69,7 @@ impl PySimulator {
         by_contact: Option<&Bound<'py, PyAny>>,
         by_u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
+        models: Option<Vec<Py<PyModel>>>,
         parameters: bool,
         checkpoints: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -94,6 +98,8 @@ impl PySimulator {
             .filter_map(|(name, rows)| Some((*name, rows.as_ref()?.batch())));
         let batch = common_batch([("q", &given.batch[..])].into_iter().chain(own_batches))?;
         let count = batch.iter().product();
+        check_batch(&batch, models.is_some())?;
+        let variants = self.variants(models.as_deref(), count)?;
         let states = self.states(&given, count)?;
         let numbers = weights.each_ref().map(|(_, rows)| rows.as_ref());
         let widths = [
@@ -120,6 +126,7 @@ impl PySimulator {
                 contact,
                 u,
             };
+            let own = variants.as_ref().map_or(own, |all| &all[k]);
             own.rollout_gradient_with(&states[k], &vectors.collect::<Vec<_>>(), &cost, &options)
         };
         let all = each(py, count, || (), one)?;
@@ -157,6 +164,7 @@ impl PySimulator {
                 all.iter().map(|g| &g.parameters.as_slice()[..p]),
             ),
             stack(py, batch, &[f], friction.iter().map(Vec::as_slice)),
+            self.all_parameters(py, batch, parameters, all.iter().map(|g| &g.parameters)),
             all.len(),
             stopped,
             !batch.is_empty(),

@@ -8,9 +8,10 @@ use pyo3::types::PyTuple;
 
 use super::given::Given;
 use super::handle::PySimulator;
-use super::memory::StepMemory;
+use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
+use crate::model::PyModel;
 
 /// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
 pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
@@ -52,10 +53,12 @@ pub(super) fn diverged(k: Option<usize>) -> PyErr {
 impl PySimulator {
     /// Advances by one time step with the input held: the next (q, v), or (q, v, contact) if contact is given.
     ///
-    /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out), contact (..., n_contact) where contacts have a state.
-    /// out: arrays for the next state, which may be those of the state. Raises FloatingPointError if the next state is not finite.
-    /// forces {frame or link: (..., 6)}: [linear; angular], N and N·m, in a representation, held as the input is.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", out=None))]
+    /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out); models: a robot of the same structure for each state of a batch.
+    /// contact (..., n_contact): the state of soft contact, neutral if left out. Hand on the one that is returned: without it bristles begin anew
+    /// at each step, and nothing sticks. forces {frame or link: (..., 6)}: [linear; angular], N and N·m, in a representation, held as the input is.
+    /// out: arrays for the next state, which may be those of the state. Soft contact and stiff springs need
+    /// short steps (0.1 ms to 1 ms), rigid contact 1 ms to 10 ms. Raises FloatingPointError if the next state is not finite.
+    #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", models=None, out=None))]
     pub(super) fn step<'py>(
         this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
@@ -64,10 +67,16 @@ impl PySimulator {
         contact: Option<&Bound<'py, PyAny>>,
         forces: Option<&Bound<'py, PyAny>>,
         representation: &str,
+        models: Option<Vec<Py<PyModel>>>,
         out: Option<&Bound<'py, PyTuple>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let own = this.get();
         if let Some(forces) = forces {
+            if models.is_some() {
+                return Err(value_error(
+                    "forces act on states of one robot: give forces or models, not both",
+                ));
+            }
             let actuators = own
                 .parts
                 .bind(q.py())
@@ -88,12 +97,14 @@ impl PySimulator {
             return Ok(with_forces.call1(arguments)?.cast_into()?);
         }
         let given = own.read(q, v, u, contact)?;
+        check_batch(&given.batch, models.is_some())?;
         let one = |memory: &mut StepMemory| {
             let (state, next) = (&memory.state, &mut memory.next);
             let scratch = &mut memory.scratch;
             own.simulator.step_into(state, &memory.u, scratch, next);
         };
-        let many = |arrays: &[Array<'py>]| own.step_batch(q.py(), &given, arrays);
+        let many =
+            |arrays: &[Array<'py>]| own.step_batch(q.py(), &given, models.as_deref(), arrays);
         own.take_step(q.py(), &given, out, one, many)
     }
 }
@@ -136,13 +147,19 @@ impl PySimulator {
         }
     }
 
-    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+    fn step_batch(
+        &self,
+        py: Python<'_>,
+        given: &Given<'_>,
+        models: Option<&[Py<PyModel>]>,
+        out: &[Array<'_>],
+    ) -> PyResult<()> {
         let count = given.count();
         if count == 0 {
             return Ok(());
         }
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let next = self.on_batch(py, count, |batch| {
+        let next = self.on_batch(py, count, models, |batch| {
             let mut all = batch.states(&states);
             batch.step(&mut all, &inputs);
             all

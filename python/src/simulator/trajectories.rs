@@ -2,6 +2,8 @@
 
 use dualbody::sim::{Rollout, RolloutStatus, SolverFailure};
 
+use crate::words::snake;
+
 pub(crate) type Status = (&'static str, Option<usize>);
 
 pub(crate) fn status_of(status: RolloutStatus) -> Status {
@@ -47,10 +49,10 @@ impl Trajectories {
             if !matches!(end.status, RolloutStatus::Completed) {
                 out.stopped.push((k, status_of(end.status)));
             }
-            out.failures.extend(end.failure.map(|failure| {
-                let text = format!("{:?}", failure.status);
-                (k, (failure.step, text))
-            }));
+            out.failures.extend(
+                end.failure
+                    .map(|failure| (k, (failure.step, snake(failure.status)))),
+            );
         }
         out
     }

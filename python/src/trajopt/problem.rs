@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use super::residual::{Use, activation_of, reference_rows, with_residual};
 use super::user::UserSystem;
 use crate::arrays::read_vector;
+use crate::counts::whole_of;
 use crate::errors::{guarded, value_error};
 use crate::limits::check_trajectories;
 use crate::raised::Raised;
@@ -105,7 +106,7 @@ fn problem_with(
     value: &Bound<'_, PyAny>,
     raised: &Raised,
 ) -> PyResult<Problem> {
-    let horizon: usize = value.getattr("horizon")?.extract()?;
+    let horizon: usize = whole_of(value, "horizon")?;
     let (nx, nu) = (System::nx(&dynamics), System::nu(&dynamics));
     let start = read_vector("start", &value.getattr("start")?, Some(nx))?;
     // Jacobians and Hessians of each stage.

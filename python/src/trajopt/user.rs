@@ -9,6 +9,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
+use crate::counts::whole_of;
 use crate::errors::shape_error;
 use crate::raised::Raised;
 
@@ -88,10 +89,7 @@ pub(super) struct UserSystem {
 
 impl UserSystem {
     pub(super) fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
-        let (nx, nu): (usize, usize) = (
-            value.getattr("nx")?.extract()?,
-            value.getattr("nu")?.extract()?,
-        );
+        let (nx, nu): (usize, usize) = (whole_of(value, "nx")?, whole_of(value, "nu")?);
         Ok(Self {
             step: Functions {
                 value: value.getattr("step")?.unbind(),
@@ -151,7 +149,7 @@ impl UserResidual {
         Ok(Self(Functions {
             value: value.getattr("value")?.unbind(),
             jacobians: value.getattr("jacobians")?.unbind(),
-            sizes: [value.getattr("dim")?.extract()?, sizes[0], sizes[1]],
+            sizes: [whole_of(value, "dim")?, sizes[0], sizes[1]],
             raised: raised.clone(),
         }))
     }

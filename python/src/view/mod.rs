@@ -5,5 +5,5 @@ mod plot;
 mod recording;
 mod scene;
 
-pub(crate) use plot::PyPlot;
-pub(crate) use recording::PyRecording;
+pub(crate) use plot::{_plot, PyPlot};
+pub(crate) use recording::{_recording, PyRecording};

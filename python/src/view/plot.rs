@@ -7,12 +7,34 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::read_vector;
+use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
 
 /// Plot of curves; shows itself in notebooks.
 #[pyclass(frozen, name = "Plot", module = "dualbody")]
 pub(crate) struct PyPlot {
     pub(super) plot: Plot,
+}
+
+/// Makes a plot again that was pickled.
+#[pyfunction]
+pub(crate) fn _plot(
+    title: &str,
+    axes: [String; 2],
+    size: (u32, u32),
+    is_logarithmic: bool,
+    lines: Vec<(String, Vec<(f64, f64)>)>,
+) -> PyResult<PyPlot> {
+    let [x, y] = axes;
+    let plot = Plot::new(title).with_axes(x, y);
+    let mut plot = guarded(|| plot.with_size(size.0, size.1))?;
+    if is_logarithmic {
+        plot = plot.with_logarithmic_axes();
+    }
+    let add = |plot: Plot, (name, points)| plot.with_line(name, points);
+    Ok(PyPlot {
+        plot: lines.into_iter().fold(plot, add),
+    })
 }
 
 #[pymethods]
@@ -24,11 +46,12 @@ impl PyPlot {
         title: &str,
         x: &str,
         y: &str,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<'_, PyAny>>,
         logarithmic: bool,
     ) -> PyResult<Self> {
         let mut plot = Plot::new(title).with_axes(x, y);
-        if let Some((width, height)) = size {
+        if let Some(size) = size {
+            let (width, height) = whole("size", size)?;
             plot = guarded(|| plot.with_size(width, height))?;
         }
         if logarithmic {
@@ -52,7 +75,8 @@ impl PyPlot {
     }
 
     /// The plot in another size, pixels.
-    fn with_size(&self, width: u32, height: u32) -> PyResult<Self> {
+    fn with_size(&self, width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (width, height) = (whole("width", width)?, whole("height", height)?);
         let plot = self.plot.clone();
         Ok(Self {
             plot: guarded(|| plot.with_size(width, height))?,
@@ -69,14 +93,29 @@ impl PyPlot {
         Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
     }
 
-    /// Writes the plot as SVG; an OSError names a file that cannot be written.
+    /// Writes the plot as SVG, and the folders above it; an OSError names a file that cannot be written.
     fn save_svg(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_svg(path))?.or_raise()
     }
 
-    /// Writes the plot as PNG; an OSError names a file that cannot be written.
+    /// Writes the plot as PNG, and the folders above it; an OSError names a file that cannot be written.
     fn save_png(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_png(path))?.or_raise()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let make = py.import("dualbody._dualbody")?.getattr("_plot")?;
+        let plot = &self.plot;
+        let line = |(name, points): (&str, &[(f64, f64)])| (name.to_owned(), points.to_vec());
+        let lines: Vec<_> = plot.lines().map(line).collect();
+        let parts = (
+            plot.title(),
+            plot.axes(),
+            plot.size(),
+            plot.is_logarithmic(),
+            lines,
+        );
+        Ok((make, parts.into_pyobject(py)?.into_any()))
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {

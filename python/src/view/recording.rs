@@ -74,6 +74,20 @@ pub(super) fn models_of(models: &[Py<PyModel>]) -> Vec<&Model> {
     models.iter().map(|model| &*model.get().model).collect()
 }
 
+/// Makes a recording again that was pickled.
+#[pyfunction]
+pub(crate) fn _recording<'py>(
+    class: &Bound<'py, PyAny>,
+    text: &str,
+    models: Vec<Py<PyModel>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let recording = guarded(|| Recording::from_json(text, &models_of(&models)))?.or_raise()?;
+    let arguments = PyTuple::new(class.py(), &models)?;
+    let made = class.call1(arguments)?;
+    made.cast::<PyRecording>()?.borrow_mut().recording = recording;
+    Ok(made)
+}
+
 #[pymethods]
 impl PyRecording {
     /// An empty recording of robots.
@@ -181,6 +195,16 @@ impl PyRecording {
             .iter()
             .map(|robot| robot.name())
             .collect()
+    }
+
+    fn __reduce__<'py>(
+        this: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, own) = (this.py(), this.borrow());
+        let make = py.import("dualbody._dualbody")?.getattr("_recording")?;
+        let models: Vec<_> = own.models.iter().map(|model| model.clone_ref(py)).collect();
+        let parts = (this.get_type(), own.recording.to_json(), models);
+        Ok((make, parts.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use super::recording::PyRecording;
 use crate::arrays::{Rows, argument, read_vector};
 use crate::contact::terrain_of;
+use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
 use crate::model::{read_geometry, read_pose};
 use crate::simulator::PySimulator;
@@ -16,6 +17,11 @@ fn transform(placement: Option<&Bound<'_, PyAny>>) -> PyResult<Transform<f64>> {
     placement.map_or(Ok(Transform::identity()), |pose| {
         read_pose("placement", pose)
     })
+}
+
+/// A robot by its index, the first if none is given.
+fn index(robot: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
+    robot.map_or(Ok(0), |robot| whole("robot", robot))
 }
 
 #[pymethods]
@@ -27,14 +33,16 @@ impl PyRecording {
     }
 
     /// Draws the path of a frame.
-    #[pyo3(signature = (frame, robot=0))]
-    fn trace(&mut self, frame: &str, robot: usize) -> PyResult<()> {
+    #[pyo3(signature = (frame, robot=None), text_signature = "($self, frame, robot=0)")]
+    fn trace(&mut self, frame: &str, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let robot = index(robot)?;
         guarded(|| self.recording.robot_mut(robot).trace(frame).map(|_| ()))?.or_raise()
     }
 
     /// Draws the axes of a frame.
-    #[pyo3(signature = (frame, robot=0))]
-    fn show_frame(&mut self, frame: &str, robot: usize) -> PyResult<()> {
+    #[pyo3(signature = (frame, robot=None), text_signature = "($self, frame, robot=0)")]
+    fn show_frame(&mut self, frame: &str, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let robot = index(robot)?;
         guarded(|| {
             self.recording
                 .robot_mut(robot)
@@ -45,8 +53,14 @@ impl PyRecording {
     }
 
     /// Draws forces at the origin of a frame, in the world's axes: (len, 3), N.
-    #[pyo3(signature = (frame, values, robot=0))]
-    fn add_force(&mut self, frame: &str, values: &Bound<'_, PyAny>, robot: usize) -> PyResult<()> {
+    #[pyo3(signature = (frame, values, robot=None), text_signature = "($self, frame, values, robot=0)")]
+    fn add_force(
+        &mut self,
+        frame: &str,
+        values: &Bound<'_, PyAny>,
+        robot: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let robot = index(robot)?;
         let shape = [self.recording.len(), 3];
         let rows = Rows::read(&argument("values", values, &shape))?;
         let forces: Vec<_> = rows
@@ -64,12 +78,13 @@ impl PyRecording {
     }
 
     /// Draws the forces that act in a simulator, frame by frame.
-    #[pyo3(signature = (simulator, robot=0))]
+    #[pyo3(signature = (simulator, robot=None), text_signature = "($self, simulator, robot=0)")]
     fn add_applied_forces(
         &mut self,
         simulator: &Bound<'_, PySimulator>,
-        robot: usize,
+        robot: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
+        let robot = index(robot)?;
         let simulator = &simulator.get().simulator;
         guarded(|| {
             self.recording
@@ -80,8 +95,13 @@ impl PyRecording {
     }
 
     /// Places a robot elsewhere in the picture, by a pose (4, 4) or a translation.
-    #[pyo3(signature = (placement, robot=0))]
-    fn place(&mut self, placement: &Bound<'_, PyAny>, robot: usize) -> PyResult<()> {
+    #[pyo3(signature = (placement, robot=None), text_signature = "($self, placement, robot=0)")]
+    fn place(
+        &mut self,
+        placement: &Bound<'_, PyAny>,
+        robot: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let robot = index(robot)?;
         let placement = read_pose("placement", placement)?;
         guarded(|| self.recording.robot_mut(robot).place(placement)).map(|_| ())
     }
@@ -92,7 +112,7 @@ impl PyRecording {
     }
 
     /// Adds a shape (Box, Sphere, …) that stands still.
-    #[pyo3(signature = (name, shape, placement=None, color=[0.6, 0.6, 0.65, 1.0]))]
+    #[pyo3(signature = (name, shape, placement=None, color=[0.6, 0.6, 0.65, 1.0]), text_signature = "($self, name, shape, placement=None, color=(0.6, 0.6, 0.65, 1.0))")]
     fn add_shape(
         &mut self,
         name: String,

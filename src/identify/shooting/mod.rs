@@ -33,6 +33,9 @@ const OFFSET: f64 = 1e-3;
 pub enum Adjustable {
     /// The inertia of the body that a link is on, all ten numbers: it stays that of a body.
     Inertia(String),
+    /// The mass of the body that a link is on, kg: first moment and moments of inertia change in proportion, so that the centre of mass and the shape stay.
+    /// The parameter `pole: mass` by itself is another thing: it holds the moments, and the mass that fits then is that of another body.
+    LinkMass(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
     /// Each stays in its domain: a mass or a stiffness is not negative, a length is positive, a coefficient of restitution is in 0..1. Limits of positions, of a frame actuator's
     /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too, and so is the time

@@ -90,7 +90,7 @@ impl<'a> Shooting<'a> {
         }
         let mut parameters = self.simulator.parameters();
         for (target, &value) in self.variables.targets.iter().zip(values) {
-            target.iter().for_each(|&index| parameters[index] = value);
+            (target.iter()).for_each(|&(index, factor)| parameters[index] = factor * value);
         }
         let of_model = &parameters.as_slice()[..self.simulator.model().parameters().len()];
         let model = self.simulator.model().with_parameters(of_model);

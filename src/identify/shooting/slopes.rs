@@ -64,7 +64,9 @@ impl Slopes {
                     let gradient = &own.product.gradient;
                     by_state.row_mut(row).copy_from(&gradient.state.transpose());
                     for (k, target) in own.targets.iter().enumerate() {
-                        let slopes = target.iter().map(|&index| gradient.parameters[index]);
+                        let slopes = target
+                            .iter()
+                            .map(|&(index, factor)| factor * gradient.parameters[index]);
                         by_number[(row, k)] = slopes.sum();
                     }
                 }
@@ -119,7 +121,9 @@ impl Part {
     fn new(simulator: &Simulator, targets: &[Target], numbers: Range<usize>) -> Self {
         let mut seeded: Vec<Local> = simulator.parameters().iter().map(|&x| x.into()).collect();
         for (k, target) in targets[numbers.clone()].iter().enumerate() {
-            target.iter().for_each(|&index| seeded[index].eps[k] = 1.0);
+            target
+                .iter()
+                .for_each(|&(index, factor)| seeded[index].eps[k] = factor);
         }
         let simulator = simulator.with_parameters(&seeded);
         Self {

@@ -12,8 +12,8 @@ use crate::numbers::Domain;
 use crate::sim::{Simulator, SimulatorParameterGroup as Group};
 use crate::spatial::INERTIAL_PARAMETERS;
 
-/// Places of a number in the vector of [parameters](Simulator::parameters): several where it is shared.
-pub(super) type Target = Vec<usize>;
+/// Places of a number in the vector of [parameters](Simulator::parameters), with the parameter over the number: several where it is shared.
+pub(super) type Target = Vec<(usize, f64)>;
 
 /// Variables of the robot: its numbers themselves, of inertias the standard parameters, which move along [directions](Body) of their own.
 #[derive(Default)]
@@ -38,6 +38,7 @@ impl Variables {
         for own in adjustable {
             match own {
                 Adjustable::Inertia(link) => out.add_inertia(simulator, &layout, link)?,
+                Adjustable::LinkMass(link) => out.add_mass(simulator, &layout, link)?,
                 Adjustable::Parameter(name) => out.add_parameter(simulator, &layout, name)?,
                 Adjustable::Friction(points) => out.add_friction(simulator, &layout, points)?,
             }
@@ -58,10 +59,32 @@ impl Variables {
         let group = Group::Model(ParameterGroup::Inertia(body));
         let range = layout.range(group).unwrap_or_default();
         self.names.extend_from_slice(&layout.names()[range.clone()]);
-        self.targets.extend(range.map(|index| vec![index]));
+        self.targets.extend(range.map(|index| vec![(index, 1.0)]));
         self.inertias.push(self.nominal.len());
         self.nominal.extend(possible(model, body).to_parameters());
         self.domains.extend([Domain::Finite; INERTIAL_PARAMETERS]);
+        Ok(())
+    }
+
+    fn add_mass(
+        &mut self,
+        simulator: &Simulator,
+        layout: &ParameterLayout<Group>,
+        link: &str,
+    ) -> Result<(), IdentifyError> {
+        let model = simulator.model();
+        let body = model.frames()[model.find_frame(link)?.0].body;
+        let body = body.ok_or_else(|| IdentifyError::option(link, "it does not move"))?;
+        let mass = model.body(body).inertia.mass;
+        if mass <= 0.0 {
+            return Err(IdentifyError::option(link, "it has no mass to scale"));
+        }
+        let group = Group::Model(ParameterGroup::Inertia(body));
+        let range = layout.range(group).unwrap_or_default();
+        let parameters = simulator.parameters();
+        let target = range.map(|index| (index, parameters[index] / mass));
+        let name = format!("{link}: mass with its moments");
+        self.push(target.collect(), name, mass, Domain::Positive);
         Ok(())
     }
 
@@ -84,7 +107,7 @@ impl Variables {
             return Err(IdentifyError::option(name, reason));
         }
         let value = simulator.parameters()[index];
-        self.push(vec![index], name.into(), value, domain);
+        self.push(vec![(index, 1.0)], name.into(), value, domain);
         Ok(())
     }
 
@@ -97,17 +120,21 @@ impl Variables {
         let error = |reason| IdentifyError::option("friction", reason);
         let of = |&k: &usize| {
             let mut law = layout.range(Group::ContactLaw(k))?;
-            law.find(|&index| layout.names()[index].ends_with(": friction"))
+            let found = law.find(|&index| layout.names()[index].ends_with(": friction"));
+            found.map(|index| (index, 1.0))
         };
         let target: Option<Target> = points.iter().map(of).collect();
         let target = target.filter(|target| !target.is_empty());
         let target = target.ok_or_else(|| error("there are no such points of contact"))?;
         let parameters = simulator.parameters();
-        if target.iter().any(|&index| !parameters[index].is_finite()) {
+        if target
+            .iter()
+            .any(|&(index, _)| !parameters[index].is_finite())
+        {
             return Err(error("that of a point is infinite"));
         }
         let name = format!("friction of points {points:?}");
-        let first = parameters[target[0]];
+        let first = parameters[target[0].0];
         self.push(target, name, first, Domain::NotNegative);
         Ok(())
     }

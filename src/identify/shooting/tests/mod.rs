@@ -109,6 +109,26 @@ fn damping_and_a_pin_of_a_closed_loop_are_found_again() {
     }
 }
 
+// Everything but the mass is as it should be, moments in proportion to it.
+#[test]
+fn mass_of_a_link_is_found_with_its_moments() {
+    let truth = cartpole();
+    let data = logged(&truth, &State::new(&[0.0, 2.0], &[0.0; 2]), 200, [0.0; 2]);
+    let mass = |simulator: &Simulator| simulator.model().body(BodyId(1)).inertia;
+    let all = [Adjustable::LinkMass("pole".into())];
+    let found = shoot(&wrong(), &data, &all, 0.95, &ShootingOptions::default()).unwrap();
+    let (own, expected) = (mass(&found.simulator), mass(&truth));
+    assert!(
+        (found.values[0] - expected.mass).abs() < 1e-6,
+        "{:?}",
+        found.values
+    );
+    assert!((own.mass - found.values[0]).abs() < 1e-15);
+    assert!((own.first_moment - expected.first_moment).norm() < 1e-6);
+    assert!((own.rotational.zz - expected.rotational.zz).abs() < 1e-6);
+    assert_eq!(found.simulator.model().inertia_flaws(), []);
+}
+
 // Of the pole the motion tells its moment about the pivot, m l and, through the cart, its mass.
 #[test]
 fn numbers_of_a_simulated_cart_pole_are_found_again() {

@@ -67,8 +67,8 @@ fn slopes_are_the_same_in_both_modes() {
     };
     // The last parameter, the time step, is none that is adjusted.
     let adjustable = 0..simulator.parameters().len() - 1;
-    let targets: Vec<_> = adjustable.map(|k| vec![k]).collect();
-    let of = |targets: &[Vec<usize>]| {
+    let targets: Vec<_> = adjustable.map(|k| vec![(k, 1.0)]).collect();
+    let of = |targets: &[Vec<(usize, f64)>]| {
         let mut slopes = Slopes::new(&simulator, targets);
         slopes.update(&simulator, &at, &next);
         (slopes.by_state, slopes.by_number)
