@@ -11,7 +11,7 @@ mod common;
 use std::cell::RefCell;
 use std::error::Error;
 
-use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::joint::JointKind::{Prismatic, Revolute};
 use dualbody::linearize::{RolloutCost, RolloutGradientOptions};
 use dualbody::model::{
@@ -129,18 +129,11 @@ fn bar(name: &str, color: [f64; 4]) -> LinkSpec {
         })
 }
 
-/// The robot on a mat, whose force is as smooth in the state as a solver with derivatives likes it.
+/// The robot on a mat.
 fn simulator(model: Model) -> Result<Simulator, Box<dyn Error>> {
-    let exponent: f64 = 1.5;
-    let slope = (1.0 + exponent) * MASS * GRAVITY / DEPTH;
     let law = SoftContact {
         friction: 0.8,
-        normal: HuntCrossley {
-            stiffness: MASS * GRAVITY / DEPTH.powf(1.0 + exponent),
-            damping: 2.0 * (slope * MASS).sqrt() / DEPTH.powf(exponent),
-            stiffness_exponent: exponent,
-            damping_exponent: exponent,
-        },
+        ..SoftContact::estimate(MASS, 1, DEPTH)
     };
     let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Soft(law));
     let contacts = contacts.with_links(&model, &["foot"])?;

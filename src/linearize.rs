@@ -94,6 +94,15 @@ impl Simulator<f64> {
     ///
     /// Works for every joint kind, base and integrator; exact to rounding.
     ///
+    /// # Impacts
+    /// They are the Jacobians of the step, not those of the motion in continuous time. In a step in which a point lands:
+    ///
+    /// | contact | A says |
+    /// |---|---|
+    /// | [`Rigid`](crate::contact::Rigid) | how the velocity after the impact follows that before it; not that a motion which starts higher lands later. In a chain of steps the derivative in where it starts is wrong, however short they are |
+    /// | [`RelaxedRigid`](crate::contact::RelaxedRigid) | the same where an impact lasts a few steps, as with its defaults: biased |
+    /// | [`SoftContact`](crate::contact::SoftContact) with q = 1 + p | what happens, if the contact lasts some fifty steps; a table is there |
+    ///
     /// # Examples
     /// ```
     /// use dualbody::{Simulator, State, model::samples};

@@ -17,6 +17,7 @@
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
+//! | is the step short enough for soft contact? | [`Simulator::remarks`] | O(points · nv²) | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
@@ -39,6 +40,7 @@ mod names;
 mod parameter_slots;
 mod parameters;
 mod placed;
+mod remarks;
 mod report;
 mod rollout;
 mod rows;
@@ -71,6 +73,7 @@ pub(crate) use moment::Moment;
 pub(crate) use names::coordinate_names;
 pub(crate) use names::{column_names, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
+pub use remarks::SimulatorRemark;
 pub use report::ContactReport;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;

@@ -35,6 +35,7 @@ mod graphs_of_steps;
 mod guide;
 mod hardware;
 mod identities;
+mod impacts;
 mod implicit;
 mod integrators;
 mod joint_kinds;
