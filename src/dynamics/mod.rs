@@ -96,6 +96,7 @@ mod regressor;
 mod rnea;
 mod singular;
 mod tree;
+mod weightless;
 
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,

@@ -51,6 +51,7 @@ mod structure;
 mod tree;
 mod up_axis;
 pub(crate) mod walk;
+mod weightless;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -74,6 +75,7 @@ pub use solids::Mass;
 pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
+pub(crate) use weightless::Weightless;
 
 use crate::error::UnknownName;
 use crate::numbers::{Domain, Numbers as _};
@@ -95,6 +97,8 @@ pub struct Model<P = f64> {
     name: String,
     gravity: Vector3<P>,
     bodies: Vec<Body<P>>,
+    /// Parts of bodies that gravity does not act on.
+    weightless: Vec<Weightless<P>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,

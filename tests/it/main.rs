@@ -73,4 +73,5 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
+mod weightless;
 mod yielding_constraints;

@@ -19,7 +19,6 @@ fn report_lists_every_unused_part_with_its_line() {
             ("robot/joint/safety_controller", "j", 3),
             ("robot/joint/axis", "j", 4),
             ("robot/transmission", "t", 5),
-            ("robot/gazebo/gravity", "arm", 6),
             ("robot/gazebo/mu1", "arm", 6),
             ("robot/gazebo", "arm", 6),
             ("robot/unknown", "", 7),
@@ -27,7 +26,7 @@ fn report_lists_every_unused_part_with_its_line() {
     );
     assert_eq!(places(&report.warnings), []);
     let table = report.to_string();
-    assert!(table.contains("<gravity> false of another simulator is not modelled"));
+    assert!(table.contains("<mu1> 0.2 of another simulator is not modelled"));
     assert!(table.contains("limits of position, speed and effort (1 joints)"));
     assert!(table.contains("line 5: robot/transmission \"t\": transmissions are not modelled"));
 }
