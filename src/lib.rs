@@ -38,6 +38,7 @@
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`identify`] | system identification: logged motion, base parameters, least squares over robots that can be, validation |
+//! | [`memory`] | the limit of memory of what callers ask for |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //!
@@ -105,6 +106,7 @@ pub mod joint;
 pub mod least_squares;
 mod linalg;
 pub mod linearize;
+pub mod memory;
 #[cfg(any(feature = "trajopt", feature = "identification"))]
 pub mod minimize;
 pub mod model;

@@ -77,8 +77,8 @@ pub use remarks::SimulatorRemark;
 pub use report::ContactReport;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
-pub(crate) use rollout::write_row;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
+pub(crate) use rollout::{most_states, write_row};
 pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 18] = [
     &["error", "stop"],
     &["scalar"],
-    &["autodiff", "input", "linalg", "numbers", "parallel"],
+    &["autodiff", "input", "linalg", "memory", "numbers", "parallel"],
     &["cone", "least_squares", "minimize"],
     &["spatial"],
     &["joint"],
