@@ -149,6 +149,9 @@ class Model:
     @property
     def total_mass(self) -> float: ...
     @property
+    def remarks(self) -> list[str]:
+        """What the reader of its file remarks, a sentence each: what the model does not use, or takes otherwise than meant."""
+    @property
     def gravity(self) -> Vector3: ...
     @property
     def has_floating_base(self) -> bool: ...
@@ -242,6 +245,9 @@ class Simulator:
     def divergence_bound(self) -> float: ...
     @property
     def input_names(self) -> list[str]: ...
+    @property
+    def tangent_names(self) -> list[str]:
+        """Name of each direction of the tangent space of the state, rows and columns of A: q.JOINT, v.JOINT, contactK."""
     @property
     def effort_bounds(self) -> tuple[Array, Array]: ...
     @property

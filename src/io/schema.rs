@@ -174,6 +174,9 @@ fn reason(element: &str) -> &'static str {
         "calibration" => "reference positions for calibration are not used",
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
+        "stiffness" | "dissipation" => {
+            "joint limits act in simulators with Actuation::from_model, which chooses the stiffness; Actuator::limits sets another"
+        }
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
         _ => UNKNOWN,
     }

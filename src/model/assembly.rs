@@ -265,6 +265,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             links: self.links,
             nq: coordinates.nq,
             description: Arc::new(self.builder.clone()),
+            remarks: Arc::default(),
         })
     }
 

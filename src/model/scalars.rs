@@ -61,6 +61,7 @@ impl<P: Scalar> Model<P> {
             nq: self.nq,
             structure: self.structure,
             description: Arc::clone(&self.description),
+            remarks: Arc::clone(&self.remarks),
         }
     }
 }

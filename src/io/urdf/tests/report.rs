@@ -163,3 +163,22 @@ fn base_equals_what_the_root_link_and_the_options_say() {
         assert_eq!(model.nv(), if expected == Base::Floating { 6 } else { 0 });
     }
 }
+
+// Who loads without the report finds its lines at the model, and variants and other scalars keep them.
+#[test]
+fn remarks_of_a_model_are_the_lines_of_the_report() {
+    let text = arm_on(&joint(
+        "continuous",
+        "<limit effort='2' velocity='3'/><calibration rising='0'/>",
+    ));
+    let (model, report) = load(&text);
+    assert_eq!(model.remarks(), report.remarks());
+    assert!(report.base_note().is_some() && report.limits_note().is_some());
+    assert_eq!(
+        report.remarks().len(),
+        2 + report.warnings.len() + report.ignored.len()
+    );
+    let variant = model.cast::<num_dual::Dual64>();
+    assert_eq!(variant.remarks(), model.remarks());
+    assert!(crate::model::samples::cartpole().remarks().is_empty());
+}
