@@ -72,7 +72,7 @@
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * What follows from a model's numbers is kept in working memory, not in the model; a scratch knows the numbers that it was made for.
-//! * `dynamics` and [`Simulator::step_into`] do not allocate after set-up.
+//! * Functions of `dynamics` with `_into` and `_at`, and [`Simulator::step_into`], do not allocate after set-up.
 //! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
 //!   in the result.
 

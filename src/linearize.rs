@@ -14,7 +14,7 @@
 //! | and how these change, along a direction; or of states side by side? | [`Simulator::linearize_over`], [`Simulator::linearize_over_into`] | as for a step, on dual numbers or lanes | [Griewank, Walther 2008, chapter 5] |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
-//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
+//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
 //! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same | |
 //! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
