@@ -122,7 +122,7 @@ impl Inertias {
         self.weightless.contains(link)
     }
 
-    /// The link whose inertia that of the base is, if it is none of several parts on which gravity acts differently.
+    /// The first link on the base, while its inertia is still to be written.
     pub(super) fn base_link(&self) -> Option<&str> {
         self.base.as_ref().map(|(link, _)| link.as_str())
     }
