@@ -115,6 +115,7 @@ mod parallel;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+mod special;
 mod stop;
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@ const FLOORS: [&[&str]; 18] = [
     &["error", "stop"],
     &["scalar"],
     &[
-        "autodiff", "input", "linalg", "memory", "numbers", "parallel",
+        "autodiff", "input", "linalg", "memory", "numbers", "parallel", "special",
     ],
     &["cone", "least_squares", "minimize"],
     &["spatial"],

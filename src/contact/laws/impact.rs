@@ -20,6 +20,7 @@
 use std::f64::consts::PI;
 
 use super::hunt_crossley::HuntCrossley;
+use crate::special::ln_gamma;
 
 /// Halvings of an interval, enough for the last bit of a double.
 const HALVINGS: usize = 120;
@@ -159,31 +160,9 @@ fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// ln Γ(x), x > 0, to rounding: [Abramowitz, Stegun 1964, 6.1.41] at x + 10, and the recurrence Γ(x + 1) = x Γ(x) back.
-fn ln_gamma(x: f64) -> f64 {
-    let below: f64 = (0..10).map(|k| (x + f64::from(k)).ln()).sum();
-    let (x, y) = (x + 10.0, (x + 10.0).recip().powi(2));
-    let series = 1.0 / 12.0 - y * (1.0 / 360.0 - y * (1.0 / 1260.0 - y / 1680.0));
-    (x - 0.5) * x.ln() - x + 0.5 * (2.0 * PI).ln() + series / x - below
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    // Γ(½) = √π, Γ(1) = Γ(2) = 1, Γ(5) = 24.
-    #[test]
-    fn logarithm_of_the_gamma_function_has_its_known_values() {
-        let known = [
-            (0.5, PI.sqrt().ln()),
-            (1.0, 0.0),
-            (2.0, 0.0),
-            (5.0, 24_f64.ln()),
-        ];
-        for (x, expected) in known {
-            assert!((ln_gamma(x) - expected).abs() < 1e-13, "{x}");
-        }
-    }
 
     /// Restitution and time of contact of a mass of 1 kg by small steps of Runge and Kutta's method.
     fn simulated(law: &HuntCrossley, speed: f64, dt: f64) -> (f64, f64) {
