@@ -1,6 +1,7 @@
 //! The limit of memory of results whose size a caller chooses: steps of a rollout, states of a batch, stages of a problem.
 //!
-//! An operating system promises more memory than there is, and ends a program that uses it. So what would need more than a limit is refused before any work:
+//! An operating system promises more memory than there is, and ends a program that uses it. So what would need more than a limit is refused
+//! before any work:
 //!
 //! | what | how it is refused |
 //! |---|---|
@@ -9,8 +10,8 @@
 //! | a gradient of a rollout | ends before the first step, with the same status; fewer [checkpoints](crate::linearize::Checkpoints) need less |
 //! | a problem of `trajopt` | `Problem::check_memory` is an error; solvers of it panic with its message |
 //!
-//! The limit is of the whole program: that of [`set_limit`], or else the memory of the machine or of the program's control group. It holds for each result by
-//! itself, and does not count what there already is.
+//! The limit is of the whole program: that of [`set_limit`], or else the memory of the machine or of the program's control group. It holds for
+//! each result by itself, and does not count what there already is.
 //!
 //! # Examples
 //! ```

@@ -81,8 +81,8 @@ pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is. Of links that gravity does not act on
-/// nothing counts.
+/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is. Of links that gravity
+/// does not act on nothing counts.
 ///
 /// Allocates working memory.
 ///

@@ -5,7 +5,8 @@
 //!
 //! > F₀ = (m₀ g, h₀ × g),
 //!
-//! which is added to the force that the body needs. When the body turns by δθ, g changes by g × δθ. Robots without such parts take none of these ways.
+//! which is added to the force that the body needs. When the body turns by δθ, g changes by g × δθ. Robots without such parts take none of these
+//! ways.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -121,8 +121,8 @@ impl<P: Scalar> Model<P> {
         &self.name
     }
 
-    /// Remarks of the reader of its file, a sentence each: which base it has and why, that limits act in some simulators only, what was read but may not mean
-    /// what its author wanted, and what of the file the model does not use. Empty for robots that are built in code.
+    /// Remarks of the reader of its file, a sentence each: which base it has and why, that limits act in some simulators only, what was read but
+    /// may not mean what its author wanted, and what of the file the model does not use. Empty for robots that are built in code.
     ///
     /// They are the lines of the `ImportReport` that `ModelOptions` gives beside a model, for those who load without it.
     ///

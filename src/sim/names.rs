@@ -28,7 +28,8 @@ pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Name of each direction of the [tangent space](Self::n_tangent) of the state, which are the rows and columns of A: `q.<joint>` for a small displacement,
+    /// Name of each direction of the [tangent space](Self::n_tangent) of the state, which are the rows and columns of A: `q.<joint>` for a small
+    /// displacement,
     /// `v.<joint>` for a velocity, numbered from 0 where a joint has several (`q.base.3` of a floating base turns it about its x axis), then
     /// `contact<k>` for the state of contact.
     ///

@@ -18,8 +18,8 @@ const FEW_STEPS: f64 = 10.0;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SimulatorRemark {
-    /// The step is too long for soft contact at the start of the step, as semi-implicit Euler takes it: what lands is thrown up again, and what lies on a
-    /// slope chatters.
+    /// The step is too long for soft contact at the start of the step, as semi-implicit Euler takes it: what lands is thrown up again, and what
+    /// lies on a slope chatters.
     UnstableSoftContact {
         /// Link with the point of contact that is worst.
         link: String,
@@ -68,8 +68,8 @@ impl fmt::Display for SimulatorRemark {
 impl Simulator<f64> {
     /// Remarks on the simulator, for the robot in poses like one; empty where there are none. Allocates.
     ///
-    /// Looks at the points of soft contact: each by itself, with the effective mass that the robot has there along the normal, in an impact at 1 m/s. Whether
-    /// a step that is found too long does harm depends on the motion.
+    /// Looks at the points of soft contact: each by itself, with the effective mass that the robot has there along the normal, in an impact at 1
+    /// m/s. Whether a step that is found too long does harm depends on the motion.
     ///
     /// * `q` – configuration, length `nq`
     ///

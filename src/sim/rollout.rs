@@ -78,8 +78,8 @@ impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
     /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
-    /// status. Memory grows with the steps that are taken, not with those that are asked for; where it comes to the [limit](crate::memory), the rollout stops. [`rollout_over`](Self::rollout_over) is the
-    /// same over any scalar.
+    /// status. Memory grows with the steps that are taken, not with those that are asked for; where it comes to the [limit](crate::memory), the
+    /// rollout stops. [`rollout_over`](Self::rollout_over) is the same over any scalar.
     ///
     /// # Examples
     /// ```

@@ -92,8 +92,8 @@ impl<P: Scalar> Simulator<P> {
         method.step(self, state, u, acceleration, next);
     }
 
-    /// The acceleration v̇ of a state under the input `u` (length `nu`; N·m or N), length `nv` (rad/s² or m/s²): [`acceleration_into`](Self::acceleration_into) with memory
-    /// of its own. Allocates.
+    /// The acceleration v̇ of a state under the input `u` (length `nu`; N·m or N), length `nv` (rad/s² or m/s²):
+    /// [`acceleration_into`](Self::acceleration_into) with memory of its own. Allocates.
     ///
     /// # Panics
     /// If state or input have the wrong length.

@@ -34,14 +34,16 @@ use crate::spatial::linear::{dot, scale};
 /// the bristle feels the force it gives: at rest it holds without creeping.
 ///
 /// # Exponents
-/// Take q = 1 + p, as [`estimate`](Self::estimate) does: the normal force K δ¹⁺ᵖ (1 + (D / K) δ̇) then goes back to zero with the depth, and its clamp at zero does
-/// not act while (D / K) |δ̇| < 1, which holds in every free impact. With q < 1 + p the clamp cuts off the end of each contact; where that falls within a step does
-/// not move with the state, which biases each derivative. p = 3/2 makes also K δᵖ, which a step that is implicit in velocity reads, smooth at touch-down; with
-/// p < 1 the derivatives of such a step have no bound there, with q < 1 those of every step.
+/// Take q = 1 + p, as [`estimate`](Self::estimate) does: the normal force K δ¹⁺ᵖ (1 + (D / K) δ̇) then goes back to zero with the depth, and its
+/// clamp at zero does not act while (D / K) |δ̇| < 1, which holds in every free impact. With q < 1 + p the clamp cuts off the end of each
+/// contact; where that falls within a step does not move with the state, which biases each derivative. p = 3/2 makes also K δᵖ, which a step
+/// that is implicit in velocity reads, smooth at touch-down; with p < 1 the derivatives of such a step have no bound there, with q < 1 those of
+/// every step.
 ///
 /// # Steps
-/// A contact must last many steps. Measured with a ball that bounces at 2 m/s with a restitution of 0.6, whose height afterwards has the derivative −0.6 in the
-/// height from which it comes, from 41 heights; steps are counted in the [time of contact](HuntCrossley::impact_time) without damping:
+/// A contact must last many steps. Measured with a ball that bounces at 2 m/s with a restitution of 0.6, whose height afterwards has the
+/// derivative −0.6 in the height from which it comes, from 41 heights; steps are counted in the [time of contact](HuntCrossley::impact_time)
+/// without damping:
 ///
 /// | steps | semi-implicit Euler: restitution | derivative: mean, smallest and largest | implicit in velocity: restitution | derivative |
 /// |---|---|---|---|---|
@@ -51,9 +53,10 @@ use crate::spatial::linear::{dot, scale};
 /// | 100 | 0.600 | −0.600, ±0.0002 | 0.570 | −0.570, ±0.002 |
 /// | the same with p = q = 3/2: 50 | 0.638 | −0.65, −0.74 to −0.55 | 0.574 | −0.57, −0.67 to −0.47 |
 ///
-/// So a step that is implicit in velocity dissipates, the more the fewer steps a contact lasts: a ball of 1 kg on p = 3/2 with K = 10⁸ and no damping at all,
-/// which should rise to 1.1 m again, rises to 0.33 m in steps of 1 ms. It is stable at any step. Semi-implicit Euler is not, and makes what lies on a slope chatter without a sign of
-/// it in the status; [`Simulator::remarks`](crate::Simulator::remarks) finds steps that are too long.
+/// So a step that is implicit in velocity dissipates, the more the fewer steps a contact lasts: a ball of 1 kg on p = 3/2 with K = 10⁸ and no
+/// damping at all, which should rise to 1.1 m again, rises to 0.33 m in steps of 1 ms. It is stable at any step. Semi-implicit Euler is not, and
+/// makes what lies on a slope chatter without a sign of it in the status; [`Simulator::remarks`](crate::Simulator::remarks) finds steps that are
+/// too long.
 ///
 /// # References
 /// [Azad, Featherstone 2010]; [Azad, Featherstone 2014].
@@ -268,7 +271,8 @@ impl SoftContact<f64> {
         }
     }
 
-    /// [`HuntCrossley::with_restitution`] of the normal force: what arrives at `speed` (m/s) leaves with the part `restitution` of it, if nothing else acts.
+    /// [`HuntCrossley::with_restitution`] of the normal force: what arrives at `speed` (m/s) leaves with the part `restitution` of it, if
+    /// nothing else acts.
     ///
     /// # Panics
     /// If the restitution is not in (0, 1], or the speed is not positive and finite.

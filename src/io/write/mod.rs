@@ -51,8 +51,8 @@ impl Model<f64> {
         urdf::write(&builder)
     }
 
-    /// The robot as an MJCF file, which `MuJoCo` loads with the dynamics that a simulator has with [`Actuation::from_model`](crate::sim::Actuation::from_model), but for
-    /// speed limits and what the limitations below name.
+    /// The robot as an MJCF file, which `MuJoCo` loads with the dynamics that a simulator has with
+    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), but for speed limits and what the limitations below name.
     ///
     /// | here | there |
     /// |---|---|
