@@ -129,11 +129,11 @@ fn bar(name: &str, color: [f64; 4]) -> LinkSpec {
         })
 }
 
-/// The robot on a mat.
+/// The robot on a mat. It bounces a little, so that the foot may leave it faster than its damper lets go: a kink in the cost otherwise.
 fn simulator(model: Model) -> Result<Simulator, Box<dyn Error>> {
     let law = SoftContact {
         friction: 0.8,
-        ..SoftContact::estimate(MASS, 1, DEPTH)
+        ..SoftContact::estimate(MASS, 1, DEPTH).with_restitution(0.6, 1.0)
     };
     let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Soft(law));
     let contacts = contacts.with_links(&model, &["foot"])?;
