@@ -250,7 +250,7 @@ impl SoftContact<f64> {
     ///
     /// What is pulled out of the ground faster than K / D = ½ √(g δ / (1 + p)), 0.03 m/s at a depth of 1 mm and 0.1 m/s at 1 cm, is let go
     /// at once, which is a kink in each derivative. A robot that jumps or runs takes [`with_restitution`](Self::with_restitution) beside this, of
-    /// 0.6 at 1 m/s say: with it the example `hopper_codesign` converges, with the numbers of this function alone it stalls.
+    /// 0.6 at 1 m/s say: the torques of a jump from a mat of 1 cm converge with it, and stall with the damping of this function.
     ///
     /// # Panics
     /// If mass or depth are not positive and finite, or if there are no points.
