@@ -12,7 +12,6 @@
 
 use nalgebra::Vector3;
 
-use super::derivatives::Entries;
 use super::kinematics::Kinematics;
 use super::passes::to_world;
 use crate::model::{BodyId, Model, Weightless};
@@ -52,7 +51,7 @@ impl<T: Scalar> Spared<T> {
     }
 
     /// F₀ under a gravity in the body.
-    fn under(&self, gravity: &Vector3<T>) -> Force<T> {
+    pub(super) fn under(&self, gravity: &Vector3<T>) -> Force<T> {
         Force::new(
             scale(gravity, self.mass),
             cross(&self.first_moment, gravity),
@@ -106,27 +105,6 @@ pub(super) fn add_spared<P: Scalar, T: Over<P>>(
     for k in 0..model.weightless().len() {
         let (spared, F) = spared_part(model, k, |i| X_PB[i]);
         forces[spared.body.0] += F;
-    }
-}
-
-/// Adds the derivative in q of the joint forces that F₀ takes, with a body's joints where they are:  Σ `S_k` · X* ∂F₀/∂`q_j`.
-pub(super) fn add_spared_slopes<P: Scalar, T: Over<P>, E: Entries<T>>(
-    model: &Model<P>,
-    X_PB: impl Fn(usize) -> Transform<T>,
-    spared: &Spared<T>,
-    out: &mut E,
-) {
-    let mut X_AB = Transform::<T>::identity();
-    for (id, ancestor) in to_world(model, Some(spared.body)) {
-        for (j, S) in ancestor.columns::<T>() {
-            let turn = X_AB.motion_inverse(&S).angular;
-            let mut F = spared.under(&cross(&spared.gravity, &turn));
-            for (k, body) in to_world(model, Some(spared.body)) {
-                body.project(&F, |row, x| out.add(row, j, x, T::zero()));
-                F = X_PB(k.0).force(&F);
-            }
-        }
-        X_AB = X_PB(id.0) * X_AB;
     }
 }
 
