@@ -12,7 +12,7 @@ use dualbody::model::Geometry;
 use dualbody::sim::Rollout;
 use dualbody::spatial::{Quaternion, Transform};
 use dualbody::view::Recording;
-use dualbody::{Model, Simulator};
+use dualbody::{Integrator, Model, Simulator};
 use nalgebra::Vector3;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf");
@@ -68,6 +68,7 @@ fn slide(model: &Model, friction: f64) -> Result<Rollout, Box<dyn Error>> {
     let contacts = Contacts::new(model, Terrain::incline(ANGLE), ContactLaw::Soft(law));
     let simulator = Simulator::new(model.clone())
         .with_contacts(contacts)
+        .with_integrator(Integrator::ImplicitVelocity)
         .with_time_step(1e-3);
     let height = HALF_HEIGHT - DEPTH;
     let (sin, cos) = (0.5 * ANGLE).sin_cos();

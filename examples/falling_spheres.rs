@@ -10,7 +10,7 @@ use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::sim::{BatchSimulator, Rollout, RolloutStatus};
 use dualbody::view::Recording;
-use dualbody::{Model, Simulator, State};
+use dualbody::{Integrator, Model, Simulator, State};
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf");
@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
     let simulator = Simulator::new(model)
         .with_contacts(contacts)
+        .with_integrator(Integrator::ImplicitVelocity)
         .with_time_step(1e-3);
 
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);

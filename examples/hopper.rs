@@ -11,7 +11,7 @@ mod common;
 use std::error::Error;
 use std::f64::consts::PI;
 
-use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::dynamics::{frame_pose, gravity_forces};
 use dualbody::model::Geometry;
 use dualbody::spatial::Transform;
@@ -73,22 +73,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page("hopper", &motion)
 }
 
-/// The robot on a mat. The exponents make the force of the ground as smooth in the state as a solver with derivatives
-/// likes it.
+/// The robot on a mat.
 fn hopper() -> Result<Simulator, Box<dyn Error>> {
     let model = Model::from_urdf_file(FILE)?;
-    let (mass, exponent): (f64, f64) = (model.total_mass(), 1.5);
-    // The weight at the wanted depth, and critical damping there.
-    let stiffness = mass * GRAVITY / DEPTH.powf(1.0 + exponent);
-    let slope = (1.0 + exponent) * mass * GRAVITY / DEPTH;
     let law = SoftContact {
         friction: 0.8,
-        normal: HuntCrossley {
-            stiffness,
-            damping: 2.0 * (slope * mass).sqrt() / DEPTH.powf(exponent),
-            stiffness_exponent: exponent,
-            damping_exponent: exponent,
-        },
+        ..SoftContact::estimate(model.total_mass(), 1, DEPTH)
     };
     let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Soft(law));
     Ok(Simulator::new(model)

@@ -13,6 +13,7 @@
 //! | nothing resists a joint | [`SingularMassMatrix`] |
 //! | a model cannot be written in a format | [`WriteError`] |
 //! | a recording cannot be written or read | [`RecordingError`] |
+//! | a result would need more memory than there is | [`OutOfMemory`] |
 
 mod similar;
 mod text;
@@ -369,6 +370,19 @@ pub struct SingularMassMatrix {
     pub model: String,
     /// The joints, in the order of their coordinates.
     pub joints: Vec<UnresistedJoint>,
+}
+
+/// Error for a result that would need more memory than the [limit](crate::memory::limit).
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} need {:.1e} bytes, and the limit is {:.1e}: memory::set_limit changes it", *bytes as f64, *limit as f64)]
+#[non_exhaustive]
+pub struct OutOfMemory {
+    /// The result, a plural.
+    pub what: String,
+    /// Bytes that it would need; `usize::MAX` where they are more than can be counted.
+    pub bytes: usize,
+    /// The limit, bytes.
+    pub limit: usize,
 }
 
 /// A joint whose motion nothing resists.

@@ -38,6 +38,7 @@
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`identify`] | system identification: logged motion, base parameters, least squares over robots that can be, validation |
+//! | [`memory`] | the limit of memory of what callers ask for |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //!
@@ -71,7 +72,7 @@
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * What follows from a model's numbers is kept in working memory, not in the model; a scratch knows the numbers that it was made for.
-//! * `dynamics` and [`Simulator::step_into`] do not allocate after set-up.
+//! * Functions of `dynamics` with `_into` and `_at`, and [`Simulator::step_into`], do not allocate after set-up.
 //! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
 //!   in the result.
 
@@ -105,6 +106,7 @@ pub mod joint;
 pub mod least_squares;
 mod linalg;
 pub mod linearize;
+pub mod memory;
 #[cfg(any(feature = "trajopt", feature = "identification"))]
 pub mod minimize;
 pub mod model;
@@ -113,6 +115,7 @@ mod parallel;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+mod special;
 mod stop;
 #[cfg(test)]
 mod tests;

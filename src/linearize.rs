@@ -15,7 +15,7 @@
 //! | and how these change, along a direction; or of states side by side? | [`Simulator::linearize_over`], [`Simulator::linearize_over_into`] | as for a step, on dual numbers or lanes | [Griewank, Walther 2008, chapter 5] |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
-//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
+//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
 //! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same | |
 //! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
@@ -95,6 +95,15 @@ impl Simulator<f64> {
     /// Computes the Jacobians A and B of the step from `state` with input `u`. Allocates.
     ///
     /// Works for every joint kind, base and integrator; exact to rounding.
+    ///
+    /// # Impacts
+    /// They are the Jacobians of the step, not those of the motion in continuous time. In a step in which a point lands:
+    ///
+    /// | contact | A says |
+    /// |---|---|
+    /// | [`Rigid`](crate::contact::Rigid) | how the velocity after the impact follows that before it; not that a motion which starts higher lands later. In a chain of steps the derivative in where it starts is wrong, however short they are |
+    /// | [`RelaxedRigid`](crate::contact::RelaxedRigid) | the same where an impact lasts a few steps, as with its defaults: biased |
+    /// | [`SoftContact`](crate::contact::SoftContact) with q = 1 + p | what happens, if the contact lasts some fifty steps; a table is there |
     ///
     /// # Examples
     /// ```

@@ -36,7 +36,7 @@ class ContactReport(NamedTuple):
 
 
 class Status(NamedTuple):
-    """How a trajectory ended: "completed", or "diverged" or "non_finite_input" at a step."""
+    """How a trajectory ended: "completed", or "diverged", "non_finite_input" or "out_of_memory" at a step."""
 
     kind: str
     step: int | None = None

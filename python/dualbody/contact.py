@@ -133,19 +133,38 @@ class HuntCrossley:
 
 @dataclass(frozen=True)
 class SoftContact:
-    """Compliant contact: a normal force after Hunt and Crossley (see `HuntCrossley`; exponents ½ are those of a ball), friction by bristles,
-    which have a state: `contact` of steps and rollouts. Stiff: steps of 0.1 ms to 1 ms as a rule, or integrator="implicit_velocity"."""
+    """Compliant contact: a normal force after Hunt and Crossley (see `HuntCrossley`), friction by bristles, which have a state: `contact` of steps and
+    rollouts. Stiff: steps of 0.1 ms to 1 ms as a rule, or integrator="implicit_velocity".
+
+    With a damping exponent of 1 + the stiffness exponent, as by default, derivatives through an impact are right in steps of a fiftieth of it."""
 
     friction: float
     stiffness: float
     damping: float
-    stiffness_exponent: float = 0.5
-    damping_exponent: float = 0.5
+    stiffness_exponent: float = 1.5
+    damping_exponent: float = 2.5
 
     @staticmethod
     def estimate(mass: float, points: int, depth: float) -> SoftContact:
         """A contact in which a mass (kg) on so many points sinks in by a depth (m)."""
         return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
+
+    def with_restitution(self, restitution: float, speed: float) -> SoftContact:
+        """The contact damped such that what arrives at a speed (m/s) leaves with a part of it, 0 to 1, if nothing else acts; the restitution is
+        lower for faster impacts. Sets damping and its exponent."""
+        normal = _dualbody._with_restitution(self._normal(), restitution, speed)
+        return SoftContact(self.friction, *normal)
+
+    def restitution(self, speed: float) -> float | None:
+        """Part of a speed of impact (m/s) with which a body leaves; None where the damping exponent is not 1 + the stiffness exponent."""
+        return _dualbody._restitution(self._normal(), speed)
+
+    def impact_time(self, mass: float, speed: float) -> float:
+        """Time of contact of an impact, s, of a mass (kg) at a speed (m/s), without damping; steps of a fiftieth resolve it."""
+        return _dualbody._impact_time(self._normal(), mass, speed)
+
+    def _normal(self) -> tuple[float, float, float, float]:
+        return (self.stiffness, self.damping, self.stiffness_exponent, self.damping_exponent)
 
     def _numbers(self) -> tuple[str, list[float]]:
         return "soft", [

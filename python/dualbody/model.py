@@ -126,7 +126,8 @@ class Mesh(Shape):
 
 @dataclass(frozen=True)
 class LinkSpec:
-    """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), shapes that are seen and that touch."""
+    """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), shapes that are seen and that touch, and whether
+    gravity acts on it."""
 
     name: str
     mass: float = 0.0
@@ -134,6 +135,7 @@ class LinkSpec:
     inertia: tuple[Vector3, Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     visuals: Sequence[Shape] = ()
     collisions: Sequence[Shape] = ()
+    gravity: bool = True
 
     @staticmethod
     def solid_box(name: str, size: Vector3, mass: float) -> LinkSpec:

@@ -50,7 +50,9 @@ mod _dualbody {
     #[pymodule_export]
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
-    use super::contact::{_estimate_soft_contact, _terrain_surface};
+    use super::contact::{
+        _estimate_soft_contact, _impact_time, _restitution, _terrain_surface, _with_restitution,
+    };
     #[pymodule_export]
     use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};
     #[cfg(feature = "cuda")]

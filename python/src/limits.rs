@@ -1,15 +1,10 @@
 //! The limit of memory: results that would not fit are refused before any work, as a process that runs out of memory ends without an exception.
 
-use std::fs::read_to_string;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
+use dualbody::memory;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
 use crate::counts::whole;
-
-/// The limit that was set, bytes; zero for what the machine has.
-static LIMIT: AtomicUsize = AtomicUsize::new(0);
 
 /// Bytes of a state of one trajectory beside its numbers: while it is found each of its parts is a vector of its own.
 const STATE_OVERHEAD: usize = 256;
@@ -20,10 +15,7 @@ const COPIES: usize = 2;
 /// Returns the bytes above which a result is refused with a MemoryError before any work.
 #[pyfunction]
 pub(crate) fn memory_limit() -> usize {
-    match LIMIT.load(Ordering::Relaxed) {
-        0 => machine(),
-        limit => limit,
-    }
+    memory::limit()
 }
 
 /// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
@@ -31,23 +23,8 @@ pub(crate) fn memory_limit() -> usize {
 #[pyo3(signature = (bytes))]
 pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
-    LIMIT.store(bytes.unwrap_or(0), Ordering::Relaxed);
+    memory::set_limit(bytes);
     Ok(())
-}
-
-/// Memory of the machine, or what its control group may use of it, bytes; as much as can be addressed where that is not known.
-fn machine() -> usize {
-    let total = read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text
-            .lines()
-            .find_map(|line| line.strip_prefix("MemTotal:"))?;
-        let kilobytes: usize = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-        kilobytes.checked_mul(1024)
-    });
-    let group = read_to_string("/sys/fs/cgroup/memory.max");
-    let group = group.ok().and_then(|text| text.trim().parse().ok());
-    let known = [total, group].into_iter().flatten().min();
-    known.unwrap_or(isize::MAX as usize)
 }
 
 /// Refuses trajectories that would not fit.
@@ -67,12 +44,11 @@ pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> Py
 
 /// Refuses what would need more bytes than the limit.
 pub(crate) fn check(what: impl std::fmt::Display, bytes: usize) -> PyResult<()> {
-    let limit = memory_limit();
-    if bytes <= limit {
-        return Ok(());
-    }
-    Err(PyMemoryError::new_err(format!(
-        "{what} need {:.1e} bytes, and the limit is {:.1e}: set_memory_limit changes it",
-        bytes as f64, limit as f64
-    )))
+    memory::check(what, bytes).map_err(|error| {
+        let (bytes, limit) = (error.bytes as f64, error.limit as f64);
+        PyMemoryError::new_err(format!(
+            "{} need {bytes:.1e} bytes, and the limit is {limit:.1e}: set_memory_limit changes it",
+            error.what
+        ))
+    })
 }

@@ -197,3 +197,18 @@ def test_sizes_of_links_are_parameters() -> None:
     ]:
         with pytest.raises(error, match=text):
             Hardware(builder.build(), links).scaled_model(x)
+
+
+def test_a_model_keeps_the_remarks_of_its_reader() -> None:
+    text = '<robot name="arm"><link name="world"/><gazebo><static>true</static></gazebo></robot>'
+    assert any("another simulator" in line for line in db.Model.from_urdf(text).remarks)
+
+
+def test_links_without_gravity_have_no_weight() -> None:
+    for gravity, falls in [(True, True), (False, False)]:
+        builder = db.ModelBuilder("ball")
+        builder.add_link(db.LinkSpec("ball", mass=2.0, inertia=((1, 0, 0), (0, 1, 0), (0, 0, 1)), gravity=gravity))
+        simulator = db.Simulator(builder.build())
+        end = simulator.rollout(simulator.model.neutral(), np.zeros(6), steps=2)
+        assert (end.v[-1, 2] < 0) == falls
+    assert simulator.tangent_names == [f"{part}.base.{k}" for part in "qv" for k in range(6)]

@@ -323,6 +323,27 @@ def test_soft_contact_has_a_state() -> None:
     assert simulator.linearize(q, v, contact=simulator.neutral_contact()).a.shape[0] == simulator.n_tangent
 
 
+def test_soft_contact_has_a_restitution() -> None:
+    law = SoftContact.estimate(1.0, 1, 0.01).with_restitution(0.6, 2.0)
+    assert law.damping_exponent == 1 + law.stiffness_exponent
+    assert law.restitution(2.0) == pytest.approx(0.6)
+    assert SoftContact(0.5, 1e4, 10.0, 0.0, 0.0).restitution(1.0) is None
+    # A linear spring: half a period.
+    assert SoftContact(0.5, 100.0, 0.0, 0.0, 1.0).impact_time(4.0, 2.0) == pytest.approx(0.2 * np.pi)
+    model = db.Model.from_urdf(asset("sphere"))
+    flying = db.Simulator(model, time_step=1e-3, contacts=Contacts(law=law))
+    q, v = model.neutral(), np.zeros(6)
+    q[2], v[2] = 0.2, -2.0
+    end = flying.rollout(q, v, steps=200, contact=flying.neutral_contact())
+    # Gravity adds to the speed before and takes from it after.
+    assert end.v[-1, 2] > 0.0
+    assert flying.remarks(q) == []
+    said = flying.replace(time_step=0.02).remarks(q)
+    assert "too long for soft contact" in said[0]
+    with pytest.raises(ValueError, match="not in"):
+        law.with_restitution(1.5, 2.0)
+
+
 def test_terrains_have_their_heights() -> None:
     assert Terrain.incline(0.3).surface(2.0, 5.0) == pytest.approx((2 * np.tan(0.3), np.tan(0.3), 0))
     x, y = np.meshgrid(np.arange(5) * 0.5, np.arange(4) * 0.25, indexing="ij")

@@ -27,6 +27,8 @@
 //! | which shapes have no points? | [`Contacts::shapes_without_points`] | | |
 //! | on what ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
 //! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
+//! | which damping for which restitution, how long does an impact last? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
+//! | is the step short enough for it? | [`Simulator::remarks`](crate::Simulator::remarks) | O(points · nv²) | |
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
 //! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |

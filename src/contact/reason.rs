@@ -50,7 +50,8 @@ pub enum ContactReason {
         /// Velocity out of the ground, m/s.
         speed: f64,
     },
-    /// No force and no velocity: derivatives are those of free flight, one side of two.
+    /// On the surface without force and velocity, as where nothing presses the point down: derivatives are those of free flight, one side of
+    /// two. Those of a point that carries something are the mean of both, see [`Resting`](Self::Resting).
     Touching,
     /// A force inside the cone of friction: the velocity after the step is what the law asks for, whatever forces and friction are.
     Sticking,

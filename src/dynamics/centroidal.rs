@@ -39,12 +39,24 @@ pub fn momentum<P: Scalar, T: Over<P>>(
     v: &[T],
     frame: MomentumFrame,
 ) -> Force<T> {
-    let kinematics = forward_kinematics(model, q, v);
+    momentum_at(model, &forward_kinematics(model, q, v), frame)
+}
+
+/// [`momentum`] from known poses and velocities, without allocation.
+///
+/// # Panics
+/// If the kinematics are those of another robot.
+pub fn momentum_at<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    frame: MomentumFrame,
+) -> Force<T> {
+    kinematics.check(model);
     let total = bodies(model).fold(Force::zero(), |sum, id| {
         let h_B = model.body(id).inertia.times(&kinematics.velocity(Some(id)));
         sum + kinematics.pose(Some(id)).force(&h_B)
     });
-    pose_of(model, &kinematics, frame).force_inverse(&total)
+    pose_of(model, kinematics, frame).force_inverse(&total)
 }
 
 /// [`momentum`] about the centre of mass.
@@ -142,13 +154,25 @@ pub fn locked_inertia<P: Scalar, T: Over<P>>(
     q: &[T],
     frame: MomentumFrame,
 ) -> Inertia<T> {
-    let kinematics = at_rest(model, q);
+    locked_inertia_at(model, &at_rest(model, q), frame)
+}
+
+/// [`locked_inertia`] from known poses, without allocation.
+///
+/// # Panics
+/// If the kinematics are those of another robot.
+pub fn locked_inertia_at<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    frame: MomentumFrame,
+) -> Inertia<T> {
+    kinematics.check(model);
     let total = bodies(model).fold(Inertia::zero(), |sum, id| {
         sum + kinematics
             .pose(Some(id))
             .inertia(&model.body(id).inertia.lift())
     });
-    pose_of(model, &kinematics, frame).inverse().inertia(&total)
+    pose_of(model, kinematics, frame).inverse().inertia(&total)
 }
 
 /// Computes the average velocity in a chosen frame: that of the locked robot with the same momentum, I⁻¹ h. Allocates.

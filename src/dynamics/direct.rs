@@ -9,6 +9,7 @@ use super::packed::PackedScratch;
 use super::packed_tree::PackedTree;
 use super::rnea::world_acceleration;
 use super::tree::Bodies;
+use super::weightless::add_spared;
 use crate::model::{Generation, Model};
 use crate::scalar::{Over, Scalar, has_lanes, is_f64, may_be_f64};
 
@@ -33,7 +34,7 @@ struct Packed {
 impl Packed {
     /// Packs a robot with model data and states in plain numbers, where that pays; `None` otherwise.
     fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        if !(is_f64::<P>() && is_f64::<T>() && has_lanes()) {
+        if !(is_f64::<P>() && is_f64::<T>() && has_lanes()) || !model.weightless().is_empty() {
             return None;
         }
         let tree = PackedTree::worthwhile(model.bodies(), model.armature())?;
@@ -83,6 +84,9 @@ impl<T: Scalar> DirectScratch<T> {
             || {
                 let tree = Bodies::all(model);
                 outward(&tree, driven.q, driven.v, driven.external, working);
+                if !model.weightless().is_empty() {
+                    add_spared(model, &working.factor.X_PB, &mut working.F);
+                }
                 working.resist(model.armature(), driven.resistance);
                 let A_W = world_acceleration(model);
                 inward(&tree, driven.tau, &A_W, working);

@@ -5,6 +5,7 @@
 use super::center_of_mass::first_moment;
 use super::kinematics::{Kinematics, forward_kinematics};
 use super::passes::velocity;
+use super::weightless::spared_moment;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector};
@@ -79,7 +80,8 @@ pub(crate) fn each_kinetic_slope<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is.
+/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is. Of links that gravity
+/// does not act on nothing counts.
 ///
 /// Allocates working memory.
 ///
@@ -106,10 +108,11 @@ pub fn potential_energy_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
 ) -> T {
-    -dot(
-        &first_moment(model, kinematics),
-        &lift_vector::<P, T>(model.gravity()),
-    )
+    let mut moment = first_moment(model, kinematics);
+    if !model.weightless().is_empty() {
+        moment -= spared_moment(model, kinematics);
+    }
+    -dot(&moment, &lift_vector::<P, T>(model.gravity()))
 }
 
 #[cfg(test)]

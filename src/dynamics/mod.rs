@@ -98,6 +98,7 @@ mod regressor;
 mod rnea;
 mod singular;
 mod tree;
+mod weightless;
 
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
@@ -124,8 +125,8 @@ pub use center_of_mass::{center_of_mass, center_of_mass_at};
 pub use centroidal::{
     MomentumFrame, average_velocity, average_velocity_jacobian, center_of_mass_acceleration,
     center_of_mass_jacobian, center_of_mass_velocity, centroidal_momentum,
-    centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, momentum,
-    momentum_matrix,
+    centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, locked_inertia_at,
+    momentum, momentum_at, momentum_matrix,
 };
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub(crate) use crba::mass_matrix_of_placed_into;

@@ -6,11 +6,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::{DMatrix, RowDVector, Vector3};
 
 use super::kinematics::forward_kinematics;
 use super::passes::carry_force;
 use super::rnea::world_acceleration;
+use super::weightless::spared_part;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector, rotate_data};
@@ -45,9 +46,17 @@ pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
         let V = kinematics.velocity(Some(BodyId(i)));
         let from_parent = X_PB[i].motion_inverse(&body.parent.map_or(A_W, |p| A[p.0]));
         A.push(from_parent + body.velocity_product(&V, v) + body.motion(a));
+        let own = model.weightless().iter().position(|own| own.body.0 == i);
+        let spared = own.map(|k| {
+            let (spared, _) = spared_part(model, k, |i| X_PB[i]);
+            (spared, &model.weightless()[k])
+        });
         for k in 0..INERTIAL_PARAMETERS {
             let unit = Inertia::unit(k);
-            let F = unit.force(&V, &A[i]);
+            let mut F = unit.force(&V, &A[i]);
+            if let Some((spared, own)) = &spared {
+                F += spared.force_of(own, &Inertia::unit(k));
+            }
             let mut column = out.column_mut(INERTIAL_PARAMETERS * i + k);
             carry_force(model, &X_PB, BodyId(i), F, |body, F| {
                 body.add_projection(F, column.as_mut_slice());
@@ -91,8 +100,11 @@ pub fn potential_energy_regressor<P: Scalar, T: Over<P>>(
     let gravity = lift_vector::<P, T>(model.gravity());
     row::<P, T>(model, |i, unit| {
         let X_WB: Transform<T> = kinematics.pose(Some(BodyId(i)));
-        let moment =
-            X_WB.translation * unit.mass + rotate_data::<T, T>(&X_WB.rotation, &unit.first_moment);
+        let own = model.weightless().iter().find(|own| own.body.0 == i);
+        let none = || (T::zero(), Vector3::zeros());
+        let (m_0, h_0) = own.map_or_else(none, |own| own.of(unit.mass, &unit.first_moment));
+        let moment = X_WB.translation * (unit.mass - m_0)
+            + rotate_data::<T, T>(&X_WB.rotation, &(unit.first_moment - h_0));
         -dot(&moment, &gravity)
     })
 }

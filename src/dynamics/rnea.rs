@@ -4,6 +4,7 @@
 
 use nalgebra::DVector;
 
+use super::weightless::add_spared;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_vector;
@@ -225,6 +226,9 @@ fn recursive_newton_euler<P: Scalar, T: Over<P>>(
         #[inline(always)]
         || {
             outward(model, desired, scratch);
+            if !model.weightless().is_empty() {
+                add_spared(model, &scratch.X_PB, &mut scratch.F);
+            }
             add_armature(model, desired, tau);
             inward(model, scratch, tau);
         },

@@ -1,5 +1,7 @@
 //! Quantiles of Student's t distribution.
 
+use crate::special::ln_gamma;
+
 /// # Panics
 /// If the probability that an interval holds the true value is not between 0 and 1.
 pub(super) fn check_level(level: f64) {
@@ -86,35 +88,6 @@ fn beta_fraction(x: f64, a: f64, b: f64) -> f64 {
         last = p1;
     }
     p1
-}
-
-/// Computes ln Γ(x) for positive x: Stirling's series, after the recurrence has made the argument large.
-///
-/// # References
-/// [Abramowitz, Stegun 1964, 6.1.40].
-fn ln_gamma(mut x: f64) -> f64 {
-    /// From where on six terms are exact to rounding.
-    const LARGE: f64 = 15.0;
-    const TERMS: [f64; 6] = [
-        1.0 / 12.0,
-        -1.0 / 360.0,
-        1.0 / 1260.0,
-        -1.0 / 1680.0,
-        1.0 / 1188.0,
-        -691.0 / 360_360.0,
-    ];
-    let mut product = 1.0;
-    while x < LARGE {
-        product *= x;
-        x += 1.0;
-    }
-    let inverse = x.recip();
-    let series = TERMS
-        .iter()
-        .rev()
-        .fold(0.0, |sum, c| sum * inverse * inverse + c);
-    let half_log = 0.5 * std::f64::consts::TAU.ln();
-    (x - 0.5) * x.ln() - x + half_log + series * inverse - product.ln()
 }
 
 #[cfg(test)]

@@ -227,6 +227,6 @@ impl ModelOptions {
             context.warnings.extend(notes);
         }
         let report = report::report(context, self.base, &model);
-        Ok((model, report))
+        Ok((model.with_remarks(report.remarks()), report))
     }
 }

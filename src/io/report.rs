@@ -81,6 +81,15 @@ impl ImportReport {
     }
 }
 
+impl ImportReport {
+    /// The notes and remarks, a line each: those of [`Model::remarks`].
+    pub fn remarks(&self) -> Vec<String> {
+        let notes = [self.base_note(), self.limits_note()].into_iter().flatten();
+        let remarks = self.warnings.iter().chain(&self.ignored);
+        notes.chain(remarks.map(ToString::to_string)).collect()
+    }
+}
+
 impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let base = match self.base {

@@ -108,9 +108,7 @@ fn check_child<'a>(
 pub(super) const UNKNOWN: &str = "not read: no element of the format that is known here";
 
 /// Settings of another simulator that change the motion, each with what stands for it here.
-const PHYSICS: [(&str, &str); 17] = [
-    ("gravity", "gravity acts on all links"),
-    ("turnGravityOff", "gravity acts on all links"),
+const PHYSICS: [(&str, &str); 15] = [
     ("kinematic", "links move by forces"),
     (
         "springStiffness",
@@ -137,10 +135,19 @@ const PHYSICS: [(&str, &str); 17] = [
     ("selfCollide", "links do not touch one another"),
 ];
 
+/// Settings that are read, of links of a robot.
+const READ: [&str; 2] = ["gravity", "turnGravityOff"];
+
 /// Reports settings of another simulator: those that change the motion one by one, the others together.
 fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
+    let of_robot = gazebo.parent().is_some_and(|parent| tag(parent) == "robot");
+    let is_of_link = of_robot && gazebo.has_attribute("reference");
     let mut others = gazebo.children().filter(Node::is_element).count();
     for setting in gazebo.children().filter(Node::is_element) {
+        if is_of_link && READ.contains(&tag(setting)) {
+            others -= 1;
+            continue;
+        }
         let known = PHYSICS.iter().find(|(name, _)| *name == tag(setting));
         if let Some((name, instead)) = known {
             let text = setting.text().unwrap_or_default().trim();
@@ -167,6 +174,9 @@ fn reason(element: &str) -> &'static str {
         "calibration" => "reference positions for calibration are not used",
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
+        "stiffness" | "dissipation" => {
+            "joint limits act in simulators with Actuation::from_model, which chooses the stiffness; Actuator::limits sets another"
+        }
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
         _ => UNKNOWN,
     }

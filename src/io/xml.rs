@@ -36,6 +36,14 @@ impl Xml {
         self.text.push_str("/>\n");
     }
 
+    /// An element that contains a text only.
+    pub(super) fn text(&mut self, tag: &str, text: &str) {
+        self.tag::<&str>(tag, &[]);
+        self.text.push('>');
+        escape(&mut self.text, text);
+        self.text.extend(["</", tag, ">\n"]);
+    }
+
     /// Closes the innermost element.
     pub(super) fn end(&mut self) {
         if let Some(tag) = self.open.pop() {

@@ -11,11 +11,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::axes::{body_frame, unit, unit_axis};
 use super::body::Body;
-use super::builder::{JointSpec, ModelBuilder};
+use super::builder::{JointSpec, LinkSpec, ModelBuilder};
 use super::graph::{Graph, Start};
 use super::numbers::Numbers;
 use super::parts::{Frame, Joint, Link, SecondAxis, Spring};
 use super::structure::fingerprint;
+use super::weightless::Weightless;
 use super::{BodyId, FrameId, Generation, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
@@ -61,11 +62,49 @@ impl<T: Scalar> Attachment<T> {
     }
 }
 
+/// Links of a body by whether gravity acts on them.
+struct Weights<T> {
+    /// Inertia of those that it does not act on, in the body.
+    weightless: Inertia<T>,
+    /// Whether there are links with inertia that it does not act on, and that it acts on.
+    any: [bool; 2],
+}
+
+impl<T: Scalar> Weights<T> {
+    fn none() -> Self {
+        Self {
+            weightless: Inertia::zero(),
+            any: [false; 2],
+        }
+    }
+
+    fn add(&mut self, link: &LinkSpec, own: Inertia<T>) {
+        if link.inertia == Inertia::zero() {
+            return;
+        }
+        self.any[usize::from(link.has_gravity)] = true;
+        if !link.has_gravity {
+            self.weightless = self.weightless + own;
+        }
+    }
+
+    /// The part that gravity does not act on of a body with an inertia.
+    fn part(&self, body: BodyId, all: &Inertia<T>) -> Option<Weightless<T>> {
+        match self.any {
+            [false, _] => None,
+            [true, false] => Some(Weightless::whole(body)),
+            [true, true] => Some(Weightless::part_of(body, all, &self.weightless)),
+        }
+    }
+}
+
 /// The tree while it grows.
 struct Tree<'a, T> {
     builder: &'a ModelBuilder,
     numbers: &'a Numbers<T>,
     bodies: Vec<Body<T>>,
+    /// Of each body, the inertia of the links that gravity does not act on, and the masses with and without gravity, kg.
+    weights: Vec<Weights<T>>,
     frames: Vec<Frame<T>>,
     links: Vec<Link>,
     joints: Vec<Joint>,
@@ -82,6 +121,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             builder,
             numbers,
             bodies: Vec::new(),
+            weights: Vec::new(),
             frames: Vec::new(),
             links: Vec::new(),
             joints: Vec::new(),
@@ -167,6 +207,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             coupling: None,
             subtree_end: id.0 + 1,
         });
+        self.weights.push(Weights::none());
         Attachment {
             body: Some(id),
             X_BL: X_LB.inverse(),
@@ -177,9 +218,11 @@ impl<'a, T: Scalar> Tree<'a, T> {
     fn place_link(&mut self, index: usize, at: Attachment<T>) {
         let link = &self.builder.links[index];
         self.seen[index] = true;
-        if let Some(body) = at.body {
-            let body = &mut self.bodies[body.0];
-            body.inertia = body.inertia + at.X_BL.inertia(&self.numbers.inertias[index]);
+        if let Some(id) = at.body {
+            let body = &mut self.bodies[id.0];
+            let own = at.X_BL.inertia(&self.numbers.inertias[index]);
+            body.inertia = body.inertia + own;
+            self.weights[id.0].add(link, own);
         }
         self.links.push(Link {
             frame: FrameId(self.frames.len()),
@@ -204,11 +247,15 @@ impl<'a, T: Scalar> Tree<'a, T> {
                 parent.subtree_end = parent.subtree_end.max(end);
             }
         }
+        let weights = self.weights.iter().zip(&self.bodies).enumerate();
+        let weightless =
+            weights.filter_map(|(i, (weights, body))| weights.part(BodyId(i), &body.inertia));
         Ok(Model {
             name: self.builder.name.clone(),
             gravity: self.builder.gravity.map(T::constant),
             generation: Generation::next(),
             structure: fingerprint(&self.bodies, &self.joints, &self.frames),
+            weightless: weightless.collect(),
             bodies: self.bodies,
             frames: self.frames,
             damping: constants(&coordinates.damping),
@@ -218,6 +265,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             links: self.links,
             nq: coordinates.nq,
             description: Arc::new(self.builder.clone()),
+            remarks: Arc::default(),
         })
     }
 

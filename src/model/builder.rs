@@ -21,6 +21,7 @@ pub struct LinkSpec {
     pub(super) inertia: Inertia<f64>,
     pub(super) visuals: Vec<Visual>,
     pub(super) collisions: Vec<Collision>,
+    pub(super) has_gravity: bool,
 }
 
 impl LinkSpec {
@@ -33,7 +34,32 @@ impl LinkSpec {
             inertia: Inertia::zero(),
             visuals: Vec::new(),
             collisions: Vec::new(),
+            has_gravity: true,
         }
+    }
+
+    /// Lets gravity not act on the link: it has inertia and no weight, as for a part that is balanced or floats.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::dynamics::gravity_forces;
+    /// use dualbody::joint::JointKind;
+    /// use dualbody::model::{JointSpec, LinkSpec, ModelBuilder};
+    ///
+    /// let rod = |name: &str, mass: f64| LinkSpec::new(name).with_mass(mass, [0.25, 0.0, 0.0], [0.0, 0.02, 0.02]);
+    /// let mut arm = ModelBuilder::new("arm");
+    /// arm.add_link(LinkSpec::new("world")).add_link(rod("upper", 1.0)).add_link(rod("lower", 2.0).without_gravity());
+    /// let hinge = |name: &str, parent: &str, child: &str| JointSpec::new(name, JointKind::Revolute, parent, child).with_axis([0.0, 1.0, 0.0]);
+    /// arm.add_joint(hinge("shoulder", "world", "upper"));
+    /// arm.add_joint(hinge("elbow", "upper", "lower").with_translation([0.5, 0.0, 0.0]));
+    /// let held = gravity_forces(&arm.build()?, &[0.0, 0.0]);
+    /// assert!((held[0] + 9.81 * 0.25).abs() < 1e-12 && held[1].abs() < 1e-12);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn without_gravity(mut self) -> Self {
+        self.has_gravity = false;
+        self
     }
 
     /// Sets the inertia in the link frame, about its origin.

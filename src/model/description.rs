@@ -32,6 +32,11 @@ impl LinkSpec {
         &self.inertia
     }
 
+    /// Whether gravity acts on the link.
+    pub fn has_gravity(&self) -> bool {
+        self.has_gravity
+    }
+
     /// Visual shapes, to show.
     pub fn visuals(&self) -> &[Visual] {
         &self.visuals

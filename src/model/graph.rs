@@ -155,7 +155,8 @@ impl Graph {
                 _ => Err(LoadError::UnsupportedBase {
                     at: builder.position("link", WORLD),
                     link: WORLD.into(),
-                    reason: "it floats only if exactly one link hangs on it, by a fixed joint"
+                    reason: "it floats only if exactly one link hangs on it, by a fixed joint; where joints of other kinds hang on it, give the link \
+                             another name, by which it floats with them"
                         .into(),
                 }),
             },

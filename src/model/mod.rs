@@ -56,6 +56,7 @@ mod structure;
 mod tree;
 mod up_axis;
 pub(crate) mod walk;
+mod weightless;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -79,6 +80,7 @@ pub use solids::Mass;
 pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
+pub(crate) use weightless::Weightless;
 
 use crate::error::UnknownName;
 use crate::numbers::{Domain, Numbers as _};
@@ -100,6 +102,8 @@ pub struct Model<P = f64> {
     name: String,
     gravity: Vector3<P>,
     bodies: Vec<Body<P>>,
+    /// Parts of bodies that gravity does not act on.
+    weightless: Vec<Weightless<P>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -112,12 +116,38 @@ pub struct Model<P = f64> {
     generation: Generation,
     /// Description that the model was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
+    /// See [`remarks`](Self::remarks).
+    remarks: Arc<[String]>,
 }
 
 impl<P: Scalar> Model<P> {
     /// Name of the robot.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Remarks of the reader of its file, a sentence each: which base it has and why, that limits act in some simulators only, what was read but
+    /// may not mean what its author wanted, and what of the file the model does not use. Empty for robots that are built in code.
+    ///
+    /// They are the lines of the `ImportReport` that `ModelOptions` gives beside a model, for those who load without it.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    ///
+    /// let arm = Model::from_urdf_str(r#"<robot name="arm"><link name="world"/><gazebo><static>true</static></gazebo></robot>"#)?;
+    /// assert!(arm.remarks().iter().any(|line| line.contains("settings of another simulator")));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// Sets the remarks of a reader.
+    #[cfg(feature = "formats")]
+    pub(crate) fn with_remarks(mut self, remarks: Vec<String>) -> Self {
+        self.remarks = remarks.into();
+        self
     }
 
     /// Number of configuration coordinates, length of q.

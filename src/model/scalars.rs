@@ -35,6 +35,9 @@ impl<P: Scalar> Model<P> {
         for (out, body) in out.bodies.iter_mut().zip(&self.bodies) {
             *out = body.map_numbers(value);
         }
+        for (out, own) in out.weightless.iter_mut().zip(&self.weightless) {
+            *out = own.map_numbers(value);
+        }
         for (out, armature) in out.armature.iter_mut().zip(&self.armature) {
             *out = armature.value(0);
         }
@@ -47,6 +50,7 @@ impl<P: Scalar> Model<P> {
             name: self.name.clone(),
             gravity: self.gravity.map(&mut *f),
             bodies: self.bodies.map_numbers(f),
+            weightless: self.weightless.map_numbers(f),
             generation: Generation::next(),
             frames: self.frames.map_numbers(f),
             damping: self.damping.iter().map(|&d| f(d)).collect(),
@@ -57,6 +61,7 @@ impl<P: Scalar> Model<P> {
             nq: self.nq,
             structure: self.structure,
             description: Arc::clone(&self.description),
+            remarks: Arc::clone(&self.remarks),
         }
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn capsule_volume<T: Scalar>(radius: T, length: T) -> T {
 }
 
 impl Geometry {
-    /// The volume, m³; `None` for a mesh, which is not read.
+    /// The volume, m³; `None` for a mesh, whose file is not read here: see [`inertia`](Self::inertia).
     pub fn volume(&self) -> Option<f64> {
         match *self {
             Self::Box { size: [x, y, z] } => Some(x * y * z),
@@ -46,7 +46,10 @@ impl Geometry {
         }
     }
 
-    /// The inertia of a homogeneous solid of this shape in its own frame; `None` for a mesh, which is not read.
+    /// The inertia of a homogeneous solid of this shape in its own frame; `None` for a mesh, whose file is not read here.
+    ///
+    /// Those of closed meshes are found by [`Hardware`](super::Hardware), with sizes and densities as design parameters: with a
+    /// [`LinkShape`](super::LinkShape) of the mesh and what reads its file, [`MeshSolids`](super::MeshSolids).
     ///
     /// # Examples
     /// ```

@@ -74,6 +74,7 @@ impl<P: Scalar> Model<P> {
             .or_else(|| differing("frames", self.frames.len(), other.frames.len()))
             .or_else(|| self.first_joint_difference(other))
             .or_else(|| self.first_body_difference(other))
+            .or_else(|| self.first_weight_difference(other))
             .or_else(|| self.first_frame_difference(other))
     }
 
@@ -105,6 +106,13 @@ impl<P: Scalar> Model<P> {
             }
         }
         None
+    }
+
+    /// Bodies that gravity does not act on, or on parts of.
+    fn first_weight_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
+        let own = self.weightless.iter().map(|part| part.body);
+        let theirs = other.weightless.iter().map(|part| part.body);
+        (!own.eq(theirs)).then(|| "gravity acts on other links of it".to_owned())
     }
 
     fn first_frame_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {

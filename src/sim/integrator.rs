@@ -17,7 +17,7 @@
 /// | | semi-implicit Euler | implicit velocity | Runge–Kutta |
 /// |---|---|---|---|
 /// | UR5 with dampers of 2 N·m·s | 3e-4, 2e-3, 3e-3; 0.9 µs | 3e-4, 2e-3, 3e-3; 5 µs | diverges in the second step |
-/// | quadruped that falls on soft feet | 7e-3, bounces off; 4 µs | 3e-3, 1e-2, 2e-2; 23 µs | 6e-5, 0.2, 1.4; 14 µs |
+/// | quadruped that falls on soft feet (p = q = ½) | 7e-3, bounces off; 4 µs | 3e-3, 1e-2, 2e-2; 23 µs | 6e-5, 0.2, 1.4; 14 µs |
 /// | free body that tumbles at 20 rad/s | 2e-2, 9e-2, 0.2; 0.8 µs | 3e-3, 1.5e-2, 3e-2; 3 µs | below 4e-5; 3 µs |
 /// | slider-crank, a closed loop | 1.5e-3, 8e-3, 2e-2; 5 µs | as semi-implicit Euler | 2e-5; 11 µs |
 ///

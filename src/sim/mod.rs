@@ -18,6 +18,7 @@
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
+//! | is the step short enough for soft contact? | [`Simulator::remarks`] | O(points · nv²) | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
@@ -45,6 +46,7 @@ mod parameter_slots;
 mod parameters;
 mod placed;
 mod random;
+mod remarks;
 mod report;
 mod rollout;
 mod rows;
@@ -78,11 +80,12 @@ pub(crate) use names::coordinate_names;
 pub(crate) use names::{column_names, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
+pub use remarks::SimulatorRemark;
 pub use report::ContactReport;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
-pub(crate) use rollout::write_row;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
+pub(crate) use rollout::{most_states, write_row};
 pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;

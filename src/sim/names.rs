@@ -1,5 +1,6 @@
 //! Names of coordinates.
 
+use super::simulator::Simulator;
 use crate::joint::JointKind;
 use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
@@ -24,6 +25,33 @@ const BASE: &str = "base";
 /// The name of the joint of each velocity coordinate, numbered where it has several; of a floating base `base`.
 pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
     coordinate_names(model, JointKind::nv, BASE).collect()
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// Name of each direction of the [tangent space](Self::n_tangent) of the state, which are the rows and columns of A: `q.<joint>` for a small
+    /// displacement,
+    /// `v.<joint>` for a velocity, numbered from 0 where a joint has several (`q.base.3` of a floating base turns it about its x axis), then
+    /// `contact<k>` for the state of contact.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    ///
+    /// let cartpole = Simulator::new(samples::cartpole());
+    /// let names = cartpole.tangent_names();
+    /// assert_eq!(names, ["q.linear", "q.pivot", "v.linear", "v.pivot"]);
+    /// let speed = names.iter().position(|name| name == "v.linear").unwrap();
+    /// let step = cartpole.linearize(&State::new(&[0.0; 2], &[0.0; 2]), &[0.0; 2]);
+    /// assert!(step.b[(speed, 0)] > 0.0);
+    /// ```
+    pub fn tangent_names(&self) -> Vec<String> {
+        let of = |prefix: &'static str| {
+            let names = tangent_names(self.model()).into_iter();
+            names.map(move |name| format!("{prefix}.{name}"))
+        };
+        let contact = numbered("contact", self.n_contact());
+        of("q").chain(of("v")).chain(contact).collect()
+    }
 }
 
 /// The name of the joint of each coordinate, `<joint>.0`, `<joint>.1`, … where it has several.

@@ -9,6 +9,7 @@ use super::simulator::Simulator;
 use super::state::State;
 use super::step::StepScratch;
 use crate::cone::Status;
+use crate::memory;
 use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 
@@ -26,6 +27,12 @@ pub enum RolloutStatus {
     /// This step led to a state that is not finite, or faster than the [bound](Simulator::with_divergence_bound); the trajectory ends before
     /// it.
     Diverged {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+    /// The state after this step, and in a batch the states of all trajectories, would need more memory than the [limit](crate::memory); the
+    /// trajectory ends before it.
+    OutOfMemory {
         /// Index of the step, from 0.
         step: usize,
     },
@@ -71,8 +78,8 @@ impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
     /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
-    /// status. Memory grows with the steps that are taken, not with those that are asked for. [`rollout_over`](Self::rollout_over) is the
-    /// same over any scalar.
+    /// status. Memory grows with the steps that are taken, not with those that are asked for; where it comes to the [limit](crate::memory), the
+    /// rollout stops. [`rollout_over`](Self::rollout_over) is the same over any scalar.
     ///
     /// # Examples
     /// ```
@@ -165,7 +172,12 @@ impl<P: Scalar> Simulator<P> {
             solver_failure: None,
         };
         let mut next = initial.clone();
+        let most = most_states(initial, self.nu());
         for step in 0..steps {
+            if !has_room(&mut rollout, most) {
+                rollout.status = RolloutStatus::OutOfMemory { step };
+                break;
+            }
             let mut u = DVector::zeros(self.nu());
             let state = &rollout.states[step];
             control(step as f64 * time_step, state, u.as_mut_slice());
@@ -263,6 +275,20 @@ impl Rollout {
             "the rollout is one of another robot than \"{name}\""
         );
     }
+}
+
+/// Whether a trajectory has room for one more state.
+///
+/// * `most` – how many states fit
+fn has_room<T: Scalar>(rollout: &mut Rollout<T>, most: usize) -> bool {
+    let states = &mut rollout.states;
+    states.len() < most && states.try_reserve(1).is_ok() && rollout.inputs.try_reserve(1).is_ok()
+}
+
+/// How many states like one, each with an input of `nu` entries, fit into memory.
+pub(crate) fn most_states<T: Scalar>(state: &State<T>, nu: usize) -> usize {
+    let heads = size_of::<State<T>>() + size_of::<DVector<T>>();
+    memory::limit() / (heads + (state.len() + nu) * size_of::<T>())
 }
 
 impl RolloutStatus {
@@ -369,15 +395,15 @@ mod tests {
     }
 
     #[test]
-    fn batches_of_more_steps_than_memory_holds_panic_with_the_number_of_steps() {
+    fn batches_of_more_steps_than_memory_holds_end_before_the_first_step() {
         let batch = || BatchSimulator::new(Simulator::new(samples::cartpole()), 3);
         let starts = vec![start(); 3];
         for steps in [usize::MAX, usize::MAX / 64, 1 << 62, 1 << 48] {
-            let run = || batch().rollout(&starts, steps, |_, _, _| {});
-            let panic = std::panic::catch_unwind(run).unwrap_err();
-            let text = panic.downcast_ref::<String>().unwrap();
-            let expected = format!("trajectories of {steps} steps do not fit into memory");
-            assert_eq!(*text, expected);
+            let found = batch().rollout(&starts, steps, |_, _, _| panic!("a step"));
+            for (i, start) in starts.iter().enumerate() {
+                assert_eq!(found.status(i), RolloutStatus::OutOfMemory { step: 0 });
+                assert_eq!((found.n_states(i), found.last(i)), (1, start.clone()));
+            }
             let run = || batch().rollout_inputs(&starts, steps, &[]);
             let panic = std::panic::catch_unwind(run).unwrap_err();
             let text = panic.downcast_ref::<String>().unwrap();

@@ -194,6 +194,9 @@ impl<P: Scalar> Simulator<P> {
 
     /// Puts the robot on a ground; without this call it touches nothing.
     ///
+    /// [Soft contact](crate::contact::SoftContact) wants [`Integrator::ImplicitVelocity`]: in semi-implicit Euler, the default, it makes what
+    /// lies on a slope chatter, and throws up what lands, where steps are too long for it. No status says so; [`remarks`](Self::remarks) does.
+    ///
     /// # Panics
     /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity. If the
     /// contacts are those of another robot, or a point is on a link or body that there is not.

@@ -1,5 +1,7 @@
 //! One step of time.
 
+use nalgebra::DVector;
+
 use super::integrators::{AccelerationScratch, Step, StepMemory};
 use super::moment::Moment;
 use super::simulator::Simulator;
@@ -90,6 +92,25 @@ impl<P: Scalar> Simulator<P> {
             *method = StepMemory::new(self);
         }
         method.step(self, state, u, acceleration, next);
+    }
+
+    /// The acceleration v̇ of a state under the input `u` (length `nu`; N·m or N), length `nv` (rad/s² or m/s²):
+    /// [`acceleration_into`](Self::acceleration_into) with memory of its own. Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    ///
+    /// let pendulum = Simulator::new(samples::pendulum());
+    /// let a = pendulum.acceleration(&State::new(&[0.0], &[0.0]), &[2.0]);
+    /// assert!((a[0] - 6.0).abs() < 1e-14); // 3 u / (m l²)
+    /// ```
+    pub fn acceleration<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> DVector<T> {
+        let mut scratch = StepScratch::for_calls(self, Calls::One);
+        DVector::from_column_slice(self.acceleration_into(state, u, &mut scratch))
     }
 
     /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge

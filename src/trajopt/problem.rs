@@ -7,6 +7,8 @@ use nalgebra::DVector;
 use super::constraint::{Constraint, check_bounds};
 use super::cost::Cost;
 use super::system::{AnySystem, System};
+use crate::error::OutOfMemory;
+use crate::memory;
 
 /// Start of a trajectory: given, or free to be chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -175,6 +177,35 @@ impl Problem {
     /// System of the problem, of which time step and sizes are those of the problem.
     pub fn dynamics(&self) -> &dyn AnySystem {
         &*self.dynamics
+    }
+
+    /// Checks that a solver has room for its stages: about four matrices of the size of state and input each.
+    ///
+    /// # Errors
+    /// If they would need more memory than the [limit](crate::memory). Solvers panic with the message.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples, trajopt::Problem};
+    ///
+    /// let problem = |horizon| Problem::new(Simulator::new(samples::pendulum()), horizon, &[0.0; 2]);
+    /// assert!(problem(1000).check_memory().is_ok());
+    /// let error = problem(usize::MAX).check_memory().unwrap_err();
+    /// assert!(error.to_string().starts_with("a solver's 18446744073709551615 stages need"));
+    /// ```
+    pub fn check_memory(&self) -> Result<(), OutOfMemory> {
+        let width = self.dynamics.ndx() + self.dynamics.nu();
+        let stage = 4 * width * (width + 4) * size_of::<f64>();
+        let stages = self.horizon.saturating_add(1);
+        let what = format_args!("a solver's {stages} stages");
+        memory::check(what, stages.saturating_mul(stage))
+    }
+
+    /// Panics with the message of [`check_memory`](Self::check_memory), if it fails.
+    pub(super) fn assert_memory(&self) {
+        if let Err(error) = self.check_memory() {
+            panic!("{error}");
+        }
     }
 
     /// Number of steps N.

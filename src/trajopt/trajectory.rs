@@ -22,7 +22,11 @@ pub struct Trajectory {
 impl Trajectory {
     /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only
     /// where the start is an equilibrium. Allocates.
+    ///
+    /// # Panics
+    /// If a solver of the problem has no [memory](Problem::check_memory).
     pub fn zero_input(problem: &Problem) -> Self {
+        problem.assert_memory();
         let start = problem.start().clone();
         Self {
             states: vec![start; problem.horizon() + 1],

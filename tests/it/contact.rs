@@ -17,7 +17,7 @@ const GRAVITY: f64 = 9.81;
 fn soft(mu: f64) -> SoftContact {
     SoftContact {
         friction: mu,
-        ..SoftContact::estimate(1.0, 4, 1e-3)
+        ..ground::square_root_law(1.0, 4, 1e-3)
     }
 }
 

@@ -7,7 +7,9 @@ use dualbody::contact::{
 use dualbody::model::{LinkSpec, Mass};
 use dualbody::{Integrator, Model, Simulator, State};
 
-use crate::common::ground::{base_velocity, body, differences, free, laws_with, rolling_on, run};
+use crate::common::ground::{
+    base_velocity, body, differences, free, laws_with, rolling_on, run, square_root_law,
+};
 use crate::common::{OTHER_ALGORITHM, asset};
 
 const INFINITY: f64 = f64::INFINITY;
@@ -17,7 +19,7 @@ const THICKNESS: f64 = 0.05;
 
 /// Laws with a friction for a box of 1 kg.
 fn laws(friction: f64) -> [ContactLaw; 3] {
-    laws_with(friction, SoftContact::estimate(1.0, 4, 1e-3))
+    laws_with(friction, square_root_law(1.0, 4, 1e-3))
 }
 
 /// Makes a plate of 1 kg.

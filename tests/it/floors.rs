@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 18] = [
     &["error", "stop"],
     &["scalar"],
-    &["autodiff", "input", "linalg", "numbers", "parallel"],
+    &[
+        "autodiff", "input", "linalg", "memory", "numbers", "parallel", "special",
+    ],
     &["cone", "least_squares", "minimize"],
     &["spatial"],
     &["joint"],

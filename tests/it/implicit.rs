@@ -162,7 +162,7 @@ fn stops_of_any_stiffness_hold_from_both_sides_never_pull_and_never_add_energy()
 fn soft(mu: f64) -> SoftContact {
     SoftContact {
         friction: mu,
-        ..SoftContact::estimate(1.0, 4, 1e-3)
+        ..ground::square_root_law(1.0, 4, 1e-3)
     }
 }
 
@@ -238,7 +238,7 @@ fn box_sticks_on_an_incline_if_and_only_if_its_slope_is_below_friction() {
 
 #[test]
 fn contact_far_stiffer_than_the_step_resolves_comes_to_rest_and_loses_energy() {
-    let hard = SoftContact::estimate(1.0, 4, 1e-5);
+    let hard = ground::square_root_law(1.0, 4, 1e-5);
     let simulator = on(asset("box.urdf"), Terrain::flat(0.0), hard).with_time_step(2e-3);
     let start = free(
         &simulator,

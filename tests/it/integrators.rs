@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use dualbody::constraint::{Anchor, Constraint};
-use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, Contacts, Terrain};
 use dualbody::dynamics::{bias_forces, mass_matrix};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
@@ -14,7 +14,7 @@ use dualbody::{Integrator, Model, Simulator, State};
 use nalgebra::{DVector, Vector3, vector};
 
 use crate::common::everything::INTEGRATORS;
-use crate::common::ground::energy;
+use crate::common::ground::{energy, square_root_law};
 use crate::common::{asset, generator};
 use crate::constraints::slider_crank;
 
@@ -357,7 +357,7 @@ fn documented() -> [Documented; 4] {
     let arm = (0..6).fold(asset("ur5.urdf"), |arm, k| arm.with_damping(k, 2.0));
     let arm_start = State::random(&arm, &mut generator(3), 1.0);
     let quadruped = asset("quadruped.urdf");
-    let law = ContactLaw::Soft(SoftContact::estimate(quadruped.total_mass(), 4, 5e-3));
+    let law = ContactLaw::Soft(square_root_law(quadruped.total_mass(), 4, 5e-3));
     let feet = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
     let contacts = Contacts::new(&quadruped, Terrain::flat(0.0), law);
     let contacts = contacts.with_links(&quadruped, &feet).expect("feet");

@@ -38,6 +38,7 @@ mod graphs_of_steps;
 mod guide;
 mod hardware;
 mod identities;
+mod impacts;
 mod implicit;
 mod implicit_midpoint;
 mod integrators;
@@ -76,4 +77,5 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
+mod weightless;
 mod yielding_constraints;

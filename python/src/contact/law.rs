@@ -136,3 +136,40 @@ pub(crate) fn _estimate_soft_contact(
         normal.damping_exponent,
     ])
 }
+
+fn normal_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {
+    HuntCrossley {
+        stiffness,
+        damping,
+        stiffness_exponent,
+        damping_exponent,
+    }
+}
+
+/// Numbers of a normal force that is damped for a restitution at a speed.
+#[pyfunction]
+pub(crate) fn _with_restitution(
+    normal: [f64; 4],
+    restitution: f64,
+    speed: f64,
+) -> PyResult<[f64; 4]> {
+    let found = guarded(|| normal_of(normal).with_restitution(restitution, speed))?;
+    Ok([
+        found.stiffness,
+        found.damping,
+        found.stiffness_exponent,
+        found.damping_exponent,
+    ])
+}
+
+/// Restitution of a normal force at a speed.
+#[pyfunction]
+pub(crate) fn _restitution(normal: [f64; 4], speed: f64) -> PyResult<Option<f64>> {
+    guarded(|| normal_of(normal).restitution(speed))
+}
+
+/// Time of contact of a mass at a speed.
+#[pyfunction]
+pub(crate) fn _impact_time(normal: [f64; 4], mass: f64, speed: f64) -> PyResult<f64> {
+    guarded(|| normal_of(normal).impact_time(mass, speed))
+}

@@ -8,7 +8,7 @@ mod parts;
 mod points;
 mod terrain;
 
-pub(crate) use law::_estimate_soft_contact;
+pub(crate) use law::{_estimate_soft_contact, _impact_time, _restitution, _with_restitution};
 pub(crate) use motors::actuation_of;
 pub(crate) use parts::with_parts;
 pub(crate) use points::{contacts_of, point_numbers};

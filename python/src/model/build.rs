@@ -19,6 +19,9 @@ pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
         link.getattr("inertia")?.extract()?,
     );
     let mut spec = LinkSpec::new(name).with_inertia(inertia_of(mass, com, inertia));
+    if !link.getattr("gravity")?.extract::<bool>()? {
+        spec = spec.without_gravity();
+    }
     for shape in link.getattr("visuals")?.try_iter()? {
         let shape = shape?;
         spec = spec.with_visual(Visual {

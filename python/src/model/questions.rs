@@ -45,6 +45,12 @@ impl PyModel {
         self.model.total_mass()
     }
 
+    /// Remarks of the reader of its file, a sentence each.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.model.remarks().to_vec()
+    }
+
     /// Acceleration of gravity, m/s².
     #[getter]
     pub(super) fn gravity(&self) -> (f64, f64, f64) {

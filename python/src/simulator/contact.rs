@@ -7,11 +7,18 @@ use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
-use crate::arrays::vector;
+use crate::arrays::{read_vector, vector};
 use crate::words::snake;
 
 #[pymethods]
 impl PySimulator {
+    /// Sentences on time steps that are too long for soft contact, for poses like this one.
+    fn remarks(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+        let q = read_vector("q", q, Some(self.simulator.model().nq()))?;
+        let said = self.simulator.remarks(&q);
+        Ok(said.iter().map(ToString::to_string).collect())
+    }
+
     /// What touches and how in a state under an input: a ContactReport.
     #[pyo3(signature = (q, v, u=None, *, contact=None))]
     fn contact_report<'py>(

@@ -60,6 +60,12 @@ impl PySimulator {
         self.simulator.input_names()
     }
 
+    /// Name of each direction of the tangent space of the state: rows and columns of A.
+    #[getter]
+    fn tangent_names(&self) -> Vec<String> {
+        self.simulator.tangent_names()
+    }
+
     /// The least and the largest input that the joints' effort limits allow: (nu,) twice, infinite where there is no limit.
     #[getter]
     fn effort_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {

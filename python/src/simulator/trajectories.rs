@@ -10,6 +10,7 @@ pub(crate) fn status_of(status: RolloutStatus) -> Status {
     match status {
         RolloutStatus::NonFiniteInput { step } => ("non_finite_input", Some(step)),
         RolloutStatus::Diverged { step } => ("diverged", Some(step)),
+        RolloutStatus::OutOfMemory { step } => ("out_of_memory", Some(step)),
         _ => ("completed", None),
     }
 }

@@ -7,7 +7,9 @@ use crate::scalar::{Over, Scalar};
 /// A spring with a damper that never pulls:  f = max(0, K δ¹⁺ᵖ + D δ^q δ̇) at a depth δ > 0, else 0.
 ///
 /// As force and damping grow from nothing with the depth (p, q > 0), the force is continuous at touch-down; with q = 0 the damper
-/// acts fully from the first touch. The clamp takes away what would pull, so that passing through never gives energy.
+/// acts fully from the first touch. The clamp takes away what would pull, so that passing through never gives energy. With q = 1 + p it does not act in an
+/// impact, and the restitution has a closed form: [`with_restitution`](Self::with_restitution), [`restitution`](Self::restitution),
+/// [`impact_time`](Self::impact_time).
 ///
 /// # References
 /// [Hunt, Crossley 1975]; [Azad, Featherstone 2010] for the exponents.

@@ -1,6 +1,7 @@
 //! Laws of the contact force at a point: one file each, with the list of functions that [`law`] documents.
 
 mod hunt_crossley;
+mod impact;
 mod impedance;
 mod law;
 mod relaxed_rigid;

@@ -21,8 +21,10 @@
 
 use super::slots::ParameterSlots;
 use crate::dynamics::rnea::{Accelerated, joint_motion, world_acceleration};
+use crate::dynamics::weightless::spared_part;
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{cross, dot, rotate, scale};
 use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
 
 /// A motion, the external forces under it, and the weights of the joint forces that it needs.
@@ -232,6 +234,44 @@ impl<T: Scalar> Sweep<T> {
             own.by_pose = Force::zero();
             (own.X_PB, own.V, own.A, own.W) = (X, V, A, W);
         }
+        if !model.weightless().is_empty() {
+            self.spare(model);
+        }
+    }
+
+    /// Takes the weight W · F₀ = g · L of what gravity does not act on from the sum: F₀, and derivatives in the pose and in gravity.
+    #[inline(never)]
+    fn spare<P: Scalar>(&mut self, model: &Model<P>)
+    where
+        T: Over<P>,
+    {
+        for k in 0..model.weightless().len() {
+            let (spared, F) = spared_part(model, k, |i| self.bodies[i].X_PB);
+            let own = &mut self.bodies[spared.body.0];
+            let L = spared.momentum(&own.W);
+            own.F += F;
+            own.by_pose.angular += cross(&L, &spared.gravity);
+            self.by_A_W.linear -= rotate(&spared.X_WB.rotation, &L);
+        }
+    }
+
+    /// The derivative of that weight in masses and first moments.
+    #[inline(never)]
+    fn spare_inertias<P: Scalar>(&self, model: &Model<P>, out: &mut [T])
+    where
+        T: Over<P>,
+    {
+        for (k, own) in model.weightless().iter().enumerate() {
+            let (spared, _) = spared_part(model, k, |i| self.bodies[i].X_PB);
+            let W = &self.bodies[own.body.0].W;
+            let first = self.slots.inertia[own.body.0];
+            for (k, out) in out[first..].iter_mut().take(4).enumerate() {
+                let unit = Inertia::<T>::unit(k);
+                let (mass, moment) = own.of(unit.mass, &unit.first_moment);
+                let L = scale(&W.linear, mass) + cross(&W.angular, &moment);
+                *out += dot(&spared.gravity, &L);
+            }
+        }
     }
 
     /// From the tips to the world: the gradient at each joint and body, then the parent takes over.
@@ -270,6 +310,9 @@ impl<T: Scalar> Sweep<T> {
             }
         }
         self.seen.clear();
+        if !model.weightless().is_empty() && !out.parameters.is_empty() {
+            self.spare_inertias(model, out.parameters);
+        }
         self.add_armature(model, at, out);
         if let Some(gravity) = self.slots.gravity.filter(|_| !out.parameters.is_empty()) {
             // A_W = −g

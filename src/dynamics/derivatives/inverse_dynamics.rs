@@ -22,10 +22,12 @@ use nalgebra::DMatrix;
 use super::composite::Composite;
 use super::joint::{Direction, Seeded, moved, place, place_rare, turned_by_rare, turned_force};
 use super::propagate::{Entries, Matrices, Output, pass};
+use super::weightless::add_spared_slopes;
 use crate::dynamics::calls::Calls;
 use crate::dynamics::columns::Columns;
 use crate::dynamics::crba::add_armature;
 use crate::dynamics::rnea::{Accelerated, world_acceleration};
+use crate::dynamics::weightless::spared_part;
 use crate::joint::{Joint, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
@@ -202,10 +204,28 @@ pub(crate) fn add_derivatives<P: Scalar, T: Over<P> + Differentiable, E: Entries
         #[inline(always)]
         || {
             outward(model, at, external, scratch);
+            if !model.weightless().is_empty() {
+                spare(model, scratch, entries.out);
+            }
             inward(model, scratch, &mut entries);
         },
     );
     add_armature(model, mass);
+}
+
+/// Takes the weight of what gravity does not act on from the forces and their derivatives.
+#[inline(never)]
+fn spare<P: Scalar, T: Over<P> + Differentiable, E: Entries<T>>(
+    model: &Model<P>,
+    s: &mut InverseDynamicsDerivativesScratch<T>,
+    out: &mut E,
+) {
+    for k in 0..model.weightless().len() {
+        let X_PB = |i: usize| s.bodies[i].X_PB;
+        let (spared, F) = spared_part(model, k, X_PB);
+        add_spared_slopes(model, X_PB, &spared, out);
+        s.bodies[spared.body.0].F += F;
+    }
 }
 
 fn seed<P: Scalar, T: Over<P> + Differentiable>(

@@ -12,6 +12,7 @@ mod forward_dynamics;
 mod inverse_dynamics;
 mod joint;
 mod propagate;
+mod weightless;
 
 pub(crate) use blocks::Blocks;
 pub use by_duals::{

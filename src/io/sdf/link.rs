@@ -33,6 +33,7 @@ impl Reader<'_, '_, '_> {
         let name = self.name(node)?;
         let pose = self.pose(node)?;
         let inertial = self.inertial(node)?;
+        let has_gravity = self.has_gravity(node)?;
         let visuals = self.shapes(node, "visual", &schema::VISUAL)?;
         let collisions = self.shapes(node, "collision", &schema::COLLISION)?;
         let kind = FrameKind::Link(self.shared.scene.links.len());
@@ -40,10 +41,21 @@ impl Reader<'_, '_, '_> {
         self.shared.scene.links.push(LinkEntry {
             frame,
             inertial,
+            has_gravity,
             visuals,
             collisions,
         });
         Ok(())
+    }
+
+    /// Whether gravity acts on a link, as it does where nothing is said.
+    fn has_gravity(&self, link: Node<'_>) -> Result<bool, LoadError> {
+        let node = child(link, "gravity");
+        let said = node.and_then(|node| Some((node, node.text()?.trim())));
+        match said {
+            Some((node, text)) if !text.is_empty() => truth(&self.context, node, "gravity", text),
+            _ => Ok(true),
+        }
     }
 
     fn inertial(&mut self, link: Node<'_>) -> Result<Inertial, LoadError> {

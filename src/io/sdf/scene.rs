@@ -96,6 +96,7 @@ impl Pose {
 pub(super) struct LinkEntry {
     pub(super) frame: usize,
     pub(super) inertial: Inertial,
+    pub(super) has_gravity: bool,
     pub(super) visuals: Vec<Shape>,
     pub(super) collisions: Vec<Shape>,
 }

@@ -16,7 +16,7 @@ pub(super) const INCLUDE: Known = known(
     "",
 );
 pub(super) const FRAME: Known = known("name attached_to", "pose", "");
-pub(super) const LINK: Known = known("name", "pose inertial", "visual collision");
+pub(super) const LINK: Known = known("name", "pose inertial gravity", "visual collision");
 pub(super) const INERTIAL: Known = known("auto", "pose mass inertia", "");
 /// An inertia that is computed from the collisions.
 pub(super) const AUTO_INERTIAL: Known = known("auto", "density", "");

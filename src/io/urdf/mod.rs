@@ -10,6 +10,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+mod gazebo;
 mod joint;
 mod link;
 mod parts;
@@ -74,6 +75,9 @@ fn read<'a>(
     };
     for node in children(node, "link") {
         parts.links.push(link::read(&mut reader, node)?);
+    }
+    for node in children(node, "gazebo") {
+        gazebo::read(reader.context, node, &mut parts.links);
     }
     for node in children(node, "joint") {
         parts.joints.push(joint::read(&mut reader, node)?);

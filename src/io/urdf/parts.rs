@@ -75,6 +75,16 @@ impl<'a> LinkPart<'a> {
         }
     }
 
+    /// Name of the link.
+    pub(super) fn name(&self) -> &str {
+        self.spec.name()
+    }
+
+    /// Lets gravity not act on the link.
+    pub(super) fn take_gravity(&mut self) {
+        self.spec = self.spec.clone().without_gravity();
+    }
+
     /// The link with its shapes; visuals are of their own colour, or of that of the material that they name.
     fn finish(self, context: &mut Context<'_>, colors: &HashMap<&str, [f64; 4]>) -> LinkSpec {
         let mut spec = self.spec;

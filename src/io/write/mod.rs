@@ -51,7 +51,8 @@ impl Model<f64> {
         urdf::write(&builder)
     }
 
-    /// The robot as an MJCF file, which `MuJoCo` loads with the same dynamics.
+    /// The robot as an MJCF file, which `MuJoCo` loads with the dynamics that a simulator has with
+    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), but for speed limits and what the limitations below name.
     ///
     /// | here | there |
     /// |---|---|
@@ -64,7 +65,8 @@ impl Model<f64> {
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
     /// | joint that follows another | joint of its own with an equality constraint |
     /// | frames | sites |
-    /// | inertias of links that are fixed to one another | their sum, at the first of them |
+    /// | inertias of links that are fixed to one another | their sum, at the first of them; of those that gravity does not act on, their own sum |
+    /// | link that gravity does not act on | body with `gravcomp` 1 |
     /// | visuals | geoms of group 1, which do not collide |
     /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not one another, as contact points do here |
     /// | STL files of text | their triangles |

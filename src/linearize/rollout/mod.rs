@@ -122,8 +122,8 @@ pub struct RolloutGradient {
     pub start: DVector<f64>,
     /// In the input of each step, length `nu` each.
     pub inputs: Vec<DVector<f64>>,
-    /// In the [parameters](Simulator::parameters) of the simulator that are [wanted](RolloutGradientOptions::parameters), in their order, which begins with
-    /// those of the model.
+    /// In the [parameters](Simulator::parameters) of the simulator that are [wanted](RolloutGradientOptions::parameters), in their order, which
+    /// begins with those of the model.
     pub parameters: DVector<f64>,
     /// The last state.
     pub last: State,
@@ -139,6 +139,13 @@ impl Simulator<f64> {
     /// on a rod, `cargo bench --features full --bench gradients`), however many inputs and parameters there are. What is
     /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers are
     /// [`rollout_slopes`](Self::rollout_slopes).
+    ///
+    /// # Impacts
+    /// The gradient is that of the numbers that the steps compute. Through an impact this is that of the motion only where the contact lasts
+    /// many steps: with [`SoftContact`](crate::contact::SoftContact) and q = 1 + p within 2 % at twenty steps and 0.2 % at fifty. Through
+    /// [`Rigid`](crate::contact::Rigid) contact it is wrong however short the steps are: the height of a ball after a bounce has the derivative
+    /// 1 in the height from which it comes at a constant speed, and not −e. Through [`RelaxedRigid`](crate::contact::RelaxedRigid) contact it is
+    /// biased. See [`linearize`](Self::linearize).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::sim::{RolloutStatus, Simulator, State, StepPoint, StepScratch};
+use crate::sim::{RolloutStatus, Simulator, State, StepPoint, StepScratch, most_states};
 
 /// States that are kept, and all states of one stretch between two of them.
 pub(super) struct Trajectory {
@@ -44,12 +44,21 @@ impl Trajectory {
         (self.interval, self.steps) = (interval, 0);
         self.kept.clear();
         self.kept.push(start.clone());
-        let longest = interval.min(inputs.len()) + 1;
+        let mut longest = interval.min(inputs.len()) + 1;
+        // With an acceleration beside each state.
+        let kept = longest + inputs.len() / interval;
+        let fits = kept <= most_states(start, simulator.model().nv());
+        if !fits {
+            longest = 1;
+        }
         self.stretch.resize_with(longest, || start.clone());
         self.stretch[0].clone_from(start);
         let nv = simulator.model().nv();
         self.accelerations.resize(nv * longest, 0.0);
         self.present = 0;
+        if !fits {
+            return RolloutStatus::OutOfMemory { step: 0 };
+        }
         for (step, u) in inputs.iter().enumerate() {
             if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
                 return status;

@@ -53,6 +53,12 @@ impl<T: Scalar, const N: usize> Group<T, N> {
         !self.all_run && !self.status.iter().any(is_running)
     }
 
+    /// Stops all lanes.
+    pub(super) fn stop(&mut self, status: RolloutStatus) {
+        self.status = [status; N];
+        self.all_run = false;
+    }
+
     pub(super) fn status(&self) -> &[RolloutStatus; N] {
         &self.status
     }

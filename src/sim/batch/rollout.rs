@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::group::Group;
 use super::simulator::BatchSimulator;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
+use crate::memory;
 use crate::model::Structure;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
@@ -38,10 +39,11 @@ impl BatchSimulator {
     /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
     ///
     /// A trajectory stops at the first input or state that is not finite, or faster than the [bound](crate::Simulator::with_divergence_bound),
-    /// and says so in its status; the others go on.
+    /// and says so in its status; the others go on. Where all states together would need more memory than the [limit](crate::memory), all stop before
+    /// the first step.
     ///
     /// # Panics
-    /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
+    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -69,7 +71,7 @@ impl BatchSimulator {
     /// memory for the first time takes longer than to step a small robot.
     ///
     /// # Panics
-    /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
+    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -89,7 +91,8 @@ impl BatchSimulator {
         control: impl Fn(&BatchMoment, &State<BatchScalar>, &mut [BatchScalar]) + Sync,
         out: &mut BatchRollout,
     ) {
-        out.start(self, self.states(initial).groups.all, steps);
+        let fits = out.start(self, self.states(initial).groups.all, steps);
+        let steps = if fits { steps } else { 0 };
         let (len, time_step) = (self.len(), out.time_step);
         self.for_each(&mut out.trajectories(), |stepper, k, own| {
             let moment = BatchMoment::new(k, len);
@@ -102,6 +105,9 @@ impl BatchSimulator {
                 }
                 own.record(step + 1, steps);
             }
+            if !fits {
+                own.group.stop(RolloutStatus::OutOfMemory { step: 0 });
+            }
         });
     }
 
@@ -110,7 +116,7 @@ impl BatchSimulator {
     /// * `inputs` – those of one state after the other, each step by step, length `len` × `steps` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for, or if so many steps do not fit into memory.
+    /// If states or inputs are not as many as the simulator was made for.
     pub fn rollout_inputs(
         &mut self,
         initial: &[State],
@@ -145,21 +151,26 @@ impl Trajectories<'_> {
 }
 
 impl BatchRollout {
-    /// Makes room for trajectories of a simulator.
+    /// Makes room for trajectories of a simulator; where there is not enough, for their first states, and returns `false`.
     fn start(
         &mut self,
         simulator: &BatchSimulator,
         groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
         steps: usize,
-    ) {
+    ) -> bool {
         let (template, len) = (simulator.template(), simulator.len());
         let (model, n_contact) = (template.model(), template.n_contact());
         let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());
         let mut numbers = std::mem::take(&mut self.numbers);
-        let length = length(steps, nq + nv + n_contact, groups.len());
-        if numbers.len() != length {
-            numbers = zeros(length, steps);
+        let length = |steps| length(steps, nq + nv + n_contact, groups.len());
+        if Some(numbers.len()) != length(steps) {
+            numbers = length(steps).and_then(zeros).unwrap_or_default();
         }
+        let fits = Some(numbers.len()) == length(steps);
+        if !fits {
+            numbers = vec![0.0; length(0).unwrap_or_default()];
+        }
+        let steps = if fits { steps } else { 0 };
         *self = Self {
             time_step,
             len,
@@ -171,6 +182,7 @@ impl BatchRollout {
             groups,
             numbers,
         };
+        fits
     }
 
     /// The groups, each with the memory of its trajectories.
@@ -228,7 +240,9 @@ impl BatchRollout {
     pub fn n_states(&self, i: usize) -> usize {
         1 + match self.status(i) {
             RolloutStatus::Completed => self.steps,
-            RolloutStatus::NonFiniteInput { step } | RolloutStatus::Diverged { step } => step,
+            RolloutStatus::NonFiniteInput { step }
+            | RolloutStatus::Diverged { step }
+            | RolloutStatus::OutOfMemory { step } => step,
         }
     }
 
@@ -310,23 +324,17 @@ impl BatchRollout {
     }
 }
 
-/// Numbers of the trajectories of so many groups.
-fn length(steps: usize, width: usize, groups: usize) -> usize {
-    let rows = steps.checked_add(1);
-    let length = rows.and_then(|rows| rows.checked_mul(BATCH_WIDTH * width));
-    let length = length.and_then(|length| length.checked_mul(groups));
-    length.unwrap_or_else(|| does_not_fit(steps))
+/// Numbers of the trajectories of so many groups; `None` if they cannot be counted.
+fn length(steps: usize, width: usize, groups: usize) -> Option<usize> {
+    let rows = steps.checked_add(1)?;
+    rows.checked_mul(BATCH_WIDTH * width)?.checked_mul(groups)
 }
 
-/// Memory that is zero. Where there is not so much it is a panic, which a caller can catch, not the end of the process.
-fn zeros(length: usize, steps: usize) -> Vec<f64> {
+/// Memory that is zero; `None` where there is not as much.
+fn zeros(length: usize) -> Option<Vec<f64>> {
+    let bytes = length.saturating_mul(size_of::<f64>());
     // Zeros from the system are not touched before they are used; memory that is reserved and then filled is.
-    if Vec::<f64>::new().try_reserve_exact(length).is_err() {
-        does_not_fit(steps);
-    }
-    vec![0.0; length]
-}
-
-fn does_not_fit(steps: usize) -> ! {
-    panic!("trajectories of {steps} steps do not fit into memory")
+    let fits = memory::check("trajectories", bytes).is_ok()
+        && Vec::<f64>::new().try_reserve_exact(length).is_ok();
+    fits.then(|| vec![0.0; length])
 }

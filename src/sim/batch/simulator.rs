@@ -76,7 +76,8 @@ impl BatchSimulator {
     }
 
     /// A simulator of one state of each variant of a robot: same structure, other masses, lengths, damping, gravity and so on
-    /// (domain randomisation). Time step, integrator and actuation are those of `simulator`, whose model all models must resemble.
+    /// (domain randomisation). All else is that of `simulator`: time step, integrator, actuation, contact models and their points, terrain,
+    /// constraints. All models must resemble its model.
     ///
     /// # Errors
     /// If a model differs from that of the simulator in more than numbers; the error names the model and the first difference.

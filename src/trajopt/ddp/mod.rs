@@ -57,6 +57,9 @@ pub struct Ddp {
 
 impl Ddp {
     /// Memory for a problem, with default options.
+    ///
+    /// # Panics
+    /// If there is not enough [memory](Problem::check_memory).
     pub fn new(problem: &Problem) -> Self {
         Self::with_options(problem, DdpOptions::default())
     }
@@ -64,9 +67,10 @@ impl Ddp {
     /// Memory for a problem.
     ///
     /// # Panics
-    /// If an option is out of its range.
+    /// If an option is out of its range, or there is not enough [memory](Problem::check_memory).
     pub fn with_options(problem: &Problem, options: DdpOptions) -> Self {
         options.check();
+        problem.assert_memory();
         let (n, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
         let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
         let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));

@@ -65,6 +65,9 @@ pub struct SingleShooting<'p> {
 
 impl<'p> SingleShooting<'p> {
     /// The function of a problem, with default options.
+    ///
+    /// # Panics
+    /// If there is not enough [memory](Problem::check_memory).
     pub fn new(problem: &'p Problem) -> Self {
         Self::with_options(problem, ShootingOptions::default())
     }
@@ -72,9 +75,10 @@ impl<'p> SingleShooting<'p> {
     /// The function of a problem.
     ///
     /// # Panics
-    /// If an option is out of its range.
+    /// If an option is out of its range, or there is not enough [memory](Problem::check_memory).
     pub fn with_options(problem: &'p Problem, options: ShootingOptions) -> Self {
         options.check();
+        problem.assert_memory();
         Self {
             problem,
             lambdas: Lambdas::new(problem, options.constraints.penalty),

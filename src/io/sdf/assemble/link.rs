@@ -18,6 +18,9 @@ impl Assembly<'_, '_> {
             self.context.warn(&link.inertial.place, flaw.to_string());
         }
         let mut spec = LinkSpec::new(self.link_name(Some(index))).with_inertia(inertia);
+        if !link.has_gravity {
+            spec = spec.without_gravity();
+        }
         for shape in &link.visuals {
             spec = spec.with_visual(Visual {
                 name: shape.name.clone(),

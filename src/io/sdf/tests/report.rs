@@ -24,7 +24,6 @@ fn report_lists_every_unused_part_with_its_line() {
             ("sdf/model/self_collide", "r", 3),
             ("sdf/model/gripper", "r", 3),
             ("sdf/model/link/sensor", "a", 5),
-            ("sdf/model/link/gravity", "a", 5),
             ("sdf/model/link/visual/geometry/plane", "a", 6),
             ("sdf/model/link/visual", "a", 6),
             ("sdf/model/link/visual/material/script", "a", 7),

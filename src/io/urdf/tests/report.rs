@@ -19,7 +19,6 @@ fn report_lists_every_unused_part_with_its_line() {
             ("robot/joint/safety_controller", "j", 3),
             ("robot/joint/axis", "j", 4),
             ("robot/transmission", "t", 5),
-            ("robot/gazebo/gravity", "arm", 6),
             ("robot/gazebo/mu1", "arm", 6),
             ("robot/gazebo", "arm", 6),
             ("robot/unknown", "", 7),
@@ -27,7 +26,7 @@ fn report_lists_every_unused_part_with_its_line() {
     );
     assert_eq!(places(&report.warnings), []);
     let table = report.to_string();
-    assert!(table.contains("<gravity> false of another simulator is not modelled"));
+    assert!(table.contains("<mu1> 0.2 of another simulator is not modelled"));
     assert!(table.contains("limits of position, speed and effort (1 joints)"));
     assert!(table.contains("line 5: robot/transmission \"t\": transmissions are not modelled"));
 }
@@ -163,4 +162,23 @@ fn base_equals_what_the_root_link_and_the_options_say() {
         assert_eq!(found, (expected, root_link), "{root} {base:?}");
         assert_eq!(model.nv(), if expected == Base::Floating { 6 } else { 0 });
     }
+}
+
+// Who loads without the report finds its lines at the model, and variants and other scalars keep them.
+#[test]
+fn remarks_of_a_model_are_the_lines_of_the_report() {
+    let text = arm_on(&joint(
+        "continuous",
+        "<limit effort='2' velocity='3'/><calibration rising='0'/>",
+    ));
+    let (model, report) = load(&text);
+    assert_eq!(model.remarks(), report.remarks());
+    assert!(report.base_note().is_some() && report.limits_note().is_some());
+    assert_eq!(
+        report.remarks().len(),
+        2 + report.warnings.len() + report.ignored.len()
+    );
+    let variant = model.cast::<num_dual::Dual64>();
+    assert_eq!(variant.remarks(), model.remarks());
+    assert!(crate::model::samples::cartpole().remarks().is_empty());
 }

@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, Vector3};
@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Writer, number, numbers, quaternion, unsupported};
 use crate::error::WriteError;
 use crate::io::write::AboutCom;
-use crate::model::{Model, ModelBuilder, inertia_flaw};
+use crate::model::{LinkSpec, Model, ModelBuilder, inertia_flaw};
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
 /// Smallest principal moment that is written, kg·m²: well above what `MuJoCo` refuses (10⁻¹⁴), far below any part of a
@@ -36,6 +36,8 @@ pub(super) struct Inertias {
     of_link: HashMap<String, Inertia<f64>>,
     /// The first link on the first body, and the inertia of that body in its own frame.
     base: Option<(String, Inertia<f64>)>,
+    /// Links on whose inertia here gravity does not act.
+    weightless: HashSet<String>,
 }
 
 impl Inertias {
@@ -70,10 +72,59 @@ impl Inertias {
             let inertia = if is_alone { *own[name] } else { sum() };
             of_link.insert(name.to_owned(), inertia);
         }
-        Self {
+        let mut out = Self {
             of_link,
             base: base.map(|(name, _)| (name.to_owned(), model.bodies()[0].inertia)),
+            weightless: HashSet::new(),
+        };
+        out.split(model, builder);
+        out
+    }
+
+    /// Writes what gravity does not act on at the first link that it does not act on, the rest of the body at the first of the others.
+    fn split(&mut self, model: &Model<f64>, builder: &ModelBuilder) {
+        for own in model.weightless() {
+            let specs = builder.links().iter().map(|link| (link.name(), link));
+            let specs: HashMap<&str, &LinkSpec> = specs.collect();
+            let frames = model
+                .links()
+                .iter()
+                .map(|link| &model.frames()[link.frame.0]);
+            let on_body: Vec<_> = frames
+                .filter(|frame| frame.body == Some(own.body))
+                .collect();
+            if own.is_whole() {
+                let first = on_body.first().map(|frame| frame.name.clone());
+                self.weightless.extend(first);
+                continue;
+            }
+            for has_gravity in [true, false] {
+                let mut part = (on_body.iter())
+                    .filter(|f| specs[&*f.name].has_gravity() == has_gravity)
+                    .peekable();
+                let Some(first) = part.peek().copied() else {
+                    continue;
+                };
+                let sum = part.fold(Inertia::zero(), |sum, frame| {
+                    sum + frame.placement.inertia(specs[&*frame.name].inertia())
+                });
+                let inertia = first.placement.inverse().inertia(&sum);
+                self.of_link.insert(first.name.clone(), inertia);
+                if !has_gravity {
+                    self.weightless.insert(first.name.clone());
+                }
+            }
         }
+    }
+
+    /// Whether gravity does not act on the inertia that is written for a link.
+    pub(super) fn is_weightless(&self, link: &str) -> bool {
+        self.weightless.contains(link)
+    }
+
+    /// The first link on the base, while its inertia is still to be written.
+    pub(super) fn base_link(&self) -> Option<&str> {
+        self.base.as_ref().map(|(link, _)| link.as_str())
     }
 
     /// The inertia to write for the first body in its own frame; no link has it then.

@@ -12,7 +12,7 @@ use crate::error::WriteError;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::{JointKind, Pitch};
 use crate::model::walk::Step;
-use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
+use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder, Weightless};
 use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Name of the body of a floating base that has a frame of its own.
@@ -44,6 +44,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         second_hinges: HashMap::new(),
     };
     writer.xml.start("mujoco", &[("model", builder.name())]);
+    writer.check_base(model)?;
     writer.header();
     writer.bodies()?;
     writer.equalities();
@@ -115,6 +116,17 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    /// A base whose frame is not that of its first link has one inertia there, so gravity acts on all of it or on nothing.
+    fn check_base(&self, model: &Model<f64>) -> Result<(), WriteError> {
+        let is_base = |own: &&Weightless| own.body.0 == 0 && !own.is_whole();
+        let is_split = model.weightless().iter().find(is_base).is_some();
+        if self.base_placement.is_some() && is_split {
+            let reason = "gravity acts on some of its links only";
+            return Err(unsupported("floating base", self.builder.name(), reason));
+        }
+        Ok(())
+    }
+
     fn header(&mut self) {
         let compiler = [
             ("angle", "radian"),
@@ -171,7 +183,11 @@ impl Writer<'_> {
     fn base_body(&mut self) -> Result<(), WriteError> {
         let links = self.builder.links().iter().map(LinkSpec::name);
         let name = Names::of(links).fresh(BASE_BODY);
-        self.xml.start("body", &[("name", name.clone())]);
+        let base = self.inertias.base_link().map(ToOwned::to_owned);
+        let is_weightless = base.is_some_and(|link| self.inertias.is_weightless(&link));
+        let mut attributes = vec![("name", name.clone())];
+        attributes.extend(is_weightless.then(|| ("gravcomp", "1".to_owned())));
+        self.xml.start("body", &attributes);
         self.floating_base()?;
         let inertia = self.inertias.take_base();
         self.inertial(&name, &inertia, inertial::Moves::Always)
@@ -187,6 +203,9 @@ impl Writer<'_> {
         };
         let mut attributes = vec![("name", step.link.name().to_owned())];
         attributes.extend(pose(&placement));
+        if self.inertias.is_weightless(step.link.name()) {
+            attributes.push(("gravcomp", "1".to_owned()));
+        }
         self.xml.start("body", &attributes);
         match step.joint {
             _ if on_base_body.is_some() => {}

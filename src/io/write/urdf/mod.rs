@@ -97,6 +97,12 @@ impl Writer {
                 self.frame(name, link, pose);
             }
         }
+        let weightless = builder.links().iter().filter(|link| !link.has_gravity());
+        for link in weightless.filter(|link| is_seen(link.name())) {
+            self.xml.start("gazebo", &[("reference", link.name())]);
+            self.xml.text("gravity", "false");
+            self.xml.end();
+        }
         Ok(())
     }
 
