@@ -194,12 +194,18 @@ impl<T: Scalar> Gyroscopic<T> {
 /// From v to N v: bodies of joints whose axes turn with them spin about their centres of mass.
 fn keep_spin<P: Scalar, T: Over<P>>(model: &Model<P>, v: &mut [T]) {
     each_left_out(model, |l| v[l] = T::zero());
-    each_spin(model, |l, k, x: T| v[l] = v[l] + v[k] * x);
+    each_spin(model, |l, k, x: T| {
+        let turned = v[k] * x;
+        v[l] += turned;
+    });
 }
 
 /// From weights of N v to those of v.
 pub(super) fn fold_weights<P: Scalar, T: Over<P>>(model: &Model<P>, by_v: &mut [T]) {
-    each_spin(model, |l, k, x: T| by_v[k] = by_v[k] + by_v[l] * x);
+    each_spin(model, |l, k, x: T| {
+        let weight = by_v[l] * x;
+        by_v[k] += weight;
+    });
     each_left_out(model, |l| by_v[l] = T::zero());
 }
 
