@@ -34,7 +34,8 @@ struct Packed {
 impl Packed {
     /// Packs a robot with model data and states in plain numbers, where that pays; `None` otherwise.
     fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        if !(is_f64::<P>() && is_f64::<T>() && has_lanes()) || !model.weightless().is_empty() {
+        let is_plain = is_f64::<P>() && is_f64::<T>() && model.weightless().is_empty();
+        if !(is_plain && has_lanes()) {
             return None;
         }
         let tree = PackedTree::worthwhile(model.bodies(), model.armature())?;

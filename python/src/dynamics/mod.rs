@@ -7,7 +7,7 @@
 //! | `write` | results as numbers of an array |
 //! | `hot` | RNEA, ABA, CRBA, on one state and on lanes |
 //! | `matrices` | inverse of M, Coriolis matrix, derivatives of the dynamics |
-//! | `manifold` | derivatives of moves and differences of configurations |
+//! | `manifold`, `tangents` | derivatives of moves and differences of configurations |
 //! | `energy`, `com`, `momenta`, `frames`, `regressors` | what follows from a state |
 //! | `base`, `based`, `external` | other velocities of the base, forces by name |
 //! | `links` | all links at once |
@@ -26,6 +26,7 @@ mod momenta;
 mod names;
 mod regressors;
 pub(crate) mod table;
+mod tangents;
 mod write;
 
 pub(crate) use base::{

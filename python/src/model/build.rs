@@ -6,8 +6,8 @@ use dualbody::model::{
 };
 use pyo3::prelude::*;
 
+use super::base::base_of;
 use super::handle::PyModel;
-use super::load::base_of;
 use super::shapes::{inertia_of, read_geometry, read_pose};
 use crate::errors::{OrRaise, choice, guarded, value_error};
 

@@ -8,19 +8,11 @@ use dualbody::{ImportReport, Model, ModelOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::base::base_of;
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::read_vector;
 use crate::errors::{OrRaise, choice, guarded, type_error, value_error, warn};
-
-pub(super) fn base_of(name: &str) -> PyResult<Base> {
-    let choices = [
-        ("auto", Base::Auto),
-        ("fixed", Base::Fixed),
-        ("floating", Base::Floating),
-    ];
-    choice("base", name, &choices)
-}
 
 fn up_axis(name: &str) -> PyResult<UpAxis> {
     let choices = [

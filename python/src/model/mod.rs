@@ -3,10 +3,11 @@
 //! | file | what it is |
 //! |---|---|
 //! | `handle` | the class `Model`, and how it pickles |
-//! | `load`, `report`, `samples`, `build`, `shapes` | where robots come from |
+//! | `load`, `base`, `report`, `samples`, `build`, `shapes` | where robots come from |
 //! | `questions`, `by_link`, `manifold`, `random_state`, `engines`, `show` | what they are asked |
 //! | `changes`, `hardware` | robots with something changed, with other sizes of links |
 
+mod base;
 mod build;
 mod by_link;
 mod changes;

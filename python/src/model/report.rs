@@ -4,7 +4,7 @@ use dualbody::ImportReport;
 use dualbody::io::ImportNote;
 use pyo3::prelude::*;
 
-use super::load::base_of;
+use super::base::base_of;
 use crate::words::{for_python, snake};
 
 /// What was remarked when a file was loaded: warnings, and what is not used. Its str is a table.

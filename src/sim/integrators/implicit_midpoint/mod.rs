@@ -16,6 +16,7 @@
 //! | `newton` | the velocity ξ, over plain numbers |
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
+//! | `weights` | weights of what a step goes through |
 //! | `numbers` | the gradient in what the robot is made of |
 //!
 //! # References
@@ -28,6 +29,7 @@ mod point;
 mod pullback;
 mod pushforward;
 mod slopes;
+mod weights;
 
 use super::AccelerationScratch;
 use super::method::Step;

@@ -5,8 +5,8 @@
 //! A momentum is inverse dynamics of the robot without weight, at rest, with its velocity for the acceleration. The force f is  τ − h  and  ∂T/∂q + c: the balance
 //! of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without weight.
 
-use super::pullback::Weights;
 use super::pushforward::TakenStep;
+use super::weights::Weights;
 use crate::dynamics::{EnergySlopes, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Differentiable, Dual, Scalar};

@@ -4,14 +4,11 @@
 //! w = −(∂r/∂ξ)⁻ᵀ (…), the weights of the residual. Then momentum and force of the middle have the weights α and β, and the momentum of the start has π.
 //! What the robot is made of has the gradient of their sum at fixed states (`numbers.rs`).
 
-use nalgebra::DMatrix;
-
-use super::joint::{add_transposed, apply_transposed};
 use super::numbers::NumberSlopes;
 use super::pushforward::TakenStep;
+use super::weights::Weights;
 use crate::dynamics::Calls;
-use crate::linalg::product::dot;
-use crate::scalar::{Differentiable, Scalar};
+use crate::scalar::Differentiable;
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::StepSlopes;
@@ -24,39 +21,11 @@ pub(crate) struct Adjoint<T: Differentiable> {
     numbers: NumberSlopes<T>,
 }
 
-/// Weights of what a step goes through.
-#[derive(Clone, Debug)]
-pub(super) struct Weights<T> {
-    /// Of the position of the end.
-    end_q: Vec<T>,
-    /// y, that of the momentum of the end.
-    pub(super) end_p: Vec<T>,
-    /// w, of the residual, or of ξ; α is the same.
-    pub(super) residual: Vec<T>,
-    /// β, of the force of the middle.
-    pub(super) force: Vec<T>,
-    /// Of the impulse where it goes into the momentum of the end.
-    impulse: Vec<T>,
-    /// π, of the momentum of the start.
-    pub(super) p: Vec<T>,
-    /// Of the position of the middle.
-    q: Vec<T>,
-}
-
 impl<T: Differentiable> Pullback<T> for Adjoint<T> {
     fn new(simulator: &Simulator, _: Calls) -> Self {
-        let zeros = || vec![T::zero(); simulator.model().nv()];
         Self {
             taken: TakenStep::new(simulator),
-            weights: Weights {
-                end_q: zeros(),
-                end_p: zeros(),
-                residual: zeros(),
-                force: zeros(),
-                impulse: zeros(),
-                p: zeros(),
-                q: zeros(),
-            },
+            weights: Weights::new(simulator),
             numbers: NumberSlopes::new(simulator),
         }
     }
@@ -79,129 +48,4 @@ impl<T: Differentiable> Pullback<T> for Adjoint<T> {
             self.numbers.add(simulator, at, taken, weights, out);
         }
     }
-}
-
-impl<T: Differentiable> Weights<T> {
-    /// Those of the end, and what they are of ξ.
-    fn start(&mut self, taken: &TakenStep<T>, adjoint: &[T], dt: f64) {
-        let (by_q, by_v) = adjoint.split_at(self.p.len());
-        self.end_p.copy_from_slice(by_v);
-        taken.factor.solve(&mut self.end_p);
-        self.end_q.copy_from_slice(by_q);
-        subtract_transposed(&taken.end.momentum_by_q, &self.end_p, &mut self.end_q);
-        self.impulse.copy_from_slice(&self.end_p);
-        self.p.copy_from_slice(&self.end_p);
-        let xi = &mut self.residual;
-        let scaled = xi.iter_mut().zip(&self.end_q);
-        scaled.for_each(|(out, &x)| *out = x * dt);
-        for own in &taken.middle.joints {
-            let range = own.range();
-            let xi = &mut xi[range.clone()];
-            xi.fill(T::zero());
-            add_transposed(&own.end[1], &self.end_q[range.clone()], xi);
-            add_transposed(&own.end_momentum, &self.end_p[range.clone()], xi);
-            apply_transposed(&own.carry, &mut self.impulse[range.clone()]);
-            let p = &mut self.p[range.clone()];
-            p.copy_from_slice(&self.impulse[range]);
-            apply_transposed(&own.carry, p);
-        }
-    }
-
-    /// Those of the residual, and of all that it depends on.
-    fn find(&mut self, taken: &TakenStep<T>, dt: f64) {
-        let middle = &taken.middle;
-        let [by_q, by_v, _] = &middle.force_by;
-        let impulse = self.impulse.iter();
-        (self.force.iter_mut().zip(impulse)).for_each(|(out, &x)| *out = x * dt);
-        // Through the force at the end: ξ is its velocity, and moves its place.
-        let (q, xi) = (&mut self.q, &mut self.residual);
-        q.fill(T::zero());
-        plus_transposed(by_q, &self.force, q);
-        plus_transposed(by_v, &self.force, xi);
-        let mut last = 0;
-        for own in &middle.joints {
-            (last..own.first).for_each(|k| xi[k] += q[k] * (0.5 * dt));
-            add_transposed(&own.middle[1], &q[own.range()], &mut xi[own.range()]);
-            last = own.range().end;
-        }
-        (last..q.len()).for_each(|k| xi[k] += q[k] * (0.5 * dt));
-        xi.iter_mut().for_each(|x| *x = -*x);
-        middle.solve_transposed(xi);
-        self.take_residual(taken, dt);
-    }
-
-    /// Adds what the residual μ − (dexp 2φ)ᵀ p − (dexp φ)ᵀ ½ Δt f takes.
-    fn take_residual(&mut self, taken: &TakenStep<T>, dt: f64) {
-        let middle = &taken.middle;
-        // Of half of the impulse, less its sign, in the place of the position's.
-        self.q.copy_from_slice(&self.residual);
-        for own in &middle.joints {
-            apply_transposed(&own.momentum[1], &mut self.q[own.range()]);
-        }
-        for (k, &x) in self.q.iter().enumerate() {
-            self.force[k] -= x * (0.5 * dt);
-            self.p[k] -= x;
-        }
-        for own in &middle.joints {
-            let range = own.range();
-            let (x, p) = (&mut self.q[range.clone()], &mut self.p[range]);
-            // ½ (1 + A) in place of 1.
-            p.iter_mut().zip(&*x).for_each(|(p, &x)| *p += x * 0.5);
-            apply_transposed(&own.carry, x);
-            p.iter_mut().zip(&*x).for_each(|(p, &x)| *p -= x * 0.5);
-        }
-        let [by_q, ..] = &middle.force_by;
-        self.q.fill(T::zero());
-        plus_transposed(by_q, &self.force, &mut self.q);
-        plus_transposed(&middle.kinetic.momentum_by_q, &self.residual, &mut self.q);
-    }
-
-    /// Adds the gradient in state and input.
-    fn add_state(&self, taken: &TakenStep<T>, out: &mut StepSlopes<'_, T>) {
-        let (start, middle) = (&taken.start, &taken.middle);
-        plus_transposed(&start.momentum_by_q, &self.p, out.q);
-        plus_transposed(&start.mass, &self.p, out.v);
-        plus_transposed(&middle.force_by[2], &self.force, out.u);
-        let mut last = 0;
-        for own in &middle.joints {
-            (last..own.first).for_each(|k| out.q[k] += self.q[k] + self.end_q[k]);
-            let range = own.range();
-            let by_q = &mut out.q[range.clone()];
-            add_transposed(&own.middle[0], &self.q[range.clone()], by_q);
-            add_transposed(&own.end[0], &self.end_q[range.clone()], by_q);
-            last = range.end;
-        }
-        (last..self.q.len()).for_each(|k| out.q[k] += self.q[k] + self.end_q[k]);
-    }
-
-    /// Slope in the time step: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
-    fn by_time_step(&self, taken: &TakenStep<T>, dt: f64) -> T {
-        let (point, middle) = (&taken.step.point, &taken.middle);
-        let slower = |by: &DMatrix<T>, weights: &[T]| {
-            let n = by.nrows().max(1);
-            let columns = by.as_slice().chunks_exact(n).zip(&point.xi);
-            columns.fold(T::zero(), |sum, (column, &xi)| {
-                sum + dot(column, weights) * xi
-            })
-        };
-        let [_, by_v, _] = &middle.force_by;
-        let by_velocity = slower(by_v, &self.force) + slower(&middle.kinetic.mass, &self.residual);
-        (dot(&self.force, &point.force) - by_velocity) * (1.0 / dt)
-    }
-}
-
-/// out += mᵀ x
-fn plus_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
-    let columns = m.as_slice().chunks_exact(x.len().max(1));
-    out.iter_mut()
-        .zip(columns)
-        .for_each(|(out, column)| *out += dot(column, x));
-}
-
-/// out −= mᵀ x
-fn subtract_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
-    let columns = m.as_slice().chunks_exact(x.len().max(1));
-    out.iter_mut()
-        .zip(columns)
-        .for_each(|(out, column)| *out -= dot(column, x));
 }

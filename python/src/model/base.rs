@@ -1,0 +1,15 @@
+//! How a robot stands in the world, by name.
+
+use dualbody::Base;
+use pyo3::prelude::*;
+
+use crate::errors::choice;
+
+pub(super) fn base_of(name: &str) -> PyResult<Base> {
+    let choices = [
+        ("auto", Base::Auto),
+        ("fixed", Base::Fixed),
+        ("floating", Base::Floating),
+    ];
+    choice("base", name, &choices)
+}
