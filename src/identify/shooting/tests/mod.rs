@@ -116,7 +116,9 @@ fn mass_of_a_link_is_found_with_its_moments() {
     let data = logged(&truth, &State::new(&[0.0, 2.0], &[0.0; 2]), 200, [0.0; 2]);
     let mass = |simulator: &Simulator| simulator.model().body(BodyId(1)).inertia;
     let all = [Adjustable::LinkMass("pole".into())];
-    let found = shoot(&wrong(), &data, &all, 0.95, &ShootingOptions::default()).unwrap();
+    let model = truth.model().clone().with_link_mass("pole", 0.8).unwrap();
+    let wrong = Simulator::new(model).with_time_step(5e-3);
+    let found = shoot(&wrong, &data, &all, 0.95, &ShootingOptions::default()).unwrap();
     let (own, expected) = (mass(&found.simulator), mass(&truth));
     assert!(
         (found.values[0] - expected.mass).abs() < 1e-6,
