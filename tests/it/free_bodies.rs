@@ -174,7 +174,7 @@ fn acting(model: &Model) -> Vec<(&'static str, Simulator)> {
         ("free", free.clone()),
         ("rod", free.with_constraints(rod())),
         ("soft", flat(soft)),
-        ("relaxed", flat(relaxed.clone())),
+        ("relaxed", flat(relaxed)),
         ("rigid", flat(rigid)),
         ("relaxed and rod", flat(relaxed).with_constraints(rod())),
     ]
