@@ -21,7 +21,8 @@ class Linearization(NamedTuple):
 
 class ContactReport(NamedTuple):
     """What touches: places, velocities, normals (n, 3) and depths (n,) of the points, forces on them (n, 3), on the links (links, 6), modes
-    and reasons in words, forces of constraints, and the solver's certificate (status, iterations, residual, violations)."""
+    ("separated", "touching", "sticking", "impending", "sliding", …) and reasons in words, forces of constraints, and the solver's certificate
+    (status, "converged" as a rule, iterations, residual, violations). Places and forces are in the world's axes."""
 
     positions: Array
     velocities: Array

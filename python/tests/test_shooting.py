@@ -50,9 +50,10 @@ def test_single_shooting_finds_what_ddp_finds() -> None:
     x, u = shooting.trajectory(found.variables)
     np.testing.assert_array_equal(x, found.x)
     np.testing.assert_allclose(shooting.variables((None, u)), found.variables)
-    for options, text in (({"minimizer": "simplex"}, "minimizer"), ({"radios": 1.0}, "radios")):
-        with pytest.raises(ValueError, match=text):
-            SingleShooting(problem(), **options).solve()
+    with pytest.raises(ValueError, match="minimizer"):
+        SingleShooting(problem(), minimizer="simplex").solve()  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="radios"):
+        SingleShooting(problem(), radios=1.0)  # type: ignore[call-arg]
 
 
 def user(**changes: object) -> Dynamics:

@@ -70,8 +70,8 @@ def test_errors_name_what_does_not_fit() -> None:
     decay = Dynamics(1, 1, step, lambda x, u: (np.eye(1), np.eye(1)))
     with pytest.raises(ValueError, match="rate"):
         Transcription(Problem(decay, 2, [0.0])).solve()
-    with pytest.raises(ValueError, match="radius"):
-        Transcription(swing(), radius=1.0).solve()
+    with pytest.raises(TypeError, match="radius"):
+        Transcription(swing(), radius=1.0)  # type: ignore[call-arg]
     curve = Transcription(swing()).solve().curve
     with pytest.raises(ValueError, match="states has 13 rows, expected 6"):
         Transcription(swing(horizon=5)).solve(curve)
