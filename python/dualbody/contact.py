@@ -67,7 +67,7 @@ class Terrain:
         counts = [int(np.ceil((upper - lower) / spacing)) + 1 for lower, upper in (x, y)]
         if min(counts) < 2:
             raise ValueError(f"the ranges x {x} and y {y} are empty")
-        axes = [lower + spacing * np.arange(count) for (lower, _), count in zip((x, y), counts, strict=True)]
+        axes: list[Array] = [lower + spacing * np.arange(count, dtype=np.float64) for (lower, _), count in zip((x, y), counts, strict=True)]
         heights = np.broadcast_to(np.asarray(height(*np.meshgrid(*axes, indexing="ij")), float), tuple(counts))
         return HeightField((x[0], y[0]), (spacing, spacing), heights)
 

@@ -124,7 +124,7 @@ class States:
         contact = self.contact if self.contact.shape[1] else None
         rollout = self.task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)
         ends = np.concatenate([rollout.q[:, -1], rollout.v[:, -1]], axis=1)
-        going: Flags = np.isfinite(ends).all(axis=1)
+        going: Flags = np.asarray(np.isfinite(ends).all(axis=1), dtype=np.bool_)
         for state, rows in ((self.q, rollout.q), (self.v, rollout.v), (self.contact, rollout.contact)):
             state[going] = rows[going, -1]
         return going
