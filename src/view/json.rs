@@ -132,8 +132,8 @@ impl Recording {
     }
 
     /// Reads what [`to_json`](Self::to_json) wrote; `models` and errors as for [`read_json`](Self::read_json).
-    pub fn from_json(text: &str, models: &[&Model]) -> Result<Self, RecordingError> {
-        Self::parse_json(text, Path::new("text"), models)
+    pub fn from_json(text: impl AsRef<str>, models: &[&Model]) -> Result<Self, RecordingError> {
+        Self::parse_json(text.as_ref(), Path::new("text"), models)
     }
 
     fn parse_json(text: &str, path: &Path, models: &[&Model]) -> Result<Self, RecordingError> {
