@@ -13,7 +13,7 @@ impl<T: Scalar> Quaternion<T> {
     /// ```
     /// use dualbody::spatial::Quaternion;
     ///
-    /// let angles = [0.3, -0.2, 2.0];
+    /// let angles: [f64; 3] = [0.3, -0.2, 2.0];
     /// let back = Quaternion::from_roll_pitch_yaw(angles).to_roll_pitch_yaw();
     /// assert!((0..3).all(|k| (angles[k] - back[k]).abs() < 1e-14));
     /// ```
