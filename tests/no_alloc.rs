@@ -203,7 +203,11 @@ fn derivatives_of_dynamics_do_not_allocate() {
 #[test]
 fn step_and_linearize_do_not_allocate() {
     for model in models() {
-        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        for integrator in [
+            Integrator::SemiImplicitEuler,
+            Integrator::RungeKutta4,
+            Integrator::ImplicitMidpoint,
+        ] {
             let simulator = Simulator::new(model.clone()).with_integrator(integrator);
             let state = State::neutral(&model);
             let mut next = state.clone();
@@ -239,6 +243,7 @@ fn step_and_linearize_with_forces_on_frames_do_not_allocate() {
         Integrator::SemiImplicitEuler,
         Integrator::ImplicitVelocity,
         Integrator::RungeKutta4,
+        Integrator::ImplicitMidpoint,
     ];
     for (model, integrator) in models()
         .into_iter()

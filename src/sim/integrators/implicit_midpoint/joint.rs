@@ -24,9 +24,12 @@ pub(super) type OwnMatrix<T> = [[T; MAX_NV]; MAX_NV];
 /// Terms of the series of dexp: with half a turn in half of a step the next one is 1e-10 of the sum, with half of that 1e-17.
 const TERMS: usize = 20;
 
-/// Ad(exp φ)ᵀ p: a momentum along the axes after a motion, from those before it.
+/// Ad(exp φ)ᵀ p: a momentum along the axes after a motion, from those before it. One coordinate alone keeps its axis.
 pub(super) fn carried<T: Scalar>(joint: JointKind, phi: &Along<T>, p: &Along<T>) -> Along<T> {
     let (nq, nv) = (joint.nq(), joint.nv());
+    if nv == 1 {
+        return *p;
+    }
     let (mut start, mut end) = ([T::zero(); MAX_NV + 1], [T::zero(); MAX_NV + 1]);
     joint.neutral(&mut start[..nq]);
     joint.integrate(&start[..nq], &phi[..nv], &mut end[..nq]);
@@ -34,8 +37,11 @@ pub(super) fn carried<T: Scalar>(joint: JointKind, phi: &Along<T>, p: &Along<T>)
     from_force(joint, &X.force_inverse(&to_force(joint, p)))
 }
 
-/// (dexp φ)ᵀ x.
+/// (dexp φ)ᵀ x; x itself for one coordinate.
 fn dexp_transposed<T: Scalar>(joint: JointKind, phi: &Along<T>, x: &Along<T>) -> Along<T> {
+    if joint.nv() == 1 {
+        return *x;
+    }
     let V = joint.motion(&phi[..joint.nv()]);
     let (mut term, mut out) = (*x, *x);
     for n in 0..TERMS {

@@ -31,7 +31,7 @@ pub(super) struct NumberSlopes<T: Scalar> {
     rest: Vec<T>,
     /// Weights with another sign.
     minus: Vec<T>,
-    /// Gradients in states and inputs, which are of no use.
+    /// Gradients in states and inputs, which nothing reads.
     unused: [Vec<T>; 4],
 }
 
@@ -69,8 +69,9 @@ impl<T: Differentiable> NumberSlopes<T> {
         let minus = std::mem::take(&mut self.minus);
         self.add_momentum(&taken.next, &minus, out);
         self.minus = minus;
-        let rest = self.rest.clone();
+        let rest = std::mem::take(&mut self.rest);
         self.add_weighted(middle, [middle.v.as_slice(), &rest], &weights.force, out);
+        self.rest = rest;
         self.reverse(&weights.force);
         self.add_balance(simulator, at, taken, out);
         let model = simulator.model();

@@ -6,7 +6,6 @@ use super::joint::{at_end, at_middle, own};
 use crate::dynamics::{
     AbaScratch, RneaScratch, each_kinetic_slope, forward_dynamics_into, inverse_dynamics_into,
 };
-use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
@@ -151,16 +150,9 @@ impl<T: Scalar> Midpoint<T> {
     /// By how much the momentum of the middle is not what start and force ask for.
     pub(super) fn find_residual<P: Scalar>(&mut self, simulator: &Simulator<P>) {
         for body in simulator.model().independent() {
-            let joint = body.joint;
-            let expected = if joint.nv() == 1 {
-                let mut out = [T::zero(); MAX_NV];
-                out[0] = self.p[body.v] + self.impulse[body.v] * 0.5;
-                out
-            } else {
-                let half_impulse = own(body, &self.impulse).map(|x| x * 0.5);
-                let phi = own(body, &self.half_offset);
-                at_middle(joint, &phi, &own(body, &self.p), &half_impulse)
-            };
+            let half_impulse = own(body, &self.impulse).map(|x| x * 0.5);
+            let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
+            let expected = at_middle(body.joint, &phi, &p, &half_impulse);
             for (k, expected) in v_range(body).zip(expected) {
                 self.residual[k] = self.momentum[k] - expected;
             }
@@ -189,14 +181,8 @@ impl<T: Scalar> Midpoint<T> {
         let force = &mut self.scratch;
         inverse_dynamics_into(model, q, rest, rest, &[], &mut self.rnea, force);
         for body in model.independent() {
-            let p = if body.joint.nv() == 1 {
-                let mut out = [T::zero(); MAX_NV];
-                out[0] = self.p[body.v] + self.impulse[body.v];
-                out
-            } else {
-                let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
-                at_end(body.joint, &phi, &p, &own(body, &self.impulse))
-            };
+            let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
+            let p = at_end(body.joint, &phi, &p, &own(body, &self.impulse));
             for (k, p) in v_range(body).zip(p) {
                 force[k] += p;
             }

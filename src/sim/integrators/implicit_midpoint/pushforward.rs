@@ -146,7 +146,7 @@ impl<T: Differentiable> Columns<T> {
         } = self;
         let joints = &slopes.middle.joints;
         start_motion(joints, |own| &own.middle[0], moved);
-        add_motion(joints, |own| &own.middle[1], 0.5 * dt, xi, moved);
+        add_motion(&slopes.middle, |own| &own.middle[1], 0.5 * dt, xi, moved);
         find_force(&slopes.middle, moved, Some(xi), force);
         for own in joints {
             for k in 0..p.ncols() {
@@ -176,7 +176,7 @@ impl<T: Differentiable> Columns<T> {
         } = self;
         let (nv, joints) = (p.nrows(), &slopes.middle.joints);
         start_motion(joints, |own| &own.end[0], moved);
-        add_motion(joints, |own| &own.end[1], dt, xi, moved);
+        add_motion(&slopes.middle, |own| &own.end[1], dt, xi, moved);
         force.fill(T::zero());
         add_product(&slopes.end.momentum_by_q, moved, force);
         *p -= &*force;
@@ -211,23 +211,21 @@ fn start_motion<T: Scalar>(
 }
 
 /// Adds what comes through ξ, of which the motion of a vector is so many times.
-fn add_motion<T: Scalar>(
-    joints: &[JointSlopes<T>],
+fn add_motion<T: Differentiable>(
+    middle: &MidpointSlopes<T>,
     pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
     time: f64,
     xi: &DMatrix<T>,
     out: &mut DMatrix<T>,
 ) {
     for k in 0..xi.ncols() {
-        let mut last = 0;
-        for own in joints {
-            (last..own.first).for_each(|i| out[(i, k)] += xi[(i, k)] * time);
+        let vectors = middle.vectors.iter();
+        vectors.for_each(|&i| out[(i, k)] += xi[(i, k)] * time);
+        for own in &middle.joints {
             let mut x = column_of(own, xi, k);
             apply(pick(own), &mut x[..own.nv]);
             own.range().zip(x).for_each(|(i, x)| out[(i, k)] += x);
-            last = own.range().end;
         }
-        (last..xi.nrows()).for_each(|i| out[(i, k)] += xi[(i, k)] * time);
     }
 }
 

@@ -92,6 +92,8 @@ pub(super) struct MidpointSlopes<T: Differentiable> {
     pub(super) force_by: [DMatrix<T>; 3],
     /// Of joints whose configuration is not a vector.
     pub(super) joints: Vec<JointSlopes<T>>,
+    /// Coordinates of the other joints.
+    pub(super) vectors: Vec<usize>,
     factors: TreeLu<T>,
     /// What is factorised, and working memory for it.
     matrix: DMatrix<T>,
@@ -107,11 +109,13 @@ pub(super) struct MidpointSlopes<T: Differentiable> {
 impl<T: Differentiable> MidpointSlopes<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
-        let curved = model.independent().filter(|body| body.joint.nv() > 1);
+        let (vectors, curved): (Vec<_>, Vec<_>) =
+            model.independent().partition(|body| body.joint.nv() == 1);
         Self {
             kinetic: KineticSlopes::new(model),
             force_by: [nv, nv, simulator.nu()].map(|columns| DMatrix::zeros(nv, columns)),
-            joints: curved.map(JointSlopes::new).collect(),
+            joints: curved.into_iter().map(JointSlopes::new).collect(),
+            vectors: vectors.iter().map(|body| body.v).collect(),
             factors: TreeLu::new(model),
             matrix: DMatrix::zeros(nv, nv),
             product: DMatrix::zeros(nv, nv),

@@ -47,8 +47,10 @@ impl<T: Differentiable> Weights<T> {
         let (by_q, by_v) = adjoint.split_at(self.p.len());
         self.end_p.copy_from_slice(by_v);
         taken.factor.solve(&mut self.end_p);
-        self.end_q.copy_from_slice(by_q);
-        subtract_transposed(&taken.end.momentum_by_q, &self.end_p, &mut self.end_q);
+        self.end_q.fill(T::zero());
+        plus_transposed(&taken.end.momentum_by_q, &self.end_p, &mut self.end_q);
+        let both = self.end_q.iter_mut().zip(by_q);
+        both.for_each(|(out, &by_q)| *out = by_q - *out);
         self.impulse.copy_from_slice(&self.end_p);
         self.p.copy_from_slice(&self.end_p);
         let xi = &mut self.residual;
@@ -78,13 +80,11 @@ impl<T: Differentiable> Weights<T> {
         q.fill(T::zero());
         plus_transposed(by_q, &self.force, q);
         plus_transposed(by_v, &self.force, xi);
-        let mut last = 0;
+        let vectors = middle.vectors.iter();
+        vectors.for_each(|&k| xi[k] += q[k] * (0.5 * dt));
         for own in &middle.joints {
-            (last..own.first).for_each(|k| xi[k] += q[k] * (0.5 * dt));
             add_transposed(&own.middle[1], &q[own.range()], &mut xi[own.range()]);
-            last = own.range().end;
         }
-        (last..q.len()).for_each(|k| xi[k] += q[k] * (0.5 * dt));
         xi.iter_mut().for_each(|x| *x = -*x);
         middle.solve_transposed(xi);
         self.take_residual(taken, dt);
@@ -122,16 +122,14 @@ impl<T: Differentiable> Weights<T> {
         plus_transposed(&start.momentum_by_q, &self.p, out.q);
         plus_transposed(&start.mass, &self.p, out.v);
         plus_transposed(&middle.force_by[2], &self.force, out.u);
-        let mut last = 0;
+        let vectors = middle.vectors.iter();
+        vectors.for_each(|&k| out.q[k] += self.q[k] + self.end_q[k]);
         for own in &middle.joints {
-            (last..own.first).for_each(|k| out.q[k] += self.q[k] + self.end_q[k]);
             let range = own.range();
             let by_q = &mut out.q[range.clone()];
             add_transposed(&own.middle[0], &self.q[range.clone()], by_q);
             add_transposed(&own.end[0], &self.end_q[range.clone()], by_q);
-            last = range.end;
         }
-        (last..self.q.len()).for_each(|k| out.q[k] += self.q[k] + self.end_q[k]);
     }
 
     /// Slope in the time step: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
@@ -156,12 +154,4 @@ fn plus_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
     out.iter_mut()
         .zip(columns)
         .for_each(|(out, column)| *out += dot(column, x));
-}
-
-/// out −= mᵀ x
-fn subtract_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
-    let columns = m.as_slice().chunks_exact(x.len().max(1));
-    out.iter_mut()
-        .zip(columns)
-        .for_each(|(out, column)| *out -= dot(column, x));
 }
