@@ -80,7 +80,13 @@ pub enum Integrator {
     /// long it lasts, and the momentum of a free body is kept to rounding, linear and angular. Inputs, springs, dampers, friction, stops and external forces
     /// are those of the middle of the step. No contact and no constraints.
     ///
-    /// A step is found by Newton's method, see [`StepScratch::solver_status`](super::StepScratch::solver_status), and costs as much as its Jacobians.
+    /// A step is found by Newton's method and costs about ten steps of Runge and Kutta's. Where there is no solution near the velocity before the step, as
+    /// where a light body between joints turns by a radian or more in it, [`StepScratch::solver_status`](super::StepScratch::solver_status) and rollouts
+    /// say that none was found, and the next steps mostly diverge: a shorter step is needed.
+    ///
+    /// Largest change of energy as a part of the kinetic energy at the start, of the systems of the table above: flywheel 4e-13 (1 ms) and 3e-11 after
+    /// 200,000 steps of 5 ms; heavy top 4e-7 (1 ms, also after 200,000 steps) and 1.5e-5 (5 ms); wing nut 1e-6 (1 ms) and 1e-4 (10 ms, also after 200,000
+    /// steps), back with each flip.
     ///
     /// # References
     /// [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].
