@@ -47,7 +47,8 @@ impl Program {
     pub(super) fn new(nodes: &[Operation], kept: impl Iterator<Item = NodeId>) -> Self {
         let kept: Vec<NodeId> = kept.collect();
         let given = nodes.iter().take_while(|node| node.is_given()).count();
-        let last = last_uses(nodes, &kept);
+        let cosines = pairs(nodes);
+        let last = last_uses(nodes, &cosines, &kept);
         let mut at = Allocation {
             places: (0..nodes.len()).map(|i| NodeId::from(i).0).collect(),
             free: Vec::new(),
@@ -55,7 +56,6 @@ impl Program {
         };
         let mut instructions = Vec::with_capacity(nodes.len() - given);
         let mut done = vec![false; nodes.len()];
-        let cosines = pairs(nodes);
         for i in given..nodes.len() {
             if done[i] {
                 continue;
@@ -64,7 +64,7 @@ impl Program {
             let pair = cosines[i];
             // Operands go before the result comes, which may take the place of one.
             for x in nodes[i].distinct_operands().filter(|&x| x >= given) {
-                if last[x] == i || Some(last[x]) == pair {
+                if last[x] == Some(i) {
                     at.free.push(at.places[x]);
                 }
             }
@@ -117,13 +117,19 @@ impl Program {
     }
 }
 
-/// The last node that uses each one.
-fn last_uses(nodes: &[Operation], kept: &[NodeId]) -> Vec<usize> {
-    let mut last = vec![usize::MAX; nodes.len()];
+/// The last node that uses each one; `None` if none does. Sine and cosine of an angle are found together, where the first of them stands: uses of
+/// the angle between them come later.
+///
+/// * `pairs` – of each sine its cosine, and the other way round
+fn last_uses(nodes: &[Operation], pairs: &[Option<usize>], kept: &[NodeId]) -> Vec<Option<usize>> {
+    let mut last = vec![None; nodes.len()];
     for (i, node) in nodes.iter().enumerate() {
-        node.operands().for_each(|x| last[x.index()] = i);
+        let found = pairs[i].map_or(i, |other| i.min(other));
+        node.operands()
+            .map(NodeId::index)
+            .for_each(|x| last[x] = last[x].max(Some(found)));
     }
-    kept.iter().for_each(|x| last[x.index()] = usize::MAX);
+    kept.iter().for_each(|x| last[x.index()] = Some(usize::MAX));
     last
 }
 

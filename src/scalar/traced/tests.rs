@@ -140,6 +140,20 @@ fn few_results_are_alive_at_once() {
     assert!((graph.evaluate(&x).expect("no conditions")[0] - expected).abs() < 1e-12);
 }
 
+// Sine and cosine are found together, and the angle is divided by before the cosine is asked for.
+#[test]
+fn angle_is_kept_as_long_as_it_is_used() {
+    let graph = trace(|t| {
+        let x = t.input(Port::vector("x", 1));
+        let angle = x[0] * x[0] + 1.0;
+        let (sin, cos) = angle.sin_cos();
+        t.output(Port::vector("y", 2), &[sin / angle, cos]);
+    });
+    let angle: f64 = 1.25;
+    let found = graph.evaluate(&[0.5]).expect("no conditions");
+    assert_eq!(found, [angle.sin() / angle, angle.cos()]);
+}
+
 /// yₖ = sin xₖ times its neighbours: a Jacobian of three diagonals.
 fn banded(n: usize) -> Graph {
     trace(|t| {
