@@ -8,14 +8,13 @@ use super::anchor::{AnchorMotion, turn_between};
 use super::hold::Hold;
 use super::{Constraint, ConstraintKind};
 use crate::model::Model;
-use crate::model::manifold::v_range;
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Motion, SPATIAL};
 
 /// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their
-/// joint frame: φ̈ = J ã + b.
+/// joint frame, less what turns about the centre of mass: φ̈ = J ã + b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConstraintRow<T> {
     /// φ.
@@ -24,7 +23,7 @@ pub(crate) struct ConstraintRow<T> {
     pub(crate) rate: T,
     /// b, of second degree in the velocity.
     pub(crate) bias: T,
-    /// J (ω × v), by which J ã is more than J v̇.
+    /// J (ω × (v + ω × c)) with centres of mass c, by which J ã is more than J v̇.
     pub(crate) turning: T,
     /// How it is held.
     pub(crate) hold: Hold<T>,
@@ -272,9 +271,8 @@ fn turn<P: Scalar, T: Over<P>>(
     v: &[T],
 ) {
     for body in model.independent() {
-        let own = v_range(body);
-        body.joint.turning(&v[own.clone()], |k, x| {
-            let entries = jacobian.iter().skip(own.start + k).step_by(v.len());
+        body.turning(v, |k, x| {
+            let entries = jacobian.iter().skip(k).step_by(v.len());
             for (row, &entry) in rows.iter_mut().zip(entries) {
                 row.turning += entry * x;
                 row.bias -= entry * x;

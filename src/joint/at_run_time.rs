@@ -5,6 +5,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
 use rand::Rng;
 
 use super::{Coordinate, Joint, JointKind, MAX_NV, with_joint};
@@ -102,8 +103,15 @@ impl Joint for JointKind {
         Self::difference(self, q0, q1, out);
     }
 
-    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
-        self.move_on(q, dt, next_q, next_v);
+    fn advance<D: Scalar, T: Over<D>>(
+        self,
+        center: &Vector3<T>,
+        q: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
+        self.move_on(center, q, dt, next_q, next_v);
     }
 
     fn neutral<T: Scalar>(self, out: &mut [T]) {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::spherical::{self, Spherical};
-use super::{Coordinate, Joint, sizes, symmetric_unit};
+use super::{Coordinate, Flight, Joint, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
@@ -45,14 +45,21 @@ impl Joint for Floating {
     }
 
     #[inline(always)]
-    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
-        let dt = T::from(dt);
-        let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
+    fn advance<D: Scalar, T: Over<D>>(
+        self,
+        center: &Vector3<T>,
+        q: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
+        let (dt, omega) = (T::from(dt), vector(&next_v[3..]));
         let R = Quaternion::from_slice(&q[3..]).to_matrix();
-        let p = vector(q) + rotate(&R, &(w * dt));
+        let turn = Quaternion::exp(&(omega * dt));
+        let flight = Flight::new(center, vector(next_v), omega, turn.to_matrix());
+        let p = vector(q) + rotate(&R, &flight.shift(dt));
         next_q[..3].copy_from_slice(p.as_slice());
-        let turn = Quaternion::exp(&phi);
-        next_v[..3].copy_from_slice(rotate_back(&turn.to_matrix(), &w).as_slice());
+        next_v[..3].copy_from_slice(flight.velocity().as_slice());
         spherical::turned(&q[3..], turn).write_to(&mut next_q[3..]);
     }
 

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
 use rand::Rng;
 
 use super::{Axis, Coordinate};
@@ -136,8 +137,18 @@ pub(crate) trait Joint: Copy {
 
     /// The second half of a step of semi-implicit Euler. Comes with the velocity `next_v` after it along the axes of before it; gives the
     /// position, and the velocity along the axes of after it.
+    ///
+    /// * `center` – the point of the body that flies straight in the step, in the body, of kinds whose linear velocity turns with the body
     #[inline(always)]
-    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
+    fn advance<D: Scalar, T: Over<D>>(
+        self,
+        center: &Vector3<T>,
+        q: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
+        let _ = center;
         let mut turn = [T::zero(); super::MAX_NV];
         for (turn, &v) in turn.iter_mut().zip(&*next_v) {
             *turn = v * dt;

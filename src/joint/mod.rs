@@ -29,6 +29,7 @@
 mod at_run_time;
 mod axis;
 mod fixed;
+mod flight;
 mod floating;
 mod kind;
 mod planar;
@@ -40,11 +41,13 @@ mod universal;
 
 use std::fmt;
 
+use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
 pub(crate) use axis::Coordinate;
 pub use axis::{Axis, Pitch};
 pub(crate) use fixed::Fixed;
+use flight::Flight;
 pub(crate) use floating::Floating;
 use kind::sizes;
 pub(crate) use kind::{Joint, with_joint};
@@ -296,11 +299,32 @@ impl JointKind {
     ///
     /// v⁺ = v + Δt a,  q⁺ = q ⊕ Δt v⁺. Of the kinds whose linear velocity turns with the body, floating and planar, it is the velocity
     /// in the joint frame that is stepped, and the position with it:  (R v)⁺ = R (v + Δt (a + ω × v)),  p⁺ = p + Δt (R v)⁺. A free
-    /// body keeps its momentum and flies straight however it spins; stepped in the body, its speed would grow by the factor
-    /// √(1 + (ω Δt)²) a step.
+    /// body whose centre of mass is its origin keeps its linear momentum and flies straight however it spins; stepped in the body, its speed
+    /// would grow by the factor √(1 + (ω Δt)²) a step.
+    ///
+    /// A [`Simulator`](crate::Simulator) steps such a body by position and velocity of its centre of mass c in place of those of its origin, so that
+    /// free bodies keep their linear momentum wherever that is. With `v_c` = v + ω × c:
+    /// (R `v_c`)⁺ = R (`v_c` + Δt (a + ω̇ × c + ω × `v_c`)),  (p + R c)⁺ = p + R c + Δt (R `v_c`)⁺. For c = 0 both are the same.
     #[inline(always)]
     pub fn advance<D: Scalar, T: Over<D>>(
         self,
+        q: &[T],
+        v: &[T],
+        a: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
+        self.advance_about(Vector3::zeros, q, v, a, dt, next_q, next_v);
+    }
+
+    /// [`advance`](Self::advance) of position and velocity of a point of the body in place of its origin.
+    ///
+    /// * `center` – finds the point, in the body, m; called for kinds other than revolute and prismatic joints
+    #[inline(always)]
+    pub(crate) fn advance_about<D: Scalar, T: Over<D>>(
+        self,
+        center: impl FnOnce() -> Vector3<T>,
         q: &[T],
         v: &[T],
         a: &[T],
@@ -314,13 +338,14 @@ impl JointKind {
                 next_v[0] = v;
                 next_q[0] = dt.scale_add(v, q[0]);
             }
-            _ => self.advance_rare(q, v, a, dt, next_q, next_v),
+            _ => self.advance_rare(&center(), q, v, a, dt, next_q, next_v),
         }
     }
 
     #[inline(never)]
     fn advance_rare<D: Scalar, T: Over<D>>(
         self,
+        center: &Vector3<T>,
         q: &[T],
         v: &[T],
         a: &[T],
@@ -331,8 +356,8 @@ impl JointKind {
         T::vectorized(
             #[inline(always)]
             || {
-                self.step_velocity(v, a, dt, next_v);
-                self.move_on(q, dt, next_q, next_v);
+                self.step_velocity(center, v, a, dt, next_v);
+                self.move_on(center, q, dt, next_q, next_v);
             },
         );
     }
@@ -341,6 +366,7 @@ impl JointKind {
     #[inline(always)]
     pub(crate) fn step_velocity<D: Scalar, T: Over<D>>(
         self,
+        center: &Vector3<T>,
         v: &[T],
         a: &[T],
         dt: D,
@@ -349,30 +375,40 @@ impl JointKind {
         for (k, v_next) in next_v.iter_mut().enumerate() {
             *v_next = dt.scale_add(a[k], v[k]);
         }
-        self.turning(v, |k, x| next_v[k] += x * dt);
+        self.turning(center, v, |k, x| next_v[k] += x * dt);
     }
 
     /// The second half: the position, and the axes of the velocity with it.
     #[inline(always)]
     pub(crate) fn move_on<D: Scalar, T: Over<D>>(
         self,
+        center: &Vector3<T>,
         q: &[T],
         dt: D,
         next_q: &mut [T],
         next_v: &mut [T],
     ) {
-        with_joint!(self, joint => joint.advance(q, dt, next_q, next_v));
+        with_joint!(self, joint => joint.advance(center, q, dt, next_q, next_v));
     }
 
-    /// ω × v of the kinds whose linear velocity turns with the body, along its coordinates: with it, a rate of their velocity becomes the
-    /// acceleration in the joint frame, seen from the body.
+    /// ω × (v + ω × c) of the kinds whose linear velocity turns with the body, along its coordinates. With it, a rate of their velocity becomes the
+    /// acceleration ã with which a step goes on: that of the velocity which the origin has, in the joint frame and seen from the body, while the
+    /// body turns about the point c and that goes straight on.
+    ///
+    /// * `center` – c; zero for the acceleration of the origin itself
     #[inline(always)]
-    pub(crate) fn turning<T: Scalar>(self, v: &[T], mut each: impl FnMut(usize, T)) {
+    pub(crate) fn turning<T: Scalar>(
+        self,
+        center: &Vector3<T>,
+        v: &[T],
+        mut each: impl FnMut(usize, T),
+    ) {
         if !self.turns_with_body() {
             return;
         }
         let V = Motion::from_array(self.motion_rare(v));
-        let turned = cross(&V.angular, &V.linear);
+        let velocity = V.linear + cross(&V.angular, center);
+        let turned = cross(&V.angular, &velocity);
         let linear = self.axes().take_while(|axis| !axis.is_angular());
         linear.for_each(|axis| each(axis.coordinate(), turned[axis.coordinate()]));
     }

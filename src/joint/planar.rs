@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{Joint, sizes, symmetric_unit};
+use super::{Flight, Joint, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::exponential::{exp_translation, log_translation};
@@ -37,10 +37,19 @@ impl Joint for Planar {
     }
 
     #[inline(always)]
-    fn advance<D: Scalar, T: Over<D>>(self, q: &[T], dt: D, next_q: &mut [T], next_v: &mut [T]) {
+    fn advance<D: Scalar, T: Over<D>>(
+        self,
+        center: &Vector3<T>,
+        q: &[T],
+        dt: D,
+        next_q: &mut [T],
+        next_v: &mut [T],
+    ) {
         let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
-        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::from(dt)));
-        let linear = rotate_back(&rotation_z(turn), &w);
+        let flight = Flight::new(center, w, about_z(next_v[2]), rotation_z(turn));
+        let shift = flight.shift(T::from(dt));
+        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &shift);
+        let linear = flight.velocity();
         next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
         next_v[..2].copy_from_slice(&[linear.x, linear.y]);
     }

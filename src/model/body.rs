@@ -5,11 +5,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
+
 use super::BodyId;
 use super::manifold::{q_range, v_range};
-use crate::joint::{Axis, JointKind};
+use crate::joint::{Axis, Joint as _, JointKind};
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::lift_vector;
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
@@ -89,6 +92,60 @@ impl<P: Scalar> Body<P> {
     ) -> [T; TRANSFORM_ENTRIES] {
         let followed = [q[self.q] * ratio + offset];
         self.joint.compose(&self.placement, &followed).to_entries()
+    }
+
+    /// The point c of the body by which a step of Euler moves it, in the body frame, m: of joints whose linear velocity turns with the body the centre
+    /// of mass, where there is mass; else zero.
+    pub(crate) fn center<T: Over<P>>(&self) -> Vector3<T> {
+        if !self.joint.turns_with_body() {
+            return Vector3::zeros();
+        }
+        let per_mass = self.per_mass();
+        lift_vector(&self.inertia.first_moment.map(|h| h * per_mass))
+    }
+
+    /// 1 / m, by which the first moment is the centre of mass, 1/kg; zero without mass.
+    pub(crate) fn per_mass(&self) -> P {
+        let (mass, one) = (self.inertia.mass, P::one());
+        let least = P::constant(f64::MIN_POSITIVE);
+        let per_mass = one / mass.select_lt(least, one, mass);
+        mass.select_lt(least, P::zero(), per_mass)
+    }
+
+    /// [`JointKind::turning`] about the centre of mass at the robot's velocity `v`: hands each coordinate with what turns along it to `each`.
+    #[inline(always)]
+    pub(crate) fn turning<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T)) {
+        let own = &v[v_range(self)];
+        (self.joint).turning(&self.center(), own, |k, x| each(self.v + k, x));
+    }
+
+    /// The velocity after a step of Euler with the acceleration `a`, along the axes of before it; all of the robot's coordinates.
+    #[inline(always)]
+    pub(crate) fn step_velocity<T: Over<P>>(&self, v: &[T], a: &[T], dt: P, next_v: &mut [T]) {
+        let own = v_range(self);
+        let (v, a, next_v) = (&v[own.clone()], &a[own.clone()], &mut next_v[own]);
+        (self.joint).step_velocity(&self.center(), v, a, dt, next_v);
+    }
+
+    /// Hands each pair of a linear and an angular coordinate, with their ratio x, to `each`: while the body turns about its centre of mass and that
+    /// rests in the joint frame, the rate of the former is the sum of all x times the latter. None of kinds whose linear velocity does not turn with
+    /// the body.
+    pub(crate) fn each_spin<T: Over<P>>(&self, mut each: impl FnMut(usize, usize, T)) {
+        if !self.joint.turns_with_body() {
+            return;
+        }
+        let c = self.center::<T>();
+        // v = −ω × c = c × ω, coordinate by coordinate:  (c × ê_j)_i = ± c_k
+        for (l, along) in self.axes().filter(|(_, axis)| !axis.is_angular()) {
+            for (k, about) in self.axes().filter(|(_, axis)| axis.is_angular()) {
+                let (i, j) = (along.coordinate(), about.coordinate() - 3);
+                if i == (j + 1) % 3 {
+                    each(l, k, c[3 - i - j]);
+                } else if i != j {
+                    each(l, k, -c[3 - i - j]);
+                }
+            }
+        }
     }
 
     /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use rand::{Rng, RngExt};
 
-use super::{Body, Model};
+use super::{Body, BodyId, Model};
 use crate::joint::JointKind;
 use crate::scalar::{Over, Scalar};
 
@@ -45,16 +45,16 @@ impl<P: Scalar> Model<P> {
     }
 
     /// Computes a step of semi-implicit Euler from configuration `q` and velocity `v` with the acceleration `a` held for the time `dt` (s), joint
-    /// by joint; see [`JointKind::advance`].
+    /// by joint; see [`JointKind::advance`]. Where linear velocities turn with the body, it is the centre of mass that is stepped.
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    pub(crate) fn advance_into<D: Scalar, T: Over<D>>(
+    pub(crate) fn advance_into<T: Over<P>>(
         &self,
         q: &[T],
         v: &[T],
         a: &[T],
-        dt: D,
+        dt: P,
         next_q: &mut [T],
         next_v: &mut [T],
     ) {
@@ -65,7 +65,8 @@ impl<P: Scalar> Model<P> {
         self.check_v(next_v);
         for body in self.independent() {
             let (own_q, own_v) = (q_range(body), v_range(body));
-            body.joint.advance(
+            body.joint.advance_about(
+                || body.center(),
                 &q[own_q.clone()],
                 &v[own_v.clone()],
                 &a[own_v.clone()],
@@ -183,6 +184,13 @@ impl<P: Scalar> Model<P> {
     /// The bodies whose joints have coordinates of their own.
     pub(crate) fn independent(&self) -> impl Iterator<Item = &Body<P>> {
         self.bodies().iter().filter(|body| body.coupling.is_none())
+    }
+
+    /// [`independent`](Self::independent) with the index of each body.
+    pub(crate) fn independent_with_ids(&self) -> impl Iterator<Item = (BodyId, &Body<P>)> {
+        let all = self.bodies().iter().enumerate();
+        let own = all.filter(|(_, body)| body.coupling.is_none());
+        own.map(|(i, body)| (BodyId(i), body))
     }
 
     pub(crate) fn check_q<T>(&self, q: &[T]) {

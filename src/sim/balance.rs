@@ -15,7 +15,6 @@ use crate::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Sta
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::MassMatrixFactor;
 use crate::model::Model;
-use crate::model::manifold::v_range;
 use crate::scalar::{Linear, Over, Scalar, is_f64};
 use crate::spatial::{Motion, Transform};
 
@@ -156,17 +155,14 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// J `ã_free` − reference: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
-    /// their linear velocity into account, ω × v.
+    /// their linear velocity into account, ω × (v + ω × c).
     fn see_turning<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
     where
         T: Over<P>,
     {
         for body in at.model().independent() {
-            let own = v_range(body);
             let rows = &mut self.rows;
-            body.joint.turning(&at.v()[own.clone()], |k, x| {
-                rows.turn(own.start + k, x);
-            });
+            body.turning(at.v(), |k, x| rows.turn(k, x));
         }
         self.rows.subtract_references();
     }

@@ -33,6 +33,15 @@
 /// | slider-crank, 15 rad/s, 10 s | −0.014, +0.005 (1 ms); −0.5, +0.1 (10 ms) | as semi-implicit Euler | ±4e-6 (1 ms), −0.2 (10 ms) |
 /// | free delta robot, 10 s | ±0.4 J (1 ms); −1.8, +0.1 J (10 ms) | as semi-implicit Euler | ±5e-4 J (1 ms) |
 ///
+/// Linear momentum of what nothing acts on from outside, measured by the tests in `tests/it/free_bodies.rs`. Both steps of Euler keep that of a free
+/// body to rounding, wherever its centre of mass is in its frame. That of a floating robot with joints drifts in proportion to the step, as its other links
+/// are not stepped by their centres of mass. Change of the momentum of a robot of nine links whose joints move with up to 2 rad/s, after 1 s, relative to it:
+///
+/// | step | semi-implicit Euler | implicit velocity |
+/// |---|---|---|
+/// | 2 ms | 1.1e-3 | 8e-4 |
+/// | 1 ms | 6e-4 | 4e-4 |
+///
 /// [Constraints that are springs](crate::constraint::Constraint::with_spring) have the forces of the end of a step of Euler, and of the state in
 /// Runge–Kutta's method.
 ///
@@ -42,8 +51,9 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// v⁺ = v + Δt a, then q⁺ = q ⊕ Δt v⁺: of first order, one evaluation of the dynamics. The linear velocity of a floating base is stepped in the
-    /// world, so that a free body keeps its momentum, see [`JointKind::advance`](crate::joint::JointKind::advance).
+    /// v⁺ = v + Δt a, then q⁺ = q ⊕ Δt v⁺: of first order, one evaluation of the dynamics. A floating or planar base, or a free object, is stepped by
+    /// position and velocity of its own centre of mass in the world, so that a free body keeps its linear momentum, see
+    /// [`JointKind::advance`](crate::joint::JointKind::advance).
     ///
     /// Forces are those of the start of the step but for two kinds, which no short enough step can be found for beforehand:
     ///
@@ -64,7 +74,8 @@ pub enum Integrator {
     /// step, and so are stops; contact far stiffer than the step resolves may bounce.
     ///
     /// Coriolis and centrifugal forces c(q, v) are those of its middle, to first order in the acceleration:
-    /// M a + c(v) + ½ Δt ∂c/∂v a = τ − g. Spinning bodies are stable at any rate and keep energy and momentum, see above. Where contact and stops act,
+    /// M a + c(v) + ½ Δt ∂c/∂v a = τ − g. Spinning bodies are stable at any rate and keep energy and momentum, see above; a base is
+    /// stepped by its centre of mass, as with semi-implicit Euler. Where contact and stops act,
     /// ∂c/∂v is applied to the acceleration that there would be without them, so that the problem of the solver stays symmetric: that under the
     /// forces of kinematic constraints alone.
     ///

@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::state::State;
 use crate::error::UnknownName;
@@ -322,7 +322,8 @@ impl<'m> EngineCoordinates<'m> {
         }
         for body in self.bodies() {
             let own = &v[v_range(body)];
-            body.joint.turning(own, |k, x| out[body.v + k] = x);
+            let turn = |k, x| out[body.v + k] = x;
+            body.joint.turning(&Vector3::zeros(), own, turn);
         }
         out
     }

@@ -32,6 +32,7 @@ mod finite_differences;
 mod floors;
 mod folded_ground;
 mod frame_forces;
+mod free_bodies;
 mod generic_scalar;
 mod golden;
 mod graphs_of_steps;

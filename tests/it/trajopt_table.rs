@@ -19,7 +19,7 @@ pendulum                        8            8            8            7
 pendulum, bounded              11           10           11           10
 pendulum, fixed end            13           13           13           14
 arm                            25           22           21           20
-tree                           46            3           42            4
+tree                            9            3            9            4
 ";
 
 /// Distance by which states are moved where the guess has gaps, m or rad.
@@ -74,7 +74,7 @@ masses, bounded                  72            838              9             19
 counter, fixed end                5              5              5              5
 pendulum                   203..396 IterationLimit              9             36
 arm                  IterationLimit IterationLimit         19..57       132..877
-tree                             88 IterationLimit             22             22
+tree                             64 IterationLimit              9              9
 ";
 
 /// Share by which such a count may be off, beyond one: rounding of other machines moves the longer ones.

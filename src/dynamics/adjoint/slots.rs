@@ -1,7 +1,10 @@
 //! Place of each number of a robot in the vector of its parameters.
 
-use crate::model::{BodyId, FrameId, Model, ParameterGroup};
-use crate::scalar::Scalar;
+use nalgebra::Vector3;
+
+use crate::model::{Body, BodyId, FrameId, Model, ParameterGroup};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::dot;
 
 /// Indices into [`Model::parameters`], by the place that a number has in the dynamics.
 #[derive(Clone, Debug)]
@@ -67,5 +70,24 @@ impl ParameterSlots {
             }
         }
         slots
+    }
+
+    /// Adds the gradient in mass m and first moment h of a body from that in its [centre](Body::center)  c = h / m,  δc = (δh − c δm) / m;  nothing
+    /// where parameters are not wanted.
+    pub(crate) fn add_center<P: Scalar, T: Over<P>>(
+        &self,
+        id: BodyId,
+        body: &Body<P>,
+        by_center: &Vector3<T>,
+        parameters: &mut [T],
+    ) {
+        let first = self.inertia[id.0];
+        let Some([mass, first_moment @ ..]) = parameters.get_mut(first..first + 4) else {
+            return;
+        };
+        let by_moment = by_center.map(|x| x * body.per_mass());
+        *mass -= dot(&by_moment, &body.center());
+        let own = first_moment.iter_mut().zip(&by_moment);
+        own.for_each(|(own, &x)| *own += x);
     }
 }

@@ -1,5 +1,7 @@
 //! Motion of one joint by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
 
+use nalgebra::Vector3;
+
 use crate::dynamics::{lifted, moved_by_own_tangents};
 use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
@@ -14,8 +16,8 @@ const DIRECTIONS: usize = 2 * MAX_NV;
 /// A number of one joint with its derivatives in these.
 type Local<T> = Dual<T, DIRECTIONS>;
 
-/// A number of one joint with its derivative in the time step.
-type Timed<T> = Dual<T, 1>;
+/// A number of one joint with its derivatives in the time step and then in the [centre](Body::center) of its body.
+pub(super) type OfNumbers<T> = Dual<T, 4>;
 
 /// A tangent of one joint with its derivatives in two others.
 pub(super) type JointTangent<T> = [Local<T>; MAX_NV];
@@ -33,8 +35,8 @@ pub(super) fn stepped_velocity<T: Scalar>(
     for (k, at) in own.enumerate() {
         (v[k], rate[k]) = (Dual::variable(state.v[at], k), Dual::constant_of(a[at]));
     }
-    body.joint
-        .step_velocity(&v[..nv], &rate[..nv], dt, &mut w[..nv]);
+    let (v, rate) = (&v[..nv], &rate[..nv]);
+    (body.joint).step_velocity(&body.center(), v, rate, dt, &mut w[..nv]);
     w
 }
 
@@ -51,32 +53,36 @@ pub(super) fn joint_step<T: Scalar>(
     let expected: [Local<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[q_range(body)]);
     let mut dv: JointTangent<T> = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
     let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
-    joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
+    let (center, end_q) = (body.center(), &mut end[..nq]);
+    joint.move_on(&center, &start[..nq], dt, end_q, &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     (dq, dv)
 }
 
-/// Derivatives of q⁺, in its tangent space, and of v⁺ of one joint in the time step, at a fixed acceleration.
-pub(super) fn joint_step_in_time<T: Scalar>(
+/// δq⁺ and δv⁺ of one joint with their derivatives in the time step and the centre of its body, at a fixed acceleration.
+pub(super) fn joint_step_in_numbers<T: Scalar>(
     body: &Body<f64>,
     state: &State<T>,
     a: &[T],
     next: &State<T>,
     dt: f64,
-) -> ([T; MAX_NV], [T; MAX_NV]) {
+) -> [[OfNumbers<T>; MAX_NV]; 2] {
     let (joint, own_q, own_v) = (body.joint, q_range(body), v_range(body));
     let (nq, nv) = (joint.nq(), joint.nv());
-    let start: [Timed<T>; MAX_NV + 1] = lifted(&state.q.as_slice()[own_q.clone()]);
-    let expected: [Timed<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[own_q]);
-    let v: [Timed<T>; MAX_NV + 1] = lifted(&state.v.as_slice()[own_v.clone()]);
-    let a: [Timed<T>; MAX_NV + 1] = lifted(&a[own_v]);
+    let start: [OfNumbers<T>; MAX_NV + 1] = lifted(&state.q.as_slice()[own_q.clone()]);
+    let expected: [OfNumbers<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[own_q]);
+    let v: [OfNumbers<T>; MAX_NV + 1] = lifted(&state.v.as_slice()[own_v.clone()]);
+    let a: [OfNumbers<T>; MAX_NV + 1] = lifted(&a[own_v]);
     let zero = [Dual::from(0.0); MAX_NV];
     let (mut end, mut dv, mut dq) = (start, zero, zero);
-    let dt = Timed::variable(T::constant(dt), 0);
-    joint.step_velocity(&v[..nv], &a[..nv], dt, &mut dv[..nv]);
-    joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
+    let dt = OfNumbers::variable(T::constant(dt), 0);
+    let center: Vector3<T> = body.center();
+    let center = Vector3::from_fn(|k, _| OfNumbers::variable(center[k], 1 + k));
+    joint.step_velocity(&center, &v[..nv], &a[..nv], dt, &mut dv[..nv]);
+    let end_q = &mut end[..nq];
+    joint.move_on(&center, &start[..nq], dt, end_q, &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
-    (dq.map(|x| x.eps[0]), dv.map(|x| x.eps[0]))
+    [dq, dv]
 }
 
 /// The rate of a joint's offset with its derivatives in offset and velocity.

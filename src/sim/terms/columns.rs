@@ -11,13 +11,15 @@
 //! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use crate::dynamics::Blocks;
-use crate::joint::MAX_NV;
+use super::weights::StepSlopes;
+use crate::dynamics::{Blocks, ParameterSlots};
+use crate::joint::{Joint as _, MAX_NV};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, Scalar, is_nothing, vectorized_over};
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
+use crate::spatial::linear::cross;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
 #[derive(Clone, Debug)]
@@ -111,16 +113,19 @@ pub(crate) fn each_turning<T: Scalar>(
     v: &[T],
     mut each: impl FnMut(usize, Dual<T, MAX_NV>),
 ) {
+    if !body.joint.turns_with_body() {
+        return;
+    }
     let own = v_range(body);
     let mut rates = [Dual::from(0.0); MAX_NV];
     for (k, &v) in v[own.clone()].iter().enumerate() {
         rates[k] = Dual::variable(v, k);
     }
     let turn = |k, x| each(own.start + k, x);
-    body.joint.turning(&rates[..own.len()], turn);
+    (body.joint).turning(&body.center(), &rates[..own.len()], turn);
 }
 
-/// Adds what y = J (ω × v) changes with v.
+/// Adds what y = J (ω × (v + ω × c)) changes with v.
 pub(crate) fn add_turning<T: Scalar>(
     model: &Model,
     v: &[T],
@@ -142,21 +147,30 @@ pub(crate) fn add_turning<T: Scalar>(
     }
 }
 
-/// Adds the gradient of a weighted ã in the velocity that turns axes.
+/// Adds the gradient of a weighted ã in the velocity that turns axes, and in the centres of mass about which bodies turn.
 ///
 /// * `by_seen` – its weights
+/// * `slots` – places of parameters
 pub(crate) fn add_weighted_turning<T: Scalar>(
     model: &Model,
     v: &[T],
     by_seen: &[T],
-    by_v: &mut [T],
+    slots: &ParameterSlots,
+    out: &mut StepSlopes<'_, T>,
 ) {
-    for body in model.independent() {
+    for (id, body) in model.independent_with_ids() {
         each_turning(body, v, |k, x| {
             for (l, &slope) in x.eps.iter().enumerate().take(body.joint.nv()) {
-                by_v[body.v + l] += by_seen[k] * slope;
+                out.v[body.v + l] += by_seen[k] * slope;
             }
         });
+        if body.joint.turns_with_body() {
+            // ω × (v + ω × c), whose derivative in c is symmetric.
+            let omega = body.motion(v).angular;
+            let weights = body.motion(by_seen).linear;
+            let by_center = cross(&omega, &cross(&omega, &weights));
+            slots.add_center(id, body, &by_center, out.parameters);
+        }
     }
 }
 

@@ -4,7 +4,6 @@ use super::held_row::HeldRow;
 use super::term::Term;
 use crate::cone::Block;
 use crate::constraint::{ConstraintRow, ConstraintRows};
-use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
@@ -97,9 +96,7 @@ pub(super) fn has_springs<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>) -> bool 
 /// The velocity after a step, along the axes of before it.
 fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], next_v: &mut [T]) {
     for body in at.model().independent() {
-        let own = v_range(body);
-        let (v, a) = (&at.v()[own.clone()], &a[own.clone()]);
-        body.joint.step_velocity(v, a, at.dt(), &mut next_v[own]);
+        body.step_velocity(at.v(), a, at.dt(), next_v);
     }
 }
 

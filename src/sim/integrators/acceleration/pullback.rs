@@ -5,7 +5,7 @@
 
 use super::AccelerationScratch;
 use super::rows::{AccelerationWeights, RowAdjoint};
-use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
+use crate::dynamics::{AbaScratch, Calls, ParameterSlots, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::integrators::balance::BalanceAdjoint;
@@ -44,6 +44,11 @@ impl<T: Scalar> AccelerationAdjoint<T> {
             balance: BalanceAdjoint::new(simulator),
             half_step: at_middle.then(|| half_step::Adjoint::new(simulator)),
         }
+    }
+
+    /// Places of parameters of the model.
+    pub(crate) fn slots(&self) -> &ParameterSlots {
+        self.balance.slots()
     }
 
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.

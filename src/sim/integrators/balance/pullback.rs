@@ -1,6 +1,6 @@
 //! Gradient of the weighted balance of forces at a fixed acceleration: one sweep along the tree, with the part of each term.
 
-use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::dynamics::{ParameterSlots, Slopes, Sweep, Weighted};
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
@@ -29,6 +29,11 @@ impl<T: Scalar> BalanceAdjoint<T> {
             sweep: Sweep::new(model),
             by_a: vec![T::zero(); model.nv()],
         }
+    }
+
+    /// Places of parameters of the model.
+    pub(crate) fn slots(&self) -> &ParameterSlots {
+        &self.sweep.slots
     }
 
     /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the state of contact.
@@ -75,7 +80,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
         };
         sweep.finish(model, &weighted, &mut slopes);
         if seen.is_some() {
-            add_weighted_turning(model, at.v(), &sweep.by_seen, out.v);
+            add_weighted_turning(model, at.v(), &sweep.by_seen, &sweep.slots, out);
         }
     }
 }

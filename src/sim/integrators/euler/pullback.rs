@@ -1,16 +1,20 @@
 //! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
 
+use nalgebra::Vector3;
+
 use super::advance;
-use crate::dynamics::Calls;
+use crate::dynamics::{Calls, ParameterSlots};
 use crate::joint::MAX_NV;
-use crate::linalg::product::{add_scaled, dot};
-use crate::model::Body;
+use crate::linalg::product::add_scaled;
 use crate::model::manifold::v_range;
+use crate::model::{Body, BodyId};
 use crate::scalar::Scalar;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
-use crate::sim::integrators::joint_tangents::{joint_step, joint_step_in_time, stepped_velocity};
+use crate::sim::integrators::joint_tangents::{
+    OfNumbers, joint_step, joint_step_in_numbers, stepped_velocity,
+};
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -74,7 +78,7 @@ impl<T: Scalar> Adjoint<T> {
     ) {
         let (by_q, by_v) = adjoint.split_at(at.model().nv());
         let (weights, dt) = (&mut self.weights, at.dt());
-        for body in at.model().independent() {
+        for (id, body) in at.model().independent_with_ids() {
             if body.joint.nv() == 1 {
                 // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
                 let k = body.v;
@@ -85,8 +89,18 @@ impl<T: Scalar> Adjoint<T> {
                 let (a, v) = (self.found.a[k], self.next.v[k]);
                 out.add_time_step(by_next_v * a + by_q[k] * v);
             } else {
-                let (a, next) = (&self.found.a[..], &self.next);
-                Curved { at, a, next }.add(body, by_q, by_v, weights, out);
+                let curved = Curved {
+                    at,
+                    a: &self.found.a,
+                    next: &self.next,
+                    by_q,
+                    by_v,
+                };
+                curved.add(body, weights, out);
+                if !out.parameters.is_empty() {
+                    let slots = self.acceleration.slots();
+                    curved.add_numbers(id, body, slots, out);
+                }
             }
         }
     }
@@ -97,23 +111,19 @@ struct Curved<'a, T: Scalar> {
     at: &'a Moment<'a, f64, T>,
     a: &'a [T],
     next: &'a State<T>,
+    /// Weights of q⁺ and v⁺.
+    by_q: &'a [T],
+    by_v: &'a [T],
 }
 
 impl<T: Scalar> Curved<'_, T> {
-    fn add(
-        &self,
-        body: &Body<f64>,
-        by_q: &[T],
-        by_v: &[T],
-        weights: &mut [T],
-        out: &mut StepSlopes<'_, T>,
-    ) {
+    fn add(&self, body: &Body<f64>, weights: &mut [T], out: &mut StepSlopes<'_, T>) {
         let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
         let w = stepped_velocity(body, state, self.a, dt);
         let (dq, dv) = joint_step(body, state, &w, self.next, dt);
         let mut by_w = [T::zero(); MAX_NV];
         for k in 0..nv {
-            let (x, y) = (by_q[body.v + k], by_v[body.v + k]);
+            let (x, y) = (self.by_q[body.v + k], self.by_v[body.v + k]);
             for l in 0..nv {
                 out.q[body.v + l] += x * dq[k].eps[l] + y * dv[k].eps[l];
                 by_w[l] += x * dq[k].eps[MAX_NV + l] + y * dv[k].eps[MAX_NV + l];
@@ -125,11 +135,25 @@ impl<T: Scalar> Curved<'_, T> {
             }
             weights[body.v + l] = by_w[l] * dt;
         }
-        if out.has_parts {
-            let (dq, dv) = joint_step_in_time(body, state, self.a, self.next, dt);
-            let own = v_range(body);
-            let slope = dot(&by_q[own.clone()], &dq[..nv]) + dot(&by_v[own], &dv[..nv]);
-            out.add_time_step(slope);
+    }
+
+    /// Adds the slopes in the time step and in the centre of mass by which the body is moved.
+    fn add_numbers(
+        &self,
+        id: BodyId,
+        body: &Body<f64>,
+        slots: &ParameterSlots,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let dt = self.at.dt();
+        let steps = joint_step_in_numbers(body, self.at.state, self.a, self.next, dt);
+        let mut sum = OfNumbers::from(0.0);
+        for (step, weights) in steps.iter().zip([self.by_q, self.by_v]) {
+            let own = step.iter().zip(&weights[v_range(body)]);
+            own.for_each(|(x, &weight)| sum += x.each(|x| x * weight));
         }
+        let [by_dt, x, y, z] = sum.eps;
+        out.add_time_step(by_dt);
+        slots.add_center(id, body, &Vector3::new(x, y, z), out.parameters);
     }
 }

@@ -11,9 +11,10 @@
 //!
 //! Kinematic constraints hold a₀ as well, with forces beside it: otherwise these forces would be those of another motion, and feed linkages with energy.
 //!
-//! Linear velocities of joints whose axes turn with the body are left out of v and a here: they are stepped in the world, where nothing turns.
+//! Of joints whose axes turn with the body, the linear velocity of the centre of mass r is left out of v and a here: it is stepped in the joint frame,
+//! where nothing turns. What is left is N v: spinning about r, with the linear velocity −ω × r of the origin; ∂c/∂v stands for ∂c/∂v N at N v.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
 use super::bilateral::Bilateral;
 use super::half_step;
@@ -31,9 +32,9 @@ use crate::spatial::linear::cross;
 #[derive(Clone, Debug)]
 pub(crate) struct Gyroscopic<T> {
     coriolis: CoriolisScratch<T>,
-    /// The velocity without the linear ones of joints whose axes turn.
+    /// N v: the velocity without that of centres of mass of joints whose axes turn.
     pub(super) v: Vec<T>,
-    /// ∂c/∂v at that velocity, zero in the columns that are left out.
+    /// ∂c/∂v N at that velocity, zero in the columns that are left out.
     pub(super) slope: DMatrix<T>,
     /// Factors of M + s ∂c/∂v.
     pub(super) factor: TreeLu<T>,
@@ -63,41 +64,52 @@ impl<T: Scalar> Gyroscopic<T> {
     /// Finds ∂c/∂v at a state whose mass matrix has `mass` for its upper triangle.
     ///
     /// The Coriolis matrix gives it but for the order in which turns are taken:  ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints
-    /// that turn about several, for there C(v) u − C(u) v = M (ω × u).
+    /// that turn about several, for there C(v) u − C(u) v = M (ω × u). For v and u that spin about r, so does ω × u.
     fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &DMatrix<T>)
     where
         T: Over<P>,
     {
         self.v.copy_from_slice(v);
-        each_left_out(model, |k| self.v[k] = T::zero());
+        keep_spin(model, &mut self.v);
         coriolis_matrix_into(model, q, &self.v, &mut self.coriolis, &mut self.slope);
         self.slope.iter_mut().for_each(|x| *x = *x * 2.0);
+        self.fold_columns(model);
         for body in model.independent() {
             if body.joint.quaternion().is_some() {
                 self.reorder_turns(model, body, mass);
             }
         }
-        let slope = &mut self.slope;
-        each_left_out(model, |k| slope.column_mut(k).fill(T::zero()));
     }
 
-    /// Subtracts M (ω × u) in the columns of the turns of a joint; rotors resist in their own coordinates and do not turn.
+    /// From ∂c/∂v to ∂c/∂v N, column after column.
+    fn fold_columns<P: Scalar>(&mut self, model: &Model<P>)
+    where
+        T: Over<P>,
+    {
+        let (slope, nv) = (&mut self.slope, model.nv());
+        each_spin(model, |l, k, x: T| {
+            for row in 0..nv {
+                let linear = slope[(row, l)];
+                slope[(row, k)] += linear * x;
+            }
+        });
+        each_left_out(model, |l| slope.column_mut(l).fill(T::zero()));
+    }
+
+    /// Subtracts M N (ω × u) in the columns of the turns of a joint; rotors resist in their own coordinates and do not turn.
     fn reorder_turns<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, mass: &DMatrix<T>)
     where
         T: Over<P>,
     {
         let first = v_range(body).end - 3;
-        let omega = nalgebra::Vector3::from_fn(|k, _| self.v[first + k]);
+        let omega = Vector3::from_fn(|k, _| self.v[first + k]);
+        let entry = |row: usize, column: usize| match row == column {
+            true => mass[(row, row)] - model.armature()[row],
+            false => mass[(row.min(column), row.max(column))],
+        };
         for row in 0..model.nv() {
-            let inertia = nalgebra::Vector3::from_fn(|k, _| {
-                let (i, j) = (row.min(first + k), row.max(first + k));
-                let entry = mass[(i, j)];
-                if i == j {
-                    entry - model.armature()[i]
-                } else {
-                    entry
-                }
-            });
+            let mut inertia = Vector3::from_fn(|k, _| entry(row, first + k));
+            body.each_spin(|l, k, x: T| inertia[k - first] += entry(row, l) * x);
             // Iᵀ (ω × u) = (I × ω)ᵀ u
             let along = cross(&inertia, &omega);
             for k in 0..3 {
@@ -160,12 +172,15 @@ impl<T: Scalar> Gyroscopic<T> {
         self.subtract(s, forces);
     }
 
-    /// The velocity v ± s a₀, without what is left out: as c is quadratic in v,  s ∂c/∂v a₀ = ½ (c(v + s a₀) − c(v − s a₀)).
-    pub(super) fn velocity_into(&self, model: &Model, s: T, side: f64, out: &mut [T]) {
+    /// The velocity N (v ± s a₀): as c is quadratic in v,  s ∂c/∂v N a₀ = ½ (c(N (v + s a₀)) − c(N (v − s a₀))).
+    pub(super) fn velocity_into<P: Scalar>(&self, model: &Model<P>, s: T, side: f64, out: &mut [T])
+    where
+        T: Over<P>,
+    {
         for (out, (&v, &a)) in out.iter_mut().zip(self.v.iter().zip(&self.a)) {
             *out = v + s * a * side;
         }
-        each_left_out(model, |k| out[k] = T::zero());
+        keep_spin(model, out);
     }
 
     /// Takes s ∂c/∂v a₀ from forces of the start of a step: under what is left, M alone gives a₀. Where s is 0 nothing is changed.
@@ -173,6 +188,34 @@ impl<T: Scalar> Gyroscopic<T> {
         for (force, &change) in forces.iter_mut().zip(&self.change) {
             *force = T::zero().select_lt(s, *force - change * s, *force);
         }
+    }
+}
+
+/// From v to N v: bodies of joints whose axes turn with them spin about their centres of mass.
+fn keep_spin<P: Scalar, T: Over<P>>(model: &Model<P>, v: &mut [T]) {
+    each_left_out(model, |l| v[l] = T::zero());
+    each_spin(model, |l, k, x: T| {
+        let turned = v[k] * x;
+        v[l] += turned;
+    });
+}
+
+/// From weights of N v to those of v.
+pub(super) fn fold_weights<P: Scalar, T: Over<P>>(model: &Model<P>, by_v: &mut [T]) {
+    each_spin(model, |l, k, x: T| {
+        let weight = by_v[l] * x;
+        by_v[k] += weight;
+    });
+    each_left_out(model, |l| by_v[l] = T::zero());
+}
+
+/// Hands each entry of N outside its diagonal to `each`, with its row and its column.
+pub(super) fn each_spin<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    mut each: impl FnMut(usize, usize, T),
+) {
+    for body in model.independent() {
+        body.each_spin(&mut each);
     }
 }
 
@@ -191,7 +234,7 @@ mod tests {
     use super::*;
     use crate::dynamics::{bias_forces, mass_matrix};
     use crate::model::samples;
-    use nalgebra::{DVector, Vector3};
+    use nalgebra::DVector;
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 
@@ -207,7 +250,8 @@ mod tests {
             let v = model.random_velocity(&mut rng, 2.0);
             let mut u = model.random_velocity(&mut rng, 2.0);
             let mut still = v.clone();
-            each_left_out(&model, |k| (u[k], still[k]) = (0.0, 0.0));
+            keep_spin(&model, u.as_mut_slice());
+            keep_spin(&model, still.as_mut_slice());
             let c = |v: DVector<f64>| bias_forces(&model, q.as_slice(), v.as_slice());
             let expected = (c(&still + &u) - c(&still - &u)) * 0.5;
             let mut gyroscopic = Gyroscopic::new(&model, 0);

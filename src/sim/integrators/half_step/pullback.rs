@@ -10,10 +10,12 @@
 //! As c is quadratic in v, s C a₀ = ½ (c(v + s a₀) − c(v − s a₀)): the sweep of inverse dynamics finds its gradient at two velocities.
 
 use super::ahead::Ahead;
-use super::gyroscopic::{Gyroscopic, each_left_out};
+use super::gyroscopic::{Gyroscopic, fold_weights};
 use super::{HalfStep, each_slope, half_step, slope_in_time};
 use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::joint::Joint as _;
 use crate::linalg::product::{add_scaled, dot};
+use crate::model::Model;
 use crate::scalar::{Dual, Scalar};
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::moment::Moment;
@@ -21,6 +23,7 @@ use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
     Acting, SlopePoint, SlopeWeights, StepSlopes, Terms, add_weighted_turning, turned_into,
 };
+use crate::spatial::linear::cross;
 
 /// A half step that has been taken, and what is weighted.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +179,8 @@ impl<T: Scalar> Adjoint<T> {
                 held.look_ahead(at, by_y, change.terms, balance, out);
             }
             held.hold(gyroscopic, &mut self.mu);
-            add_weighted_turning(at.model(), at.v(), &held.by_seen, out.v);
+            let slots = &self.sweep.slots;
+            add_weighted_turning(at.model(), at.v(), &held.by_seen, slots, out);
         }
         gyroscopic.factor.solve_transposed(&mut self.mu);
         self.mu.iter_mut().for_each(|mu| *mu = -*mu);
@@ -238,8 +242,8 @@ impl<T: Scalar> Adjoint<T> {
         out: &mut StepSlopes<'_, T>,
     ) {
         let model = at.model();
-        self.by_v.fill(T::zero());
         for side in [1.0, -1.0] {
+            self.by_v.fill(T::zero());
             gyroscopic.velocity_into(model, half_step(at), side, &mut self.v);
             for (weight, &sum) in self.weights.iter_mut().zip(&self.sum) {
                 *weight = sum * (0.5 * side);
@@ -258,13 +262,25 @@ impl<T: Scalar> Adjoint<T> {
                 parameters: &mut *out.parameters,
             };
             self.sweep.add(model, &weighted, &mut slopes);
+            self.add_centers(model, out.parameters);
+            fold_weights(model, &mut self.by_v);
+            add_scaled(out.v, &self.by_v, T::one());
         }
-        each_left_out(model, |k| self.by_v[k] = T::zero());
-        add_scaled(out.v, &self.by_v, T::one());
         let by_s = dot(&self.sum, &gyroscopic.change);
         each_slope(at, &mut self.fastest, |k, slope| out.v[k] += by_s * slope);
         if out.has_parts {
             out.add_time_step(by_s * slope_in_time(at, &mut self.fastest));
+        }
+    }
+
+    /// Adds the gradient in the centres of mass about which bodies spin, where N v has weights: the origin moves with −ω × c.
+    fn add_centers(&self, model: &Model, parameters: &mut [T]) {
+        for (id, body) in model.independent_with_ids() {
+            if body.joint.turns_with_body() {
+                let [spin, weights] = [&self.v, &self.by_v].map(|v| body.motion(v));
+                let by_center = cross(&spin.angular, &weights.linear);
+                (self.sweep.slots).add_center(id, body, &by_center, parameters);
+            }
         }
     }
 }

@@ -12,11 +12,12 @@
 use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
-use super::gyroscopic::{Gyroscopic, each_left_out};
+use super::gyroscopic::{Gyroscopic, each_left_out, each_spin};
 use super::{HalfStep, each_slope, half_step};
 use crate::dynamics::{
     At, Blocks, Calls, Entries, InverseDynamicsDerivativesScratch, add_derivatives,
 };
+use crate::model::Model;
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::moment::Moment;
@@ -40,7 +41,6 @@ pub(crate) struct Columns<T: Differentiable> {
     v: Vec<T>,
     fastest: Vec<Dual<T, 1>>,
     at_rest: Vec<T>,
-    left_out: Vec<bool>,
     memory: Vec<Pack<T, BLOCK>>,
 }
 
@@ -99,8 +99,6 @@ impl<T: Differentiable> Columns<T> {
             simulator.n_tangent() + simulator.nu(),
             simulator.held_rows(),
         );
-        let mut left_out = vec![false; nv];
-        each_left_out(model, |k| left_out[k] = true);
         Box::new(Self {
             balance: BalanceColumns::new(simulator, held, Calls::Many),
             ahead: (held > 0).then(|| AheadColumns::new(simulator)),
@@ -110,7 +108,6 @@ impl<T: Differentiable> Columns<T> {
             v: vec![T::zero(); nv],
             fastest: vec![Dual::from(0.0); nv],
             at_rest: vec![T::zero(); nv],
-            left_out,
             memory: vec![Pack([T::zero(); BLOCK]); nv],
         })
     }
@@ -180,18 +177,32 @@ impl<T: Differentiable> Columns<T> {
             let mut out = Weighted {
                 columns: &mut self.direct,
                 weight: 0.5 * side,
-                left_out: &self.left_out,
             };
             let (q, v, a) = (at.q(), &self.v[..], &self.at_rest[..]);
             let (motion, inverse) = (At { q, v, a }, &mut self.inverse);
             add_derivatives(model, &motion, &[], inverse, &mut out, &mut self.mass);
         }
+        self.fold_velocities(model);
         each_slope(at, &mut self.fastest, |k, slope| {
             if !is_nothing(&slope) {
                 for (row, &change) in gyroscopic.change.iter().enumerate() {
                     *self.direct.at(row, nv + k) += change * slope;
                 }
             }
+        });
+    }
+
+    /// From ∂G/∂(N v) to ∂G/∂v.
+    fn fold_velocities(&mut self, model: &Model) {
+        let (direct, nv) = (&mut self.direct, model.nv());
+        each_spin(model, |l, k, x: T| {
+            for row in 0..nv {
+                let linear = *direct.at(row, nv + l);
+                *direct.at(row, nv + k) += linear * x;
+            }
+        });
+        each_left_out(model, |l| {
+            (0..nv).for_each(|row| *direct.at(row, nv + l) = T::zero());
         });
     }
 
@@ -224,18 +235,15 @@ impl<T: Differentiable> Columns<T> {
     }
 }
 
-/// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.
+/// Columns to which derivatives are added with a weight.
 struct Weighted<'a, T> {
     columns: &'a mut Blocks<T>,
     weight: f64,
-    left_out: &'a [bool],
 }
 
 impl<T: Scalar> Entries<T> for Weighted<'_, T> {
     #[inline(always)]
     fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T) {
-        let left_out = self.left_out[column];
-        let by_v = if left_out { T::zero() } else { by_v };
         self.columns
             .add(row, column, by_q * self.weight, by_v * self.weight);
     }

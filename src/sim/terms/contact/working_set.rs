@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 use crate::contact::{BodyPoint, Contacts, PointState, each_jacobian_column};
 use crate::dynamics::Kinematics;
 use crate::model::Model;
-use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
@@ -34,7 +33,7 @@ pub(super) struct WorkingSet<T> {
     shortfalls: Vec<T>,
     /// Those that take part.
     members: Members<T>,
-    /// a with the correction ω × v of axes that carry linear velocities.
+    /// a with the correction ω × (v + ω × c) of axes that carry linear velocities.
     corrected: Vec<T>,
     /// Candidates that are about to become members, by their place among the candidates.
     chosen: Vec<usize>,
@@ -171,9 +170,7 @@ impl<T: Scalar> WorkingSet<T> {
     {
         self.corrected.copy_from_slice(a);
         for body in step.model.independent() {
-            let own = v_range(body);
-            let corrected = &mut self.corrected[own.clone()];
-            body.joint.turning(&step.v[own], |k, x| corrected[k] += x);
+            body.turning(step.v, |k, x| self.corrected[k] += x);
         }
         self.shortfalls.clear();
         for &i in &self.candidates {
