@@ -136,6 +136,8 @@ impl Recording {
         Self::parse_json(text.as_ref(), Path::new("text"), models)
     }
 
+    // Inlined, so that reading is compiled by programs that read: 0.1 MB of machine code.
+    #[inline]
     fn parse_json(text: &str, path: &Path, models: &[&Model]) -> Result<Self, RecordingError> {
         let mut file: File = serde_json::from_str(text)
             .map_err(|error| malformed(path, error.line(), error.to_string()))?;
