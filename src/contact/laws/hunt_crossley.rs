@@ -120,7 +120,7 @@ impl<P: Scalar> HuntCrossley<P> {
         }
     }
 
-    /// Coefficients at a depth; without contact those of some depth, not to be used.
+    /// Coefficients at a depth; without contact those of [`SHALLOW`].
     pub(super) fn at<T: Over<P>>(&self, depth: T) -> SpringDamper<T> {
         let log = log(depth);
         SpringDamper {
@@ -140,9 +140,13 @@ impl<P: Scalar> HuntCrossley<P> {
     }
 }
 
-/// ln δ, where there is no contact that of a depth at which the powers are finite; the result is not used there.
+/// Depth whose coefficients stand for those of no contact, m: a bristle that touches nothing straightens as it would there.
+const SHALLOW: f64 = 1e-3;
+
+/// ln δ, where there is no contact that of [`SHALLOW`].
 fn log<T: Scalar>(depth: T) -> T {
-    T::zero().select_lt(depth, depth, T::one()).ln()
+    let shallow = T::constant(SHALLOW);
+    T::zero().select_lt(depth, depth, shallow).ln()
 }
 
 impl<T: Scalar> SpringDamper<T> {

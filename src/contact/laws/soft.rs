@@ -31,7 +31,8 @@ use crate::spatial::linear::{dot, scale};
 ///
 /// The tangent force is that of a bristle with the spring and damper of the normal force, `f_t` = −(K δᵖ m + D δ^q `v_t`), brought back
 /// to the cone ‖`f_t`‖ ≤ μ `f_n` where it is longer. The deflection m is a state, ṁ = `v_t` while it sticks, and on the cone such that
-/// the bristle feels the force it gives: at rest it holds without creeping.
+/// the bristle feels the force it gives: at rest it holds without creeping. A bristle that touches nothing straightens at the rate of a depth of
+/// 1 mm, K δᵖ / (D δ^q).
 ///
 /// # Exponents
 /// Take q = 1 + p, as [`estimate`](Self::estimate) does: the normal force K δ¹⁺ᵖ (1 + (D / K) δ̇) then goes back to zero with the depth, and its
@@ -131,7 +132,8 @@ impl<P: Scalar> SoftContact<P> {
         // Without a force there is nothing to hold, and the bristle straightens.
         let share = zero.select_lt(f_n, share, zero);
         // c ṁ = −f_t − s m, which is ṁ = share v_t + (share − 1) r m, r = s / c
-        let relaxed = at.spring / at.damper.max(at.spring * LEAST_RELAXATION);
+        let damper = at.damper.max(at.spring * LEAST_RELAXATION);
+        let relaxed = at.spring / damper.max(T::constant(f64::MIN_POSITIVE));
         let m_n = deflection - m_t;
         let tangent_rate = scale(&v_t, share) + scale(&m_t, (share - one) * relaxed);
         SoftForce {
@@ -211,10 +213,10 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         at: &BristleLoad<'_, D, T>,
     ) -> Vector3<T> {
         let own = self.normal.over_step(at.depth, at.separation, at.dt);
-        let (spring, damper) = (self.normal.stiffness.into(), self.normal.damping.into());
+        let apart = self.normal.at(T::zero());
         let own = SpringDamper {
-            spring: own.if_touching(own.spring, spring),
-            damper: own.if_touching(own.damper, damper),
+            spring: own.if_touching(own.spring, apart.spring),
+            damper: own.if_touching(own.damper, apart.damper),
         };
         let pull = at.friction + scale(at.deflection, own.spring);
         -scale(&pull, T::from(at.dt) / own.resistance(at.dt))
@@ -398,6 +400,42 @@ mod tests {
             ..SamplePoint::default()
         };
         assert!((implicit(&at, 0.8, -2.0).0 - explicit).abs() < 1e-4);
+    }
+
+    // With q = 1 + p and D / K = 20 s/m, s / c is 50 /s at a depth of 1 mm, and would be 0.05 /s at 1 m.
+    #[test]
+    fn bristle_of_a_law_of_estimates_straightens_within_a_second_in_both_ways() {
+        let law = SoftContact {
+            normal: HuntCrossley {
+                damping: 4e4,
+                damping_exponent: 1.5,
+                ..LAW.normal
+            },
+            ..LAW
+        };
+        let m = Vector3::new(0.002, 0.0, -0.001);
+        let explicit = law.force(-0.01, &Vector3::zeros(), &Vector3::y(), &m);
+        assert!((explicit.deflection_rate + m * 50.0).norm() < 1e-12);
+        let step = law.bristle_step(&BristleLoad {
+            depth: -0.01,
+            separation: 0.0,
+            friction: &Vector3::zeros(),
+            deflection: &m,
+            dt: 0.01,
+        });
+        assert!((step + m / 3.0).norm() < 1e-12);
+    }
+
+    // δᵖ and δ^q both underflow.
+    #[test]
+    fn steepest_exponents_have_finite_rates() {
+        let mut law = LAW;
+        law.normal.stiffness_exponent = 200.0;
+        law.normal.damping_exponent = 200.0;
+        for depth in [-1e-3, 1e-6] {
+            let found = law.force(depth, &Vector3::x(), &Vector3::z(), &Vector3::x());
+            assert!(found.deflection_rate.norm().is_finite(), "{found:?}");
+        }
     }
 
     // Without contact m⁺ = m − Δt K m / (K Δt + D).
