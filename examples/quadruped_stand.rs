@@ -1,5 +1,4 @@
-//! A quadruped is dropped onto its feet, catches itself with springs and dampers at its joints, and then stands by LQR
-//! about the pose in which it has come to rest, linearised with its contact: pushed, it comes back.
+//! A quadruped stands by LQR about a pose in which torques hold it on soft ground, linearised with its contact: pushed, it comes back.
 //!
 //! `cargo run --release --example quadruped_stand` – writes `out/quadruped_stand/rollout.csv` and a page beside it.
 
@@ -7,7 +6,7 @@ use std::error::Error;
 use std::fs::File;
 
 use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
-use dualbody::control::Lqr;
+use dualbody::control::{Equilibrium, EquilibriumLqr};
 use dualbody::sim::{Actuation, Rollout, RolloutStatus};
 use dualbody::view::Recording;
 use dualbody::{Integrator, Model, Simulator, State, UnknownName};
@@ -15,9 +14,6 @@ use nalgebra::{DMatrix, DVector};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
 const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-/// Springs and dampers at the joints, N·m/rad and N·m·s/rad.
-const STIFFNESS: f64 = 60.0;
-const DAMPING: f64 = 2.0;
 /// A foot is light and the ground under it stiff: implicit in velocity, the step may be long all the same, s.
 const TIME_STEP: f64 = 2e-3;
 /// Steps from one that is shown to the next.
@@ -25,12 +21,8 @@ const SHOWN: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let simulator = on_the_ground(Model::from_urdf_file(FILE)?)?;
-    let (rest, held) = land(&simulator);
-    let gain = balance(&simulator, &rest, &held);
-    let stood = stand(&simulator, &rest, |state| {
-        let off = state.deviation(simulator.model(), &rest);
-        &held - &gain * off.rows(0, gain.ncols())
-    });
+    let balance = balance(&simulator);
+    let stood = stand(&simulator, &balance);
     save(simulator.model(), stood)
 }
 
@@ -46,54 +38,42 @@ fn on_the_ground(model: Model) -> Result<Simulator, UnknownName> {
         .with_time_step(TIME_STEP))
 }
 
-/// Drops the robot onto its feet, held by springs and dampers at the joints; gives the pose in which it comes to rest,
-/// and the torques that hold it there.
-fn land(simulator: &Simulator) -> (State, DVector<f64>) {
-    let start = crouching(simulator);
-    let wanted = start.q.rows(7, 12).into_owned();
-    let caught = simulator.rollout(&start, steps(10.0), |_, state, u| {
-        for k in 0..12 {
-            u[k] = STIFFNESS * (wanted[k] - state.q[7 + k]) - DAMPING * state.v[6 + k];
-        }
-    });
-    let rest = caught.last().clone();
-    let held = caught.inputs[caught.inputs.len() - 1].clone();
-    let (height, speed) = (rest.q[2], rest.v.amax());
-    println!("caught: the trunk rests {height:.4} m high, {speed:.1e} from rest");
-    assert!(caught.status == RolloutStatus::Completed && speed < 1e-3);
-    let weight = simulator.model().total_mass() * 9.81;
-    let report = simulator.contact_report(&rest, held.as_slice());
+/// Torques that hold the crouching robot on its feet, and the gain of the LQR about it, contact included.
+fn balance(simulator: &Simulator) -> EquilibriumLqr {
+    let rest = Equilibrium::find(simulator, &crouching(simulator), &[0.0; 12]);
+    let (height, torque) = (rest.state.q[2], rest.input.amax());
+    println!(
+        "equilibrium {}: the trunk is {height:.4} m high, torques up to {torque:.3} N·m",
+        rest.status
+    );
+    assert!(rest.is_found());
+    let report = simulator.contact_report(&rest.state, rest.input.as_slice());
     let carried: f64 = report.forces.iter().map(|f| f.z).sum();
+    let weight = simulator.model().total_mass() * 9.81;
     println!("the feet carry {carried:.3} N of {weight:.3} N");
-    assert!((carried - weight).abs() < 1e-3 * weight);
-    (rest, held)
-}
-
-/// The gain of the LQR about a pose, contact included.
-fn balance(simulator: &Simulator, rest: &State, held: &DVector<f64>) -> DMatrix<f64> {
-    let step = simulator.linearize(rest, held.as_slice());
-    let (anchored, n) = (anchored(simulator, rest), 2 * simulator.model().nv());
-    let (a, b) = (step.a.rows(0, n) * anchored, step.b.rows(0, n));
+    assert!((carried - weight).abs() < 1e-6 * weight);
     let r = DMatrix::identity(12, 12).scale(1e-1);
-    let lqr = Lqr::discrete(&a, &b.into(), &weights(simulator), &r);
-    println!("LQR: spectral radius {:.5}", lqr.spectral_radius());
-    assert!(lqr.is_stabilized());
-    lqr.gain
+    let balance = rest.lqr(simulator, &weights(simulator), &r);
+    println!(
+        "LQR: spectral radius {:.5}; {}",
+        balance.lqr.spectral_radius(),
+        balance.dropped
+    );
+    assert!(balance.is_stabilized());
+    balance
 }
 
 /// Pushes the robot aside, and lets it come back.
-fn stand(
-    simulator: &Simulator,
-    rest: &State,
-    feedback: impl Fn(&State) -> DVector<f64>,
-) -> Rollout {
+fn stand(simulator: &Simulator, balance: &EquilibriumLqr) -> Rollout {
+    let (model, rest) = (simulator.model(), &balance.at.state);
     let mut pushed = rest.clone();
     pushed.v[1] += 0.1;
     pushed.v[3] += 0.2;
     let stood = simulator.rollout(&pushed, steps(3.0), |_, state, u| {
-        u.copy_from_slice(feedback(state).as_slice());
+        u.copy_from_slice(balance.control(model, state).as_slice());
     });
-    let left = stood.last().deviation(simulator.model(), rest);
+    assert!(stood.status == RolloutStatus::Completed);
+    let left = stood.last().deviation(model, rest);
     println!(
         "pushed aside at 0.1 m/s and 0.2 rad/s, {:.1e} from its pose three seconds later",
         left.amax()
@@ -118,29 +98,14 @@ fn steps(seconds: f64) -> usize {
     (seconds / TIME_STEP) as usize
 }
 
-/// Legs bent, a hand's breadth above the ground.
+/// Legs bent; how high it stands is found.
 fn crouching(simulator: &Simulator) -> State {
     let mut state: State = simulator.neutral_state();
-    state.q[2] = 0.4;
     for leg in 0..4 {
         state.q[7 + 3 * leg + 1] = 0.8;
         state.q[7 + 3 * leg + 2] = -1.6;
     }
     state
-}
-
-/// The states (δq, δv, δm) of feet that stick where they are: a bristle bends as far as its foot moves. What no input
-/// can move, the places to which the bristles hold the feet, is no state of this system.
-fn anchored(simulator: &Simulator, at: &State) -> DMatrix<f64> {
-    let (model, nv) = (simulator.model(), simulator.model().nv());
-    let mut out = DMatrix::identity(simulator.n_tangent(), 2 * nv);
-    let contacts = simulator.contacts().expect("feet on the ground");
-    for foot in 0..FEET.len() {
-        let jacobian = contacts.jacobian(model, at.q.as_slice(), foot);
-        out.view_mut((2 * nv + 3 * foot, 0), (2, nv))
-            .copy_from(&jacobian.rows(0, 2));
-    }
-    out
 }
 
 /// The pose of the trunk counts most.

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from ._dualbody import Array, Model
+    from ._dualbody import Array, Model, Simulator
 
-__all__ = ["ComputedTorque", "FiniteHorizonLqr", "Lqr"]
+__all__ = ["ComputedTorque", "Equilibrium", "EquilibriumLqr", "FiniteHorizonLqr", "Lqr"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,91 @@ class FiniteHorizonLqr:
 
         u: Array = np.asarray(x, dtype=float) @ -self.gains[stage].T
         return u
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A pose in which a robot stays: q (nq,), contact (the state of soft contact, empty without), and the input u (nu,) that holds it.
+
+    >>> import dualbody as db
+    >>> sim = db.Simulator(db.samples.cartpole(), actuated=["linear"])
+    >>> rest = db.control.Equilibrium.find(sim, [0.0, 0.1])
+    >>> abs(rest.q[1]) < 1e-6
+    True
+    """
+
+    simulator: Simulator
+    q: Array
+    contact: Array
+    u: Array
+    #: Largest acceleration that is left, rad/s² or m/s²
+    acceleration: float
+    iterations: int
+    status: str
+    is_found: bool
+
+    @staticmethod
+    def find(
+        simulator: Simulator,
+        q: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        check: bool = True,
+    ) -> Equilibrium:
+        """Near the pose q (nq,) and the input u (nu,), zero if it is left out: pose, input and bristles of soft contact, all at once.
+
+        A floating robot with contacts is first put on the ground; points within a centimetre of it then carry it. Many poses are equilibria as a rule; the
+        one found is near the guess. A ValueError if there is none near it; with check=False that is its `status`."""
+        found = Equilibrium(simulator, *simulator._equilibrium(q, u, contact))
+        if check and not found.is_found:
+            raise ValueError(f"no equilibrium: {found.status} (check=False returns what was found)")
+        return found
+
+    def lqr(self, q: ArrayLike, r: ArrayLike, *, check: bool = True) -> EquilibriumLqr:
+        """Regulator at the cost Σ δx' q δx + δu' r δu, δx = (δq, δv): q (2 nv, 2 nv), r (nu, nu).
+
+        Bristles of soft contact follow their points, and directions that no input reaches are dropped. A ValueError if what is left cannot be stabilised, or
+        what was dropped falls; with check=False that is its `status`."""
+        out = self.simulator._equilibrium_lqr([self.q, self.contact, self.u], q, r)
+        gain, pairs, status, stabilized, bristles, directions, names, own = out
+        eigenvalues, dropped_eigenvalues = (x[:, 0] + 1j * x[:, 1] for x in (pairs, own))
+        if check and not stabilized:
+            worst = f"; dropped: {', '.join(names)}" if names else ""
+            raise ValueError(f"{status}{worst} (check=False returns what was found)")
+        return EquilibriumLqr(
+            self, gain, eigenvalues, status, stabilized, bristles, directions, names, dropped_eigenvalues
+        )
+
+
+@dataclass(frozen=True)
+class EquilibriumLqr:
+    """Regulator u = u₀ - gain (q ⊖ q₀, v - v₀) about an Equilibrium, of that part of the state which inputs reach: gain (nu, 2 nv)."""
+
+    at: Equilibrium
+    gain: Array
+    closed_loop_eigenvalues: NDArray[np.complex128]
+    status: str
+    is_stabilized: bool
+    #: Numbers of the points of contact whose bristles follow them
+    bristles: list[int]
+    #: Directions (2 nv, n) of (δq, δv) that no input reaches, the name of the largest part of each, and the eigenvalues among them
+    dropped_directions: Array
+    dropped: list[str]
+    dropped_eigenvalues: NDArray[np.complex128]
+
+    def control(self, q: ArrayLike, v: ArrayLike) -> Array:
+        """Input (..., nu) in states (..., nq), (..., nv)."""
+        import numpy as np
+
+        dq = self.at.simulator.model.difference(self.at.q, q)
+        u: Array = self.at.u - np.concatenate([dq, np.asarray(v, float)], axis=-1) @ self.gain.T
+        return u
+
+    @property
+    def spectral_radius(self) -> float:
+        """Largest modulus of the eigenvalues of what is regulated: below one, it is stable."""
+        return float(max(abs(self.closed_loop_eigenvalues), default=float("nan")))
 
 
 class ComputedTorque:

@@ -40,11 +40,14 @@ pub(super) fn unreachable_mode(riccati: &Riccati) -> Option<Complex<f64>> {
 }
 
 /// Computes orthonormal columns that span the reachable subspace.
-fn reachable_basis(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn reachable_basis(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut basis = DMatrix::zeros(a.nrows(), 0);
     let mut block = new_directions(&basis, b.clone(), b.norm());
-    while block.ncols() > 0 {
+    while block.ncols() > 0 && basis.ncols() < a.nrows() {
         let first = basis.ncols();
+        // Rounding may promise more directions than there are.
+        let block_size = block.ncols().min(a.nrows() - first);
+        block = block.columns(0, block_size).into_owned();
         basis = basis.resize_horizontally(first + block.ncols(), 0.0);
         basis.columns_mut(first, block.ncols()).copy_from(&block);
         block = new_directions(&basis, a * block, a.norm());
@@ -62,13 +65,22 @@ fn new_directions(basis: &DMatrix<f64>, mut candidates: DMatrix<f64>, size: f64)
     let threshold = NEW_DIRECTION * size;
     let steps = STEPS_PER_ROW * n.max(candidates.ncols());
     match candidates.try_svd(true, false, f64::EPSILON, steps) {
-        Some(svd) => leading(svd.u, &svd.singular_values, threshold, n),
+        Some(svd) => again(basis, leading(svd.u, &svd.singular_values, threshold, n)),
         None => DMatrix::zeros(n, 0),
     }
 }
 
+/// New directions once more orthonormal, to a basis and among each other: they came of what was small, so that its roundings are large beside them.
+fn again(basis: &DMatrix<f64>, mut new: DMatrix<f64>) -> DMatrix<f64> {
+    new -= basis * basis.tr_mul(&new);
+    if new.is_empty() {
+        return new;
+    }
+    new.qr().q()
+}
+
 /// Orthonormal columns perpendicular to a basis.
-fn complement(basis: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn complement(basis: &DMatrix<f64>) -> DMatrix<f64> {
     let n = basis.nrows();
     // The projector's eigenvalues are zero and one.
     let eigen = (DMatrix::identity(n, n) - basis * basis.transpose()).symmetric_eigen();

@@ -27,6 +27,7 @@ mod dense_jacobians;
 mod derivatives;
 mod derivatives_over;
 mod dynamics_derivatives;
+mod equilibrium;
 mod extreme_laws;
 mod finite_differences;
 mod floors;

@@ -5,6 +5,7 @@
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
 //! | `step`, `linearize`, `contact`, `contact_frames` | one step, its Jacobians, what touches, and where |
+//! | `equilibrium` | poses that can be held |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
@@ -13,6 +14,7 @@
 mod batch;
 mod contact;
 mod contact_frames;
+mod equilibrium;
 mod given;
 mod gradient;
 mod handle;

@@ -1,0 +1,91 @@
+//! Poses that can be held, and regulators about them.
+
+use dualbody::control::{Equilibrium, EquilibriumStatus};
+use nalgebra::{Complex, DVector};
+use numpy::PyArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::handle::PySimulator;
+use crate::arrays::{matrix, read_matrix, vector};
+use crate::errors::{guarded, value_error};
+use crate::threads::on_pool_stopped;
+
+#[pymethods]
+impl PySimulator {
+    /// Equilibrium near a guess: (q, contact, u, acceleration, iterations, status, found).
+    #[pyo3(signature = (q, u=None, contact=None))]
+    fn _equilibrium<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let py = q.py();
+        let rest = vector(py, vec![0.0; self.simulator.model().nv()]);
+        let given = self.one(q, &rest, u, contact)?;
+        let (state, u) =
+            self.with_memory(&given, |memory| (memory.state.clone(), memory.u.to_vec()))?;
+        let found = on_pool_stopped(py, || Equilibrium::find(&self.simulator, &state, &u))?;
+        let numbers = |x: &DVector<f64>| vector(py, x.as_slice().to_vec());
+        (
+            numbers(&found.state.q),
+            numbers(&found.state.contact),
+            numbers(&found.input),
+            found.acceleration,
+            found.iterations,
+            found.status.to_string(),
+            found.is_found(),
+        )
+            .into_pyobject(py)
+    }
+
+    /// Regulator about an equilibrium: (gain, eigenvalues of the loop, status, stabilised, bristles, dropped directions, names, eigenvalues).
+    fn _equilibrium_lqr<'py>(
+        &self,
+        at: [Bound<'py, PyAny>; 3],
+        q: &Bound<'py, PyAny>,
+        r: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, [pose, contact, u]) = (q.py(), at);
+        let (n, nu) = (2 * self.simulator.model().nv(), self.simulator.nu());
+        let rest = vector(py, vec![0.0; n / 2]);
+        let given = self.one(&pose, &rest, Some(&u), Some(&contact))?;
+        let (q, r) = (read_matrix("q", q)?, read_matrix("r", r)?);
+        for (name, m, size) in [("q", &q, n), ("r", &r, nu)] {
+            if m.shape() != (size, size) {
+                return Err(value_error(format_args!(
+                    "{name} has the shape {:?}, expected {:?}",
+                    m.shape(),
+                    (size, size)
+                )));
+            }
+        }
+        let at = self.with_memory(&given, |memory| Equilibrium {
+            state: memory.state.clone(),
+            input: DVector::from_column_slice(&memory.u),
+            acceleration: 0.0,
+            status: EquilibriumStatus::Found,
+            iterations: 0,
+        })?;
+        let found = py.detach(|| guarded(|| at.lqr(&self.simulator, &q, &r)))?;
+        let dropped = &found.dropped;
+        (
+            matrix(py, &found.gain),
+            pairs(py, &found.lqr.closed_loop_eigenvalues)?,
+            found.lqr.status.to_string(),
+            found.is_stabilized(),
+            dropped.bristles.clone(),
+            matrix(py, &dropped.directions),
+            dropped.names.clone(),
+            pairs(py, &dropped.eigenvalues)?,
+        )
+            .into_pyobject(py)
+    }
+}
+
+/// Complex numbers as (re, im), one in each row.
+fn pairs<'py>(py: Python<'py>, values: &[Complex<f64>]) -> PyResult<Bound<'py, PyAny>> {
+    let numbers = values.iter().flat_map(|z| [z.re, z.im]).collect();
+    Ok(vector(py, numbers).reshape([values.len(), 2])?.into_any())
+}

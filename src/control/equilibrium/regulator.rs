@@ -1,0 +1,150 @@
+//! A regulator about an equilibrium, contact included.
+
+use std::fmt;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::Equilibrium;
+use crate::control::doubling::TimeDomain;
+use crate::control::lqr::Lqr;
+use crate::control::reachable_decomposition::{complement, reachable_basis};
+use crate::control::stability;
+use crate::linearize::Linearization;
+use crate::model::Model;
+use crate::sim::{Simulator, State};
+
+/// A linear-quadratic regulator u = u₀ − K (q ⊖ q₀, v − v₀) about an [`Equilibrium`], of that part of the state which inputs reach.
+///
+/// Made by [`Equilibrium::lqr`]. Bristles of soft contact are no states of it: one that sticks bends as its point moves, others are straight. Directions that
+/// no input reaches, as feet on the ground, are left out; [`dropped`](Self::dropped) says which.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquilibriumLqr {
+    /// Equilibrium.
+    pub at: Equilibrium,
+    /// Gain K, nu × 2 nv, zero in the directions that were dropped.
+    pub gain: DMatrix<f64>,
+    /// Regulator of the part that is reached, with its status.
+    pub lqr: Lqr,
+    /// Orthonormal directions of the part that is reached, 2 nv × its size.
+    pub basis: DMatrix<f64>,
+    /// What was dropped.
+    pub dropped: Dropped,
+}
+
+/// What a regulator does not contain, as no input reaches it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dropped {
+    /// Points of contact whose bristles follow the motion, by number.
+    pub bristles: Vec<usize>,
+    /// Orthonormal directions of (δq, δv) that no input reaches, one in each column.
+    pub directions: DMatrix<f64>,
+    /// Name of the largest part of each direction, see [`Simulator::tangent_names`].
+    pub names: Vec<String>,
+    /// Eigenvalues of these directions by themselves, the least stable first: of modulus 1 for what stays where it is put, above 1 for what falls.
+    pub eigenvalues: Vec<Complex<f64>>,
+}
+
+impl Equilibrium {
+    /// Designs the regulator that minimises Σ δxᵀ Q δx + δuᵀ R δu about this equilibrium, δx = (δq, δv). Allocates.
+    ///
+    /// * `q` – weight on (δq, δv), 2 nv × 2 nv, symmetric positive semidefinite
+    /// * `r` – weight on the input, nu × nu, symmetric positive definite
+    ///
+    /// # Limitations
+    /// Contact is that of the equilibrium: a point that lifts off or slips is not foreseen.
+    ///
+    /// # Panics
+    /// If the simulator is that of another robot, or the shapes of Q and R do not fit.
+    ///
+    /// # References
+    /// [Van Dooren 1981] for what is reached.
+    pub fn lqr(&self, simulator: &Simulator, q: &DMatrix<f64>, r: &DMatrix<f64>) -> EquilibriumLqr {
+        let n = 2 * simulator.model().nv();
+        assert!(q.shape() == (n, n), "Q is {:?}, not {n} x {n}", q.shape());
+        let step = simulator.linearize(&self.state, self.input.as_slice());
+        let (bristles, follow) = followers(simulator, &self.state);
+        let Linearization { a, b } = step;
+        let (a, b) = (a.rows(0, n) * follow, b.rows(0, n).into_owned());
+        let basis = reachable_basis(&a, &b);
+        let outside = complement(&basis);
+        let alone = outside.tr_mul(&a) * &outside;
+        let reduced = |m: &DMatrix<f64>| basis.tr_mul(m) * &basis;
+        let lqr = Lqr::discrete(&reduced(&a), &basis.tr_mul(&b), &reduced(q), r);
+        EquilibriumLqr {
+            at: self.clone(),
+            gain: &lqr.gain * basis.transpose(),
+            lqr,
+            basis,
+            dropped: Dropped {
+                bristles,
+                names: largest_parts(simulator, &outside),
+                eigenvalues: stability::eigenvalues(TimeDomain::Discrete, &alone),
+                directions: outside,
+            },
+        }
+    }
+}
+
+impl EquilibriumLqr {
+    /// Computes u = u₀ − K (q ⊖ q₀, v − v₀). Allocates.
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn control(&self, model: &Model, state: &State) -> DVector<f64> {
+        let mut dx = state.deviation(model, &self.at.state);
+        dx = dx.resize_vertically(self.gain.ncols(), 0.0);
+        &self.at.input - &self.gain * dx
+    }
+
+    /// Whether the design succeeded, and nothing falls that no input reaches.
+    pub fn is_stabilized(&self) -> bool {
+        let falls = |z: &Complex<f64>| z.norm() > 1.0 + BLUR;
+        self.lqr.is_stabilized() && !self.dropped.eigenvalues.iter().any(falls)
+    }
+}
+
+/// Distance from the unit circle that rounding gives a chain of two equal eigenvalues, and some to spare.
+const BLUR: f64 = 1e-6;
+
+/// Points that touch, and the states (δq, δv, δm) in which their bristles bend as the points move along the ground, (2 nv + nm) × 2 nv.
+fn followers(simulator: &Simulator, at: &State) -> (Vec<usize>, DMatrix<f64>) {
+    let (model, nv) = (simulator.model(), simulator.model().nv());
+    let mut out = DMatrix::identity(simulator.n_tangent(), 2 * nv);
+    let Some(contacts) = simulator.contacts().filter(|_| simulator.n_contact() > 0) else {
+        return (Vec::new(), out);
+    };
+    let q = at.q.as_slice();
+    let points = contacts.states(model, q, at.v.as_slice());
+    let touching = |k: &usize| points[*k].depth > 0.0;
+    let bristles: Vec<usize> = (0..points.len()).filter(touching).collect();
+    for &k in &bristles {
+        let (jacobian, normal) = (contacts.jacobian(model, q, k), points[k].normal);
+        let across = &jacobian - normal * (normal.transpose() * &jacobian);
+        out.view_mut((2 * nv + 3 * k, 0), (3, nv))
+            .copy_from(&across);
+    }
+    (bristles, out)
+}
+
+fn largest_parts(simulator: &Simulator, directions: &DMatrix<f64>) -> Vec<String> {
+    let names = simulator.tangent_names();
+    let largest = directions.column_iter().map(|column| column.iamax());
+    largest.map(|k| names[k].clone()).collect()
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (bristles, directions) = (self.bristles.len(), self.names.len());
+        write!(
+            f,
+            "{bristles} bristles follow their points; {directions} directions are out of reach"
+        )?;
+        for (k, name) in self.names.iter().enumerate() {
+            write!(f, "{} {name}", if k == 0 { ":" } else { "," })?;
+        }
+        if let Some(worst) = self.eigenvalues.first() {
+            write!(f, "; the least stable eigenvalue there is {worst:.6}")?;
+        }
+        Ok(())
+    }
+}

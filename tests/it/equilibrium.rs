@@ -1,0 +1,146 @@
+//! Equilibria with contact, and regulators about them.
+
+use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, SoftContact, Terrain};
+use dualbody::control::{Equilibrium, EquilibriumLqr, EquilibriumStatus};
+use dualbody::model::samples;
+use dualbody::sim::Actuation;
+use dualbody::{Integrator, Model, Simulator, State};
+use nalgebra::{DMatrix, DVector};
+
+const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
+
+fn quadruped(law: impl Fn(f64) -> ContactLaw, terrain: Terrain) -> Simulator {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
+    let model = Model::from_urdf_file(path).unwrap();
+    let contacts = Contacts::new(&model, terrain, law(model.total_mass()));
+    let contacts = contacts.with_links(&model, &FEET).unwrap();
+    let actuation = Actuation::from_model(&model);
+    Simulator::new(model)
+        .with_contacts(contacts)
+        .with_actuation(actuation)
+        .with_integrator(Integrator::ImplicitVelocity)
+        .with_time_step(2e-3)
+}
+
+fn soft(mass: f64) -> ContactLaw {
+    ContactLaw::Soft(SoftContact::estimate(mass, 4, 2e-3))
+}
+
+fn crouching(simulator: &Simulator) -> State {
+    let mut state: State = simulator.neutral_state();
+    for leg in 0..4 {
+        state.q[7 + 3 * leg + 1] = 0.8;
+        state.q[7 + 3 * leg + 2] = -1.6;
+    }
+    state
+}
+
+fn found(simulator: &Simulator, guess: &State) -> Equilibrium {
+    let found = Equilibrium::find(simulator, guess, &[0.0; 12]);
+    assert!(found.is_found(), "{found:?}");
+    let next = simulator.step(&found.state, found.input.as_slice());
+    let moved = next.deviation(simulator.model(), &found.state).amax();
+    assert!(moved < 1e-7, "{moved:e}");
+    let bent = (found.state.q.rows(7, 12) - guess.q.rows(7, 12)).amax();
+    assert!(bent < 0.05, "{bent}");
+    found
+}
+
+fn regulator(simulator: &Simulator, at: &Equilibrium) -> EquilibriumLqr {
+    let nv = simulator.model().nv();
+    let weight = DVector::from_fn(2 * nv, |k, _| match k {
+        k if k < 6 => 100.0,
+        k if k < nv => 1.0,
+        _ => 0.1,
+    });
+    let r = DMatrix::identity(12, 12).scale(0.1);
+    at.lqr(simulator, &DMatrix::from_diagonal(&weight), &r)
+}
+
+/// Distance from the equilibrium three seconds after a push.
+fn left_after_a_push(simulator: &Simulator, regulator: &EquilibriumLqr) -> f64 {
+    let (model, rest) = (simulator.model(), &regulator.at.state);
+    let mut pushed = rest.clone();
+    pushed.v[1] += 0.1;
+    pushed.v[3] += 0.2;
+    let stood = simulator.rollout(&pushed, 1500, |_, state, u| {
+        u.copy_from_slice(regulator.control(model, state).as_slice());
+    });
+    stood.last().deviation(model, rest).rows(0, 36).amax()
+}
+
+#[test]
+fn quadruped_stands_on_soft_ground_and_returns_after_a_push() {
+    let simulator = quadruped(soft, Terrain::flat(0.0));
+    let at = found(&simulator, &crouching(&simulator));
+    let report = simulator.contact_report(&at.state, at.input.as_slice());
+    let carried: f64 = report.forces.iter().map(|f| f.z).sum();
+    let weight = simulator.model().total_mass() * 9.81;
+    assert!(
+        (carried - weight).abs() < 1e-6 * weight,
+        "{carried} {weight}"
+    );
+    let regulator = regulator(&simulator, &at);
+    assert!(regulator.is_stabilized());
+    assert_eq!(regulator.dropped.bristles, [0, 1, 2, 3]);
+    assert!(regulator.dropped.names.is_empty(), "{}", regulator.dropped);
+    assert!(left_after_a_push(&simulator, &regulator) < 1e-2);
+}
+
+// Where friction has no memory nothing brings feet back: two ways along the ground and the turn about its normal are out of reach.
+#[test]
+fn what_relaxed_contact_does_not_hold_is_dropped_by_name() {
+    let relaxed = |_| ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let simulator = quadruped(relaxed, Terrain::flat(0.0));
+    let at = found(&simulator, &crouching(&simulator));
+    let regulator = regulator(&simulator, &at);
+    assert!(regulator.is_stabilized());
+    let dropped = &regulator.dropped;
+    assert_eq!(dropped.names, ["q.base.0", "q.base.1", "q.base.5"]);
+    assert!(
+        dropped
+            .eigenvalues
+            .iter()
+            .all(|z| (z.norm() - 1.0).abs() < 1e-6)
+    );
+    assert!((&regulator.gain * &dropped.directions).amax() < 1e-9 * regulator.gain.amax());
+}
+
+#[test]
+fn quadruped_stands_on_a_slope() {
+    let slope = 0.2_f64;
+    let simulator = quadruped(soft, Terrain::plane([0.0; 3], [-slope, 0.0, 1.0]));
+    let mut guess = crouching(&simulator);
+    let (sine, cosine) = (-0.5 * slope.atan()).sin_cos();
+    (guess.q[3], guess.q[5]) = (cosine, sine);
+    let at = found(&simulator, &guess);
+    assert!(regulator(&simulator, &at).is_stabilized());
+}
+
+// In the air torques change nothing for the centre of mass.
+#[test]
+fn robot_in_the_air_is_not_held() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
+    let simulator = Simulator::new(Model::from_urdf_file(path).unwrap());
+    let guess = crouching(&simulator);
+    let found = Equilibrium::find(&simulator, &guess, &[0.0; 12]);
+    assert_eq!(found.status, EquilibriumStatus::NotHeld);
+    assert!(found.acceleration > 1.0);
+}
+
+// The pole of a cart without a motor hangs.
+#[test]
+fn passive_pole_is_let_down_to_where_it_hangs() {
+    let simulator = Simulator::new(samples::cartpole())
+        .with_actuated_joints(&["linear"])
+        .unwrap();
+    let q = simulator.neutral_state::<f64>().q;
+    for lean in [0.3, -0.2] {
+        let guess = State::new(&[q[0], q[1] + lean], &[0.0; 2]);
+        let found = Equilibrium::find(&simulator, &guess, &[0.0]);
+        assert!(found.is_found(), "{found:?}");
+        let angle = found.state.q[1] / std::f64::consts::PI;
+        assert!((angle - angle.round()).abs() < 1e-6, "{angle}");
+        assert!(found.input.amax() < 1e-5);
+    }
+}
