@@ -311,6 +311,18 @@ class Simulator:
         models: Sequence[Model] | None = None,
         out: tuple[Array, ...] | None = None,
     ) -> tuple[Array, ...]: ...
+    def acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        forces: Mapping[str, ArrayLike] | None = None,
+        representation: RepresentationName = "mixed",
+        models: Sequence[Model] | None = None,
+        out: Array | None = None,
+    ) -> Array: ...
     @property
     def actuated(self) -> list[int]: ...
     def linearize_rate(
