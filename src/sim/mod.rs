@@ -77,7 +77,7 @@ pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
 #[cfg(feature = "identification")]
 pub(crate) use names::coordinate_names;
-pub(crate) use names::{column_names, numbered};
+pub(crate) use names::{column_names, input_columns, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::SimulatorRemark;
