@@ -12,10 +12,11 @@ use dualbody::model::{LinkSpec, ModelBuilder, samples};
 use dualbody::view::Plot;
 use dualbody::{Integrator, Model, Simulator, State};
 
-const INTEGRATORS: [(&str, Integrator); 3] = [
+const INTEGRATORS: [(&str, Integrator); 4] = [
     ("semi-implicit Euler", Integrator::SemiImplicitEuler),
     ("implicit velocity", Integrator::ImplicitVelocity),
     ("Runge-Kutta 4", Integrator::RungeKutta4),
+    ("implicit midpoint", Integrator::ImplicitMidpoint),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -52,10 +53,10 @@ fn integrators() -> Plot {
         let error = |steps: usize| (at_end(integrator, steps) - &exact).amax();
         let order = (error(128) / error(256)).log2();
         println!("{name}: order {order:.2}");
-        let expected = if integrator == Integrator::RungeKutta4 {
-            4.0
-        } else {
-            1.0
+        let expected = match integrator {
+            Integrator::RungeKutta4 => 4.0,
+            Integrator::ImplicitMidpoint => 2.0,
+            _ => 1.0,
         };
         assert!((order - expected).abs() < 0.2, "{name} of order {order}");
         plot = plot.with_line(name, STEPS.map(|n| (0.5 / n as f64, error(n))));

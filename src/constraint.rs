@@ -18,6 +18,8 @@
 //!
 //! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded:
 //!
+//! The implicit midpoint rule takes no constraints; the other integrators take each of them so:
+//!
 //! | | steps of Euler | Runge–Kutta |
 //! |---|---|---|
 //! | rigid | the second rule above | the first one, at each of its four moments |

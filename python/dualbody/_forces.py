@@ -1,4 +1,4 @@
-"""Forces by name: along joints, on frames in a step, and as inputs."""
+"""Forces by name: along joints, on frames in a step or at a moment, and as inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Coordinates of a force.
 _AXES = ("fx", "fy", "fz", "nx", "ny", "nz")
 
-#: Simulators with an input for each force on frames that a step was given by name.
+#: Simulators with an input for each force on frames that a step or an acceleration was given by name.
 _FORCED: WeakKeyDictionary[Simulator, dict[tuple[Any, ...], Simulator]] = WeakKeyDictionary()
 
 #: How many of them a simulator keeps.
@@ -65,22 +65,18 @@ def named_inputs(simulator: Simulator, values: Mapping[str, ArrayLike]) -> Array
     return np.stack(np.broadcast_arrays(*arrays), axis=-1) if arrays else np.zeros(0)
 
 
-def _step(
+def _forced(
     simulator: Simulator,
     actuators: Sequence[Any],
-    q: ArrayLike,
-    v: ArrayLike,
     u: ArrayLike | None,
     forces: Mapping[str, ArrayLike],
     representation: str,
-    contact: ArrayLike | None,
-    out: tuple[Array, ...] | None,
-) -> tuple[Array, ...]:
-    """A step with forces on frames by name: they are inputs of a simulator with an actuator for each of their coordinates."""
+) -> tuple[Simulator, ArrayLike | None]:
+    """A simulator with an actuator for each coordinate of forces on frames by name, and the input with these forces."""
     import numpy as np
 
     if not forces:
-        return simulator.step(q, v, u, contact=contact, out=out)
+        return simulator, u
     given = [np.asarray(force, dtype=float) for force in forces.values()]
     for name, force in zip(forces, given):
         if force.ndim == 0 or force.shape[-1] != len(_AXES):
@@ -89,7 +85,7 @@ def _step(
     batch = np.broadcast_shapes(*(x.shape[:-1] for x in (own, *given)))
     parts = [np.broadcast_to(x, (*batch, x.shape[-1])) for x in (own, *given)]
     forced = _with_inputs(simulator, actuators, tuple(forces), representation)
-    return forced.step(q, v, np.concatenate(parts, axis=-1), contact=contact, out=out)
+    return forced, np.concatenate(parts, axis=-1)
 
 
 def _with_inputs(simulator: Simulator, actuators: Sequence[Any], frames: tuple[str, ...], representation: str) -> Simulator:

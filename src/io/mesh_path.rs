@@ -1,8 +1,8 @@
 //! Finder of the mesh files of a description.
 //!
 //! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is
-//! resolved by asking whether files exist, never by running a program. In the path of a `file://`, which is a URI,
-//! `%20` is a space and so on; the others are taken as they are, as ROS and Gazebo do.
+//! resolved by asking whether files exist, never by running a program. In the path of a URI `%20` is a space and so on, but a file that
+//! has the escape in its name is found too; a path without a scheme is taken as it is.
 
 use std::collections::HashMap;
 use std::env;

@@ -18,17 +18,6 @@ pub(super) fn rotation_from_rpy([roll, pitch, yaw]: [f64; 3]) -> Matrix3<f64> {
     )
 }
 
-/// The angles with R = Rz(yaw) Ry(pitch) Rx(roll).
-///
-/// The roll is that of Rz(yaw)ᵀ R, so that the three agree where pitch = ±π/2 leaves roll and yaw open.
-pub(super) fn roll_pitch_yaw(r: &Matrix3<f64>) -> [f64; 3] {
-    let yaw = r[(1, 0)].atan2(r[(0, 0)]);
-    let pitch = (-r[(2, 0)]).atan2(r[(0, 0)].hypot(r[(1, 0)]));
-    let (sin, cos) = yaw.sin_cos();
-    let roll = (sin * r[(0, 2)] - cos * r[(1, 2)]).atan2(cos * r[(1, 1)] - sin * r[(0, 1)]);
-    [roll, pitch, yaw]
-}
-
 /// The rotation of a quaternion of any norm but zero.
 pub(super) fn rotation_from_quaternion(xyzw: [f64; 4]) -> Option<Matrix3<f64>> {
     // Scaled first, so that no square vanishes or overflows.
@@ -44,6 +33,7 @@ pub(super) fn rotation_from_quaternion(xyzw: [f64; 4]) -> Option<Matrix3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spatial::roll_pitch_yaw;
     use crate::tests::ROUNDING;
     use nalgebra::Rotation3;
 

@@ -175,7 +175,7 @@ fn reason(element: &str) -> &'static str {
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
         "stiffness" | "dissipation" => {
-            "joint limits act in simulators with Actuation::from_model, which chooses the stiffness; Actuator::limits sets another"
+            "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping: set others by Actuator::position, with Actuation::with_actuator"
         }
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
         _ => UNKNOWN,

@@ -155,8 +155,8 @@ impl Graph {
                 _ => Err(LoadError::UnsupportedBase {
                     at: builder.position("link", WORLD),
                     link: WORLD.into(),
-                    reason: "it floats only if exactly one link hangs on it, by a fixed joint; where joints of other kinds hang on it, give the link \
-                             another name, by which it floats with them"
+                    reason: "a link of that name stands still, and floats only with a single child on a fixed joint; load the robot with a fixed \
+                             base, or rename the link to let it float with all its joints"
                         .into(),
                 }),
             },

@@ -8,7 +8,7 @@
 //! | what is the next state? | [`Simulator::step`], [`Simulator::step_into`] | forward dynamics, O(n); with rows of contact or constraints M and a solver, O(rows³) | |
 //! | and after many steps? | [`Simulator::rollout`], [`Simulator::rollout_over`] | that of its steps | |
 //! | did it diverge, did the solver find the forces? | [`Rollout::status`], [`Rollout::solver_failure`] | | |
-//! | which integrator? | [`Integrator`] | once, once with a solve, or four times the dynamics; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999] |
+//! | which integrator? | [`Integrator`] | once, once with a solve, four times the dynamics, or a search; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999]; [Marsden, West 2001] |
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
@@ -77,7 +77,7 @@ pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
 #[cfg(feature = "identification")]
 pub(crate) use names::coordinate_names;
-pub(crate) use names::{column_names, numbered};
+pub(crate) use names::{column_names, input_columns, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::SimulatorRemark;

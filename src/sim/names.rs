@@ -10,10 +10,27 @@ pub(crate) fn numbered(prefix: &str, n: usize) -> impl Iterator<Item = String> +
     (0..n).map(move |k| format!("{prefix}{k}"))
 }
 
+/// A name without the characters that would break a table.
+fn clean(name: String) -> String {
+    name.replace([',', '"', '\n', '\r'], "_")
+}
+
+/// Names of inputs as columns of a table: `u.<name>`, or `u0`, `u1`, … where there is not a name for each of them.
+///
+/// * `names` – what the inputs act on
+/// * `n` – number of inputs
+pub(crate) fn input_columns(names: &[String], n: usize) -> Vec<String> {
+    match names.len() == n {
+        true => names
+            .iter()
+            .map(|name| clean(format!("u.{name}")))
+            .collect(),
+        false => numbered("u", n).collect(),
+    }
+}
+
 /// Names of the coordinates of q, then of v, as columns of a table.
 pub(crate) fn column_names(model: &Model) -> Vec<String> {
-    // A name with a comma or a quote would break the table.
-    let clean = |name: String| name.replace([',', '"', '\n', '\r'], "_");
     let q = coordinate_names(model, JointKind::nq, BASE).map(|name| clean(format!("q.{name}")));
     let v = coordinate_names(model, JointKind::nv, BASE).map(|name| clean(format!("v.{name}")));
     q.chain(v).collect()

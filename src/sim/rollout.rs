@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::names::{column_names, numbered};
+use super::names::{column_names, input_columns, numbered};
 use super::simulator::Simulator;
 use super::state::State;
 use super::step::StepScratch;
@@ -259,7 +259,7 @@ impl Rollout {
         &self.input_names
     }
 
-    /// Names the inputs of the trajectory, for plots.
+    /// Names the inputs of the trajectory, for plots and tables.
     #[must_use]
     pub fn with_input_names(mut self, names: Vec<String>) -> Self {
         self.input_names = names;
@@ -319,7 +319,8 @@ impl<T: Scalar> Rollout<T> {
 impl Rollout {
     /// Writes one row a state: time, q, v, the state of contact, and the input that acted from there (empty in the last row).
     ///
-    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u<k>`; where a joint has several coordinates they are numbered.
+    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u.<input>` by [`input_names`](Self::input_names), or `u<k>` where these are
+    /// unknown; where a joint has several coordinates they are numbered.
     ///
     /// # Errors
     /// If writing fails.
@@ -332,7 +333,7 @@ impl Rollout {
         let header: Vec<String> = std::iter::once("time".into())
             .chain(column_names(model))
             .chain(numbered("contact", self.states[0].contact.len()))
-            .chain(numbered("u", nu))
+            .chain(input_columns(&self.input_names, nu))
             .collect();
         writeln!(out, "{}", header.join(","))?;
         for (k, (time, state)) in self.times().zip(&self.states).enumerate() {

@@ -52,6 +52,8 @@ pub use parameters::INERTIAL_PARAMETERS;
 pub use quaternion::Quaternion;
 pub(crate) use quaternion::rotation_vector;
 pub use representation::Representation;
+#[cfg(feature = "formats")]
+pub(crate) use roll_pitch_yaw::roll_pitch_yaw;
 pub use symmetric::Symmetric3;
 pub use transform::Transform;
 pub(crate) use velocity_product::{UnitVelocityProducts, VelocityProductMatrix};

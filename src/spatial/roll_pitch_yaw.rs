@@ -34,12 +34,14 @@ impl<T: Scalar> Quaternion<T> {
     /// At a pitch of ±π/2 only the sum or the difference of roll and yaw is defined. The three still make the rotation, but
     /// do not depend on it continuously, and have no finite derivative.
     pub fn to_roll_pitch_yaw(&self) -> [T; 3] {
-        angles(&self.to_matrix())
+        roll_pitch_yaw(&self.to_matrix())
     }
 }
 
-/// The roll is that of Rz(yaw)ᵀ R, so that the three agree where the pitch leaves roll and yaw open.
-fn angles<T: Scalar>(r: &Matrix3<T>) -> [T; 3] {
+/// Roll, pitch and yaw (rad) of a rotation R = Rz(yaw) Ry(pitch) Rx(roll).
+///
+/// The roll is that of Rz(yaw)ᵀ R, so that the three agree where a pitch of ±π/2 leaves roll and yaw open.
+pub(crate) fn roll_pitch_yaw<T: Scalar>(r: &Matrix3<T>) -> [T; 3] {
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
     let (sin, cos) = yaw.sin_cos();
     // Rz(yaw)ᵀ R = Ry(pitch) Rx(roll): first column (cos pitch, 0, −sin pitch), second row (0, cos roll, −sin roll).

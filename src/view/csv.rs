@@ -52,7 +52,8 @@ impl Recording {
     }
 
     /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,
-    /// `contact<k>`, `u<k>`, `f.<frame>.<axis>`, and the series. Numbers read back exactly. Makes the folder.
+    /// `contact<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
+    /// read back exactly. Makes the folder.
     ///
     /// A series stands as `series.<name>` where its name alone could be taken for another column or for a formula of a
     /// spreadsheet.
@@ -80,9 +81,11 @@ impl Recording {
         let mut recording = Self::of_robots(models);
         let mut taken = table.taker(path);
         recording.times = taken.column("time")?;
-        for i in 0..recording.robots.len() {
-            let prefix = recording.prefix(&recording.robots[i]);
-            fill(&mut recording.robots[i], &prefix, &mut taken)?;
+        let prefixes = recording.robots.iter().map(|track| recording.prefix(track));
+        let prefixes: Vec<_> = prefixes.collect();
+        for (track, prefix) in recording.robots.iter_mut().zip(&prefixes) {
+            let inputs = named_inputs(&table.names, prefix, &prefixes);
+            fill(track, prefix, inputs, &mut taken)?;
         }
         recording.series = taken.rest();
         match first_disorder(&recording.times) {
@@ -133,17 +136,45 @@ fn is_state(name: &str) -> bool {
     let numbers = ["u", "contact"].map(|kind| name.strip_prefix(kind));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_numbered = numbers.into_iter().flatten().any(is_number);
-    is_numbered || ["q.", "v.", "f."].iter().any(|kind| name.starts_with(kind))
+    is_numbered
+        || ["q.", "v.", "u.", "f."]
+            .iter()
+            .any(|kind| name.starts_with(kind))
+}
+
+/// What the inputs of a robot act on, by the columns of a table.
+///
+/// * `prefixes` – of all robots: what starts with a longer one is no input of this robot
+fn named_inputs(columns: &[String], prefix: &str, prefixes: &[String]) -> Vec<String> {
+    let is_other = |name: &str| {
+        let mut longer = prefixes.iter().filter(|other| other.len() > prefix.len());
+        longer.any(|other| name.starts_with(other.as_str()))
+    };
+    let own = columns.iter().filter(|name| !is_other(name));
+    let input = own.filter_map(|name| name.strip_prefix(prefix)?.strip_prefix("u."));
+    input.map(str::to_owned).collect()
 }
 
 /// Fills a robot that has no rows yet.
-fn fill(track: &mut Track, prefix: &str, taken: &mut Taker<'_>) -> Result<(), RecordingError> {
+///
+/// * `inputs` – what its inputs act on, if they are not numbered
+fn fill(
+    track: &mut Track,
+    prefix: &str,
+    inputs: Vec<String>,
+    taken: &mut Taker<'_>,
+) -> Result<(), RecordingError> {
     let names = track.state_names();
     let (q, v) = names.split_at(track.model.nq());
     track.q = taken.rows(prefix, q)?;
     track.v = taken.rows(prefix, v)?;
     track.contact = taken.numbered_rows(prefix, "contact")?;
     track.u = taken.numbered_rows(prefix, "u")?;
+    if track.u.width == 0 && !inputs.is_empty() {
+        let names: Vec<_> = inputs.iter().map(|name| format!("u.{name}")).collect();
+        track.u = taken.rows(prefix, &names)?;
+        track.inputs = inputs;
+    }
     for name in &taken.table.names {
         let Some(frame) = force_on(name, prefix).and_then(|frame| track.model.frame(frame)) else {
             continue;

@@ -385,7 +385,7 @@ mod tests {
     #[test]
     fn column_that_is_not_there_is_an_error_that_lists_those_that_are() {
         let error = recording().phase_plot("q.pivot", "w.pivot").unwrap_err();
-        let expected = "model \"cartpole\" has no column \"w.pivot\"; it has: q.pivot, v.pivot, q.linear, v.linear, u0, u1";
+        let expected = "model \"cartpole\" has no column \"w.pivot\"; it has: q.pivot, v.pivot, u.pivot, q.linear, v.linear, u.linear";
         assert_eq!(error.to_string(), expected);
     }
 

@@ -5,9 +5,10 @@ use super::recording::Recording;
 use crate::error::UnknownName;
 
 impl Recording {
-    /// Plots columns over time. An input stands in the legend with what it acts on.
+    /// Plots columns over time.
     ///
-    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u<k>`, …) or of series
+    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u.<input>`, …) or of series; `u<k>` is an input by its number,
+    ///   which the legend shows with what it acts on
     ///
     /// # Errors
     /// If there is no such column.
@@ -60,8 +61,13 @@ impl Recording {
     fn column(&self, name: &str) -> Result<Vec<f64>, UnknownName> {
         let mut known = Vec::new();
         for track in &self.robots {
-            let names = self.own_columns(track);
-            if let Some(j) = names.iter().position(|own| own == name) {
+            let (names, prefix) = (self.own_columns(track), self.prefix(track));
+            let named = names.iter().position(|own| own == name);
+            let by_number = || {
+                let name = name.strip_prefix(&prefix)?;
+                track.state_names().iter().position(|own| own == name)
+            };
+            if let Some(j) = named.or_else(by_number) {
                 let number = |k: usize| track.row(k).nth(j).unwrap_or(f64::NAN);
                 return Ok((0..self.len()).map(number).collect());
             }

@@ -7,7 +7,7 @@ use super::rows::Rows;
 use crate::constraint::Constraint;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
-use crate::sim::{State, column_names, numbered};
+use crate::sim::{State, column_names, input_columns, numbered};
 use crate::spatial::Transform;
 
 /// The motion of one robot: rows of numbers, one for each time of the recording.
@@ -134,7 +134,7 @@ impl Track {
         self.u.width
     }
 
-    /// Says what the inputs act on, for plots; a rollout brings it with it, see
+    /// Says what the inputs act on, for plots and tables; a rollout brings it with it, see
     /// [`Simulator::input_names`](crate::Simulator::input_names).
     pub fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
         self.inputs = names;
@@ -252,16 +252,18 @@ impl Track {
         &self.model.frames()[frame.0].name
     }
 
-    /// Names of the columns q, v, state of contact, u, and three for each force.
+    /// Names of the columns q, v, state of contact, u by what the inputs act on, and three for each force.
     pub(super) fn column_names(&self) -> Vec<String> {
         let mut names = self.state_names();
+        names.truncate(names.len() - self.nu());
+        names.extend(input_columns(&self.inputs, self.nu()));
         for force in &self.forces {
             names.extend(force_names(self.frame_name(force.frame)));
         }
         names
     }
 
-    /// Names of the columns q, v, state of contact and u.
+    /// Names of the columns q, v, state of contact and u, whose inputs are numbered.
     pub(super) fn state_names(&self) -> Vec<String> {
         let mut names = column_names(&self.model);
         names.extend(numbered("contact", self.contact.width));

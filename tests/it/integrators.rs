@@ -18,7 +18,7 @@ use crate::common::ground::{energy, square_root_law};
 use crate::common::{asset, generator};
 use crate::constraints::slider_crank;
 
-use Integrator::{ImplicitVelocity, RungeKutta4, SemiImplicitEuler};
+use Integrator::{ImplicitMidpoint, ImplicitVelocity, RungeKutta4, SemiImplicitEuler};
 
 /// A free body of 1 kg without gravity.
 fn body(inertia: [f64; 3]) -> Model {
@@ -155,6 +155,8 @@ fn energy_and_momentum_of_a_flywheel_drift_as_documented() {
         (ImplicitVelocity, 5e-3, 1e-12, 1e-12),
         (RungeKutta4, 1e-3, 1e-10, 1e-10),
         (RungeKutta4, 5e-3, 1e-7, 1e-9),
+        (ImplicitMidpoint, 1e-3, 2e-12, 2e-12),
+        (ImplicitMidpoint, 5e-3, 2e-12, 2e-12),
     ];
     assert_drifts("flywheel", &cases, |integrator, dt| {
         drift(&with(&model, integrator, dt), &start, 10.0, kinetic)
@@ -185,6 +187,8 @@ fn energy_of_a_heavy_top_drifts_as_documented() {
         (ImplicitVelocity, 5e-3, 1e-5, 1e-5),
         (RungeKutta4, 1e-3, 3e-6, 1e-9),
         (RungeKutta4, 5e-3, 2e-2, 1e-9),
+        (ImplicitMidpoint, 1e-3, 1e-9, 1e-6),
+        (ImplicitMidpoint, 5e-3, 1e-9, 3e-5),
     ];
     assert_drifts("heavy top", &cases, |integrator, dt| {
         drift(&with(&model, integrator, dt), &start, 5.0, kinetic)
@@ -202,6 +206,8 @@ fn wing_nut_flips_and_its_energy_drifts_as_documented() {
         (ImplicitVelocity, 1e-2, 1e-9, 1e-3),
         (RungeKutta4, 1e-3, 1e-9, 1e-9),
         (RungeKutta4, 1e-2, 1e-6, 1e-9),
+        (ImplicitMidpoint, 1e-3, 1e-9, 2e-6),
+        (ImplicitMidpoint, 1e-2, 1e-9, 2e-4),
     ];
     assert_drifts("wing nut", &cases, |integrator, dt| {
         let simulator = with(&model, integrator, dt);

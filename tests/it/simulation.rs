@@ -231,6 +231,9 @@ fn written_table_has_a_named_column_per_number() {
     let columns = 1 + simulator.model().nq() + simulator.model().nv() + simulator.nu();
     assert!(rows.iter().all(|row| row.len() == columns), "{text}");
     assert_eq!(rows[0][..3], ["time", "q.base.0", "q.base.1"]);
+    let inputs = simulator.input_names().into_iter();
+    let inputs: Vec<_> = inputs.map(|name| format!("u.{name}")).collect();
+    assert_eq!(rows[0][columns - simulator.nu()..], inputs);
     assert_eq!(
         (
             rows[2][0],

@@ -4,17 +4,20 @@
 //! |---|---|
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
-//! | `step`, `linearize`, `contact`, `contact_frames` | one step, its Jacobians, what touches, and where |
 //! | `equilibrium` | poses that can be held |
+//! | `step`, `linearize`, `acceleration`, `forces` | one step, its Jacobians, the acceleration at a moment, forces on frames by name |
+//! | `contact`, `contact_frames` | what touches, and where |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
+mod acceleration;
 mod batch;
 mod contact;
 mod contact_frames;
 mod equilibrium;
+mod forces;
 mod given;
 mod gradient;
 mod handle;

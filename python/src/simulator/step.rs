@@ -6,6 +6,7 @@ use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use super::forces::with_forces;
 use super::given::Given;
 use super::handle::PySimulator;
 use super::memory::{StepMemory, check_batch};
@@ -70,32 +71,12 @@ impl PySimulator {
         models: Option<Vec<Py<PyModel>>>,
         out: Option<&Bound<'py, PyTuple>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let own = this.get();
         if let Some(forces) = forces {
-            if models.is_some() {
-                return Err(value_error(
-                    "forces act on states of one robot: give forces or models, not both",
-                ));
-            }
-            let actuators = own
-                .parts
-                .bind(q.py())
-                .as_any()
-                .get_item("frame_actuators")?;
-            let with_forces = q.py().import("dualbody._forces")?.getattr("_step")?;
-            let arguments = (
-                this,
-                actuators,
-                q,
-                v,
-                u,
-                forces,
-                representation,
-                contact,
-                out,
-            );
-            return Ok(with_forces.call1(arguments)?.cast_into()?);
+            let (forced, u) = with_forces(this, u, forces, representation, models.is_some())?;
+            let u = u.as_ref();
+            return Self::step(&forced, q, v, u, contact, None, representation, None, out);
         }
+        let own = this.get();
         let given = own.read(q, v, u, contact)?;
         check_batch(&given.batch, models.is_some())?;
         let one = |memory: &mut StepMemory| {

@@ -10,29 +10,6 @@ use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
 use crate::errors::{OrRaise, guarded};
 
-/// A table whose columns of inputs have the names of what they act on.
-fn with_input_names(recording: &Recording, table: &str) -> String {
-    let (head, rows) = table.split_once('\n').unwrap_or((table, ""));
-    let mut columns: Vec<String> = head.split(',').map(str::to_owned).collect();
-    let robots = recording.robots();
-    for robot in robots {
-        let prefix = match robots.len() {
-            1 => String::new(),
-            _ => format!("{}/", robot.name()),
-        };
-        for (k, name) in robot.input_names().iter().enumerate() {
-            let (number, name) = (
-                format!("{prefix}u{k}"),
-                name.replace([',', '"', '\n', '\r'], "_"),
-            );
-            if let Some(own) = columns.iter_mut().find(|column| **column == number) {
-                *own = format!("{prefix}u.{name}");
-            }
-        }
-    }
-    format!("{}\n{rows}", columns.join(","))
-}
-
 #[pymethods]
 impl PyRecording {
     /// Reads a recording from a table or a JSON file; the robots are not in it.
@@ -75,26 +52,14 @@ impl PyRecording {
         guarded(|| self.recording.save_html(path))?.or_raise()
     }
 
-    /// The table of all columns as a text of CSV: times (s), coordinates, inputs u0, u1, …, series.
-    ///
-    /// input_names: True calls the inputs by what they act on, as in "u.pivot"; `read` knows them by number only.
-    #[pyo3(signature = (*, input_names=false))]
-    fn to_csv(&self, input_names: bool) -> PyResult<String> {
-        let table = guarded(|| self.recording.to_csv())?;
-        Ok(match input_names {
-            true => with_input_names(&self.recording, &table),
-            false => table,
-        })
+    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by what they act on ("u.pivot"; "u0", "u1" where that is unknown), series.
+    fn to_csv(&self) -> PyResult<String> {
+        guarded(|| self.recording.to_csv())
     }
 
     /// Writes the table of all columns as CSV, as of to_csv, and the folders above it; an OSError names a file that cannot be written.
-    #[pyo3(signature = (path, *, input_names=false))]
-    fn save_csv(&self, path: PathBuf, input_names: bool) -> PyResult<()> {
-        guarded(|| self.recording.save_csv(&path))?.or_raise()?;
-        match input_names {
-            true => Ok(std::fs::write(&path, self.to_csv(true)?)?),
-            false => Ok(()),
-        }
+    fn save_csv(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.recording.save_csv(path))?.or_raise()
     }
 
     /// The recording as a text of JSON, which `read` reads.

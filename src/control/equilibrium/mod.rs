@@ -46,10 +46,8 @@ pub struct Equilibrium {
 pub enum EquilibriumStatus {
     /// Nothing moves.
     Found,
-    /// Near the guess nothing holds the robot: inputs are too weak or too few, or nothing carries it.
+    /// Near the guess nothing that holds the robot was found: inputs are too weak or too few, nothing carries it, or the guess is too far away.
     NotHeld,
-    /// All iterations were used.
-    IterationLimit,
     /// A number is not finite.
     Diverged,
     /// A [`StopSignal`](crate::StopSignal) was set.
@@ -106,7 +104,6 @@ impl Equilibrium {
                 Status::Diverged => EquilibriumStatus::Diverged,
                 Status::Stopped => EquilibriumStatus::Stopped,
                 _ if largest < NEGLIGIBLE * rest.weight => EquilibriumStatus::Found,
-                Status::IterationLimit => EquilibriumStatus::IterationLimit,
                 _ => EquilibriumStatus::NotHeld,
             };
             if status != EquilibriumStatus::NotHeld {
@@ -132,8 +129,7 @@ impl fmt::Display for EquilibriumStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Found => "found",
-            Self::NotHeld => "not held: nothing near the guess carries the robot, or the inputs are too weak or too few",
-            Self::IterationLimit => "all iterations used",
+            Self::NotHeld => "not held: nothing near the guess carries the robot, the inputs are too weak or too few, or the guess is too far away",
             Self::Diverged => "a number is not finite",
             Self::Stopped => "stopped by a signal",
         })

@@ -4,11 +4,11 @@ use super::{pose, schema};
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
 use crate::io::mesh_path::MeshFinder;
-use crate::io::rotation::{roll_pitch_yaw, rotation_from_quaternion};
+use crate::io::rotation::rotation_from_quaternion;
 use crate::io::schema::check;
 use crate::io::values::{Attributes, Values};
 use crate::io::version::Version;
-use crate::spatial::Transform;
+use crate::spatial::{Transform, roll_pitch_yaw};
 
 /// Version of a file that states none.
 const FIRST: Version = Version(1, 0);

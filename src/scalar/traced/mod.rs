@@ -22,11 +22,11 @@
 //! |---|---|
 //! | kinematics, inverse dynamics, mass matrix, forward dynamics, Jacobians, energies, centroidal quantities, for every kind of joint | yes |
 //! | derivatives along the tree: [`inverse_dynamics_derivatives`](crate::dynamics::inverse_dynamics_derivatives), [`forward_dynamics_derivatives`](crate::dynamics::forward_dynamics_derivatives) | yes |
-//! | a [step](crate::Simulator::step_into) of every integrator, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
+//! | a [step](crate::Simulator::step_into) of every integrator but the implicit midpoint rule, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
 //! | the same over dual numbers: A and B, derivatives in parameters | yes |
 //! | in a model whose numbers are inputs | yes, as [`Model<Traced>`](crate::Model::cast) |
 //! | soft contact, in explicit steps | yes |
-//! | relaxed rigid contact, kinematic constraints, in steps of every integrator | yes: a fixed number of steps to the forces, see below |
+//! | relaxed rigid contact, kinematic constraints, in these steps | yes: a fixed number of steps to the forces, see below |
 //! | stops of joints | yes; without contact or constraints, those that pull are let go once in a step of semi-implicit Euler, see below |
 //! | [height fields](crate::contact::HeightField) of up to 4096 nodes, under corners | yes: the cell is found by comparisons with all of them, four for each node and place |
 //! | rigid contact, soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity), smoothed contact beside stops or bounded forces, [implicit midpoints](crate::Integrator::ImplicitMidpoint) | no: a solver searches on values |

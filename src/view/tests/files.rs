@@ -54,6 +54,48 @@ fn recordings_without_moments_read_back_equal_for_robots_of_all_sizes() {
     }
 }
 
+/// The first line of a table.
+fn header(recording: &Recording) -> String {
+    let table = recording.to_csv();
+    table.lines().next().unwrap().to_owned()
+}
+
+#[test]
+fn inputs_of_a_table_have_the_names_of_what_they_act_on_and_read_back() {
+    let models = ["a", "a/u.b"].map(ball);
+    let mut recording = Recording::of_robots(&models.each_ref());
+    let states = models.each_ref().map(State::neutral);
+    recording.push_all(0.0, &[(&states[0], &[1.0, 2.0][..]), (&states[1], &[3.0])]);
+    let named = ["x", "y,z", "x"].map(str::to_owned);
+    recording.robot_mut(0).name_inputs(named[..2].to_vec());
+    recording.robot_mut(1).name_inputs(named[2..].to_vec());
+    let head = header(&recording);
+    for column in [",a/u.x,", ",a/u.y_z,", ",a/u.b/u.x"] {
+        assert!(head.contains(column), "{column} is not in {head}");
+    }
+    let again = through_csv(&recording);
+    assert_eq!(again.robot(0).input_names(), ["x", "y_z"]);
+    assert_eq!(
+        (again.robot(0).u(0), again.robot(1).u(0)),
+        (&[1.0, 2.0][..], &[3.0][..])
+    );
+    assert_eq!((bits(&again), header(&again)), (bits(&recording), head));
+    // Not a name for each input: they are numbered.
+    recording.robot_mut(0).name_inputs(Vec::new());
+    assert!(header(&recording).contains(",a/u0,a/u1,"));
+    assert_eq!(bits(&through_csv(&recording)), bits(&recording));
+}
+
+#[test]
+fn inputs_are_plotted_by_name_and_by_number() {
+    let simulator = Simulator::new(samples::cartpole());
+    let rollout = simulator.rollout(&State::new(&[0.0; 2], &[0.0; 2]), 3, |_, _, _| {});
+    let recording = Recording::from_rollout(simulator.model(), &rollout);
+    let plot = recording.plot(&["u.linear", "u1"]).unwrap().to_svg();
+    assert!(plot.contains("u.linear") && plot.contains("u1, pivot"));
+    assert!(recording.plot(&["u2"]).is_err());
+}
+
 /// Eight megabytes took minutes when each line read all before it.
 #[test]
 fn quote_that_is_never_closed_is_an_error_in_linear_time() {
@@ -90,6 +132,7 @@ fn series_of_any_name_read_back_as_series() {
     let hostile = [
         "u2",
         "u",
+        "u.pivot",
         "u2x",
         "contact0",
         "time",
@@ -318,6 +361,7 @@ fn inputs_are_called_by_their_joints_in_plots_and_files() {
     let recording = Recording::from_rollout(simulator.model(), &rollout);
     assert_eq!(recording.robot(0).input_names(), ["pivot"]);
     assert_eq!(through_json(&recording).robot(0).input_names(), ["pivot"]);
+    assert_eq!(through_csv(&recording).robot(0).input_names(), ["pivot"]);
     let page = recording.to_html();
     let input = page.find("\"title\":\"Input\"").unwrap();
     assert!(

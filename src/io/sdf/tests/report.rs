@@ -33,6 +33,8 @@ fn report_lists_every_unused_part_with_its_line() {
             ("sdf/model/joint/axis2", "j", 11),
         ]
     );
+    let reason = &report.ignored[8].reason;
+    assert!(reason.contains("Actuation::with_actuator"), "{reason}");
     assert_eq!(
         places(&report.warnings),
         [("sdf/model/link/collision/geometry/mesh", "a", 8)]

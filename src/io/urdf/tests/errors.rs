@@ -287,5 +287,14 @@ fn a_world_with_a_moving_child_cannot_float() {
         matches!(error, LoadError::UnsupportedBase { .. }),
         "{error:?}"
     );
-    assert!(error.to_string().contains("\"world\""));
+    let message = error.to_string();
+    for part in ["URDF text:1:", "\"world\"", "fixed base", "rename the link"] {
+        assert!(message.contains(part), "{part} is not in: {message}");
+    }
+    // Both ways out.
+    let renamed = text.replace("\"world\"", "\"frame\"");
+    let renamed = options.load_urdf_str(&renamed).unwrap().0;
+    let fixed = ModelOptions::default().with_base(Base::Fixed);
+    let fixed = fixed.load_urdf_str(&text).unwrap().0;
+    assert_eq!((fixed.nv(), renamed.nv()), (1, 7));
 }

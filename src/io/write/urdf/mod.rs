@@ -6,12 +6,11 @@ mod universal;
 use super::{AboutCom, Names, WORLD};
 use crate::error::WriteError;
 use crate::io::motion::is_bounded;
-use crate::io::rotation::roll_pitch_yaw;
 use crate::io::values::INERTIA_ENTRIES;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
 use crate::model::{Base, Geometry, JointSpec, LinkSpec, Mimicry, ModelBuilder};
-use crate::spatial::{Inertia, Transform};
+use crate::spatial::{Inertia, Transform, roll_pitch_yaw};
 
 /// Name of the root link that is the frame of a floating base, and of its fixed joint.
 const FLOATING_FRAME: &str = "floating_base";
