@@ -6,7 +6,7 @@ use dualbody::dynamics::{
     MomentumFrame, elastic_energy, kinetic_energy, momentum, potential_energy,
 };
 use dualbody::joint::JointKind;
-use dualbody::model::samples;
+use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{BATCH_WIDTH, StepScratch};
 use dualbody::{Integrator, Lanes, Model, Simulator, State};
 use nalgebra::{DVector, Vector3};
@@ -187,6 +187,115 @@ fn energy_of_spinning_bodies_does_not_drift() {
             (first - last).abs() < 1e-3 * whole,
             "{first} {last} of {whole}"
         );
+    }
+}
+
+/// A body on three joints about z, x and y without mass between them. At a right angle of the second one the others have one axis.
+fn light_hip() -> Model {
+    let mut builder = ModelBuilder::new("hip");
+    for link in ["world", "first", "second"] {
+        builder.add_link(LinkSpec::new(link));
+    }
+    let body = LinkSpec::new("body").with_mass(1.0, [0.1, 0.05, -0.2], [0.02, 0.03, 0.01]);
+    builder.add_link(body);
+    for (name, parent, child, axis) in [
+        ("z", "world", "first", [0.0, 0.0, 1.0]),
+        ("x", "first", "second", [1.0, 0.0, 0.0]),
+        ("y", "second", "body", [0.0, 1.0, 0.0]),
+    ] {
+        let joint = JointSpec::new(name, JointKind::Continuous, parent, child);
+        builder.add_joint(joint.with_axis(axis));
+    }
+    builder.build().unwrap()
+}
+
+/// Near that angle, with the first and last joint fast against each other: the body turns by less than 40 rad/s.
+fn near_the_lock(away: f64) -> State {
+    let right = std::f64::consts::FRAC_PI_2;
+    State::new(&[0.3, right - away, -0.2], &[600.0, 4.0, -590.0])
+}
+
+/// Joints turn by a third of a circle in a step, for which one search finds nothing or something else.
+#[test]
+fn steps_in_which_axes_come_into_line_are_divided() {
+    let model = light_hip();
+    for away in [0.06, 0.03, -0.04] {
+        let start = near_the_lock(away);
+        let end = go(&midpoint(model.clone(), 1e-3), &start, 0.0, 20);
+        let fine = Simulator::new(model.clone())
+            .with_integrator(Integrator::RungeKutta4)
+            .with_time_step(1e-6);
+        let exact = go(&fine, &start, 0.0, 20_000);
+        let whole = kinetic_energy(&model, start.q.as_slice(), start.v.as_slice());
+        let drift = (energy(&model, &end) - energy(&model, &start)).abs();
+        assert!(drift < 0.02 * whole, "{away}: {drift} of {whole}");
+        let error = (&end.q - &exact.q).amax();
+        assert!(error < 0.05, "{away}: {error}");
+    }
+}
+
+/// Jacobians, gradient, and gradient in parameters of a step that is divided, each against another.
+#[test]
+fn derivatives_go_through_the_parts_of_a_step() {
+    let simulator = midpoint(light_hip(), 1e-3);
+    let state = near_the_lock(0.06);
+    let u = DVector::from_column_slice(&[0.3, -0.2, 0.5]);
+    let found = simulator.linearize(&state, u.as_slice());
+    let expected = simulator.linearize_by_finite_differences(&state, u.as_slice());
+    let error = (&found.a - &expected.a).amax() / expected.a.amax();
+    assert!(error < 1e-6, "A: {error:e}");
+    let error = (&found.b - &expected.b).amax() / expected.b.amax();
+    assert!(error < 1e-6, "B: {error:e}");
+
+    let weights = DVector::from_column_slice(&[0.4, -1.0, 0.7, 0.002, -0.001, 0.003]);
+    let gradient = simulator.vjp(&state, u.as_slice(), weights.as_slice());
+    let expected = found.a.transpose() * &weights;
+    let error = (&expected - &gradient.state).amax() / expected.amax();
+    assert!(error < 1e-10, "state: {error:e}");
+    let expected = found.b.transpose() * &weights;
+    let error = (&expected - &gradient.input).amax() / expected.amax();
+    assert!(error < 1e-10, "input: {error:e}");
+
+    let next = simulator.step(&state, u.as_slice());
+    let next = State::new(&lift::<1>(&next.q), &lift(&next.v));
+    let parameters = simulator.parameters();
+    for k in (0..parameters.len())
+        .step_by(4)
+        .chain([parameters.len() - 1])
+    {
+        let mut moved = lift::<1>(&parameters);
+        moved[k].eps[0] = 1.0;
+        let start = State::new(&lift(&state.q), &lift(&state.v));
+        let end = simulator.with_parameters(&moved).step(&start, &lift(&u));
+        let slopes = end.deviation(simulator.model(), &next);
+        let expected: f64 = slopes
+            .iter()
+            .zip(weights.iter())
+            .map(|(x, w)| x.eps[0] * w)
+            .sum();
+        let error = (gradient.parameters[k] - expected).abs() / (1.0 + expected.abs());
+        assert!(error < 1e-8, "parameter {k}: {error:e}");
+    }
+}
+
+/// One lane of two is divided.
+#[test]
+fn lanes_are_divided_one_by_one() {
+    let simulator = midpoint(light_hip(), 1e-3);
+    let states = [near_the_lock(1.0), near_the_lock(0.06)];
+    let pair = |x: &dyn Fn(&State) -> &DVector<f64>| -> Vec<Lanes<2>> {
+        (0..3)
+            .map(|k| Lanes([x(&states[0])[k], x(&states[1])[k]]))
+            .collect()
+    };
+    let all = State::new(&pair(&|x| &x.q), &pair(&|x| &x.v));
+    let next = simulator.step(&all, &[Lanes([0.0; 2]); 3]);
+    for (lane, state) in states.iter().enumerate() {
+        let expected = simulator.step(state, &[0.0; 3]);
+        for k in 0..3 {
+            assert_eq!(next.q[k].0[lane], expected.q[k]);
+            assert_eq!(next.v[k].0[lane], expected.v[k]);
+        }
     }
 }
 

@@ -14,6 +14,7 @@
 //! | `joint` | momenta of one joint along its own motion |
 //! | `point` | momentum and force at the middle of a step, and the step with them |
 //! | `newton` | the velocity ξ, over plain numbers |
+//! | `parts` | division of a step that is too long |
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
 //! | `weights` | weights of what a step goes through |
@@ -25,6 +26,7 @@
 mod joint;
 mod newton;
 mod numbers;
+mod parts;
 mod point;
 mod pullback;
 mod pushforward;
@@ -34,27 +36,34 @@ mod weights;
 use super::AccelerationScratch;
 use super::method::Step;
 use crate::cone::Status;
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use newton::Newton;
+use newton::{Newton, Search};
+use parts::{Part, divided, each};
 use point::Midpoint;
 pub(super) use pullback::Adjoint;
 pub(super) use pushforward::Columns;
 
-/// Working memory: the middle of a step, and the search for it on plain numbers. Lanes are stepped one by one.
+/// Working memory. Lanes are stepped one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T: Scalar> {
-    point: Midpoint<T>,
-    newton: Newton,
+    part: Part<T>,
+    /// Number of parts of the last step, and the states at their starts, the first of a longer list.
+    parts: usize,
+    starts: Vec<State<T>>,
     statuses: Vec<Status>,
 }
 
 impl<T: Scalar> Step<T> for Memory<T> {
     fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         Self {
-            point: Midpoint::new(simulator),
-            newton: Newton::new(simulator),
+            part: Part {
+                point: Midpoint::new(simulator),
+                newton: Newton::new(simulator),
+            },
+            parts: 1,
+            starts: vec![simulator.neutral_state()],
             statuses: vec![Status::default(); T::LANES],
         }
     }
@@ -71,12 +80,13 @@ impl<T: Scalar> Step<T> for Memory<T> {
     {
         if const { T::LANES > 1 } {
             for (lane, status) in self.statuses.iter_mut().enumerate() {
-                *status = self.newton.step(simulator, state, u, lane, next);
+                *status = (self.part.newton).step(simulator, state, u, lane, next);
             }
             return;
         }
-        self.find(simulator, state, u, found);
-        self.point.finish(simulator, state, next);
+        self.starts[0].copy_from(state);
+        (self.parts, self.statuses[0]) =
+            divided(|parts| self.step_in(simulator, u, parts, found, next));
     }
 
     fn status(&self, lane: usize) -> Status {
@@ -85,29 +95,26 @@ impl<T: Scalar> Step<T> for Memory<T> {
 }
 
 impl<T: Scalar> Memory<T> {
-    /// Finds the middle of a step, where there is one lane.
-    fn find<P: Scalar>(
+    /// Takes a step in so many parts. Memory for the states between them is made when they are first needed.
+    fn step_in<P: Scalar>(
         &mut self,
         simulator: &Simulator<P>,
-        state: &State<T>,
         u: &[T],
+        parts: usize,
         found: &mut AccelerationScratch<T>,
-    ) where
+        next: &mut State<T>,
+    ) -> Search
+    where
         T: Over<P>,
     {
-        let point = &mut self.point;
-        point.start(simulator, state);
-        self.statuses[0] = self.newton.solve(simulator, state, u);
-        let values = self.newton.point.xi.iter().map(|&x| T::constant(x));
-        point.xi.iter_mut().zip(values).for_each(|(xi, x)| *xi = x);
-        point.evaluate(simulator, state, u, found);
-        // Each makes one more order of derivatives exact.
-        let corrections = T::ORDER.max(usize::from(is_more_than_values::<T>()));
-        for _ in 0..corrections {
-            point.find_residual(simulator);
-            self.newton.correct(&mut point.residual);
-            point.move_by_residual();
-            point.evaluate(simulator, state, u, found);
-        }
+        let Self { part, starts, .. } = self;
+        each(parts, |k| {
+            match starts.get_mut(k) {
+                Some(start) if k > 0 => start.copy_from(next),
+                Some(_) => {}
+                None => starts.push(next.clone()),
+            }
+            part.take(simulator, &starts[k], u, parts, found, next)
+        })
     }
 }

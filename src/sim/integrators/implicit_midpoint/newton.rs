@@ -1,10 +1,12 @@
 //! The velocity of a step by Newton's method on plain numbers.
 //!
 //! The matrix is that of the first guess, the velocity before the step, as long as that serves: mostly the residual falls a hundredfold and more with each
-//! evaluation. Where it does not fall tenfold the matrix is found anew.
+//! evaluation. Where it does not fall tenfold the matrix is found anew; a step in which joints turn fast and it
+//! does not fall fiftyfold is too long (`parts.rs`).
 
 use std::any::Any;
 
+use super::parts::{divided, each, is_even};
 use super::point::Midpoint;
 use super::slopes::MidpointSlopes;
 use crate::cone::Status;
@@ -20,8 +22,36 @@ const TOLERANCE: f64 = 1e-13;
 const ACCEPTABLE: f64 = 1e-9;
 /// By how much a change must be smaller than the one before it, or the matrix is found anew.
 const CONTRACTION: f64 = 0.1;
+/// By how much one must be smaller where the step is not too long.
+const DIRECT: f64 = 0.02;
+/// Change of the turn in a step, rad or m, up to which that does not matter.
+pub(super) const TURN: f64 = 0.003;
 /// Most changes of ξ.
 const ITERATIONS: usize = 40;
+
+/// What the search for a step came to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Search {
+    pub(super) status: Status,
+    /// Whether the first guess led straight to the solution, which is then the one that continues the motion.
+    pub(super) is_direct: bool,
+}
+
+impl Search {
+    fn found(is_direct: bool) -> Self {
+        Self {
+            status: Status::Converged,
+            is_direct,
+        }
+    }
+
+    fn failed(status: Status) -> Self {
+        Self {
+            status,
+            is_direct: false,
+        }
+    }
+}
 
 /// Working memory, with what was found.
 #[derive(Clone, Debug)]
@@ -29,6 +59,8 @@ pub(super) struct Newton {
     pub(super) point: Midpoint<f64>,
     slopes: Box<MidpointSlopes<f64>>,
     found: AccelerationScratch<f64>,
+    /// Start of the step, and start and end of a part.
+    whole: State<f64>,
     start: State<f64>,
     end: State<f64>,
     u: Vec<f64>,
@@ -47,20 +79,26 @@ impl Newton {
             point: Midpoint::new(simulator),
             slopes: Box::new(MidpointSlopes::new(simulator)),
             found: AccelerationScratch::new(simulator, Calls::Many),
+            whole: simulator.neutral_state(),
             start: simulator.neutral_state(),
             end: simulator.neutral_state(),
             u: vec![0.0; simulator.nu()],
         }
     }
 
-    /// Finds ξ of the values. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values is made anew.
+    /// Finds ξ of the values, for a part of the time step. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values
+    /// is made anew.
     pub(super) fn solve<P: Scalar, T: Over<P>>(
         &mut self,
         simulator: &Simulator<P>,
         state: &State<T>,
         u: &[T],
-    ) -> Status {
-        self.with_values(simulator, state, u, 0, |own, plain| own.search::<T>(plain))
+        part: f64,
+    ) -> Search {
+        self.with_values(simulator, state, u, 0, |own, plain| {
+            own.point.part = part;
+            own.search::<T>(plain)
+        })
     }
 
     /// The step of the values in a lane, which are all that there is.
@@ -73,9 +111,8 @@ impl Newton {
         next: &mut State<T>,
     ) -> Status {
         let status = self.with_values(simulator, state, u, lane, |own, plain| {
-            let status = own.iterate(plain);
-            own.point.finish(plain, &own.start, &mut own.end);
-            status
+            own.whole.copy_from(&own.start);
+            divided(|parts| own.step_in(plain, parts)).1
         });
         let set = |out: &mut [T], x: &[f64]| {
             for (out, &x) in out.iter_mut().zip(x) {
@@ -86,6 +123,20 @@ impl Newton {
         set(next.q.as_mut_slice(), self.end.q.as_slice());
         set(next.v.as_mut_slice(), self.end.v.as_slice());
         status
+    }
+
+    /// The step of the values that were taken, in so many parts.
+    fn step_in(&mut self, simulator: &Simulator, parts: usize) -> Search {
+        self.point.part = 1.0 / parts as f64;
+        self.start.copy_from(&self.whole);
+        each(parts, |_| {
+            let mut search = self.iterate(simulator);
+            (self.point).finish(simulator, &self.start, &mut self.end);
+            let time = simulator.time_step() * self.point.part;
+            search.is_direct &= is_even(&self.start, &self.point.xi, &self.end, time);
+            self.start.copy_from(&self.end);
+            search
+        })
     }
 
     fn with_values<P: Scalar, T: Over<P>, R>(
@@ -123,41 +174,43 @@ impl Newton {
     }
 
     /// [`solve`](Self::solve) from the values; for numbers that are more than these, with the matrix of the solution.
-    fn search<T: Scalar>(&mut self, simulator: &Simulator) -> Status {
-        let status = self.iterate(simulator);
+    fn search<T: Scalar>(&mut self, simulator: &Simulator) -> Search {
+        let search = self.iterate(simulator);
         if is_more_than_values::<T>() {
             self.find_matrix(simulator);
         }
-        status
+        search
     }
 
-    fn iterate(&mut self, simulator: &Simulator) -> Status {
+    fn iterate(&mut self, simulator: &Simulator) -> Search {
         self.point.start(simulator, &self.start);
         self.evaluate(simulator);
         self.find_matrix(simulator);
-        let mut before = f64::INFINITY;
+        let time = simulator.time_step() * self.point.part;
+        let (mut before, mut turn, mut is_direct) = (f64::INFINITY, 0.0, true);
         for _ in 0..ITERATIONS {
             self.slopes.solve(&mut self.point.residual);
             let size = largest(&self.point.residual);
             if !size.is_finite() {
-                return Status::NotFinite;
+                return Search::failed(Status::NotFinite);
             }
             let change = size / largest(&self.point.xi).max(size).max(f64::MIN_POSITIVE);
             let is_slow = change > CONTRACTION * before;
             if is_slow && change <= ACCEPTABLE {
-                return Status::Converged;
+                return Search::found(is_direct);
             }
+            is_direct &= turn <= TURN || change <= DIRECT * before;
             self.point.move_by_residual();
             self.evaluate(simulator);
             if change <= TOLERANCE {
-                return Status::Converged;
+                return Search::found(is_direct);
             }
             if is_slow {
                 self.find_matrix(simulator);
             }
-            before = change;
+            (before, turn) = (change, size * time);
         }
-        Status::IterationLimit
+        Search::failed(Status::IterationLimit)
     }
 
     fn evaluate(&mut self, simulator: &Simulator) {

@@ -62,7 +62,7 @@ impl<T: Differentiable> NumberSlopes<T> {
         weights: &Weights<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let middle = &taken.step.point.state;
+        let middle = &taken.point().state;
         self.add_momentum(middle, &weights.residual, out);
         self.add_momentum(at.state, &weights.p, out);
         self.reverse(&weights.end_p);
@@ -125,7 +125,7 @@ impl<T: Differentiable> NumberSlopes<T> {
         taken: &TakenStep<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let moment = Moment::instant(simulator, &taken.step.point.state, at.u);
+        let moment = Moment::instant(simulator, &taken.point().state, at.u);
         let point = SlopePoint::of_all(&moment, &self.rest, None);
         let weights = SlopeWeights {
             mu: &self.minus,

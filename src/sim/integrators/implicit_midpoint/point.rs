@@ -57,6 +57,8 @@ impl<T: Scalar> Kinetic<T> {
 /// The middle of a step.
 #[derive(Clone, Debug)]
 pub(super) struct Midpoint<T: Scalar> {
+    /// The part of the time step that this step takes.
+    pub(super) part: f64,
     /// Velocity of the step.
     pub(super) xi: Vec<T>,
     /// Momentum of its start.
@@ -85,6 +87,7 @@ impl<T: Scalar> Midpoint<T> {
         let model = simulator.model();
         let zeros = || vec![T::zero(); model.nv()];
         Self {
+            part: 1.0,
             xi: zeros(),
             p: zeros(),
             offset: zeros(),
@@ -124,7 +127,7 @@ impl<T: Scalar> Midpoint<T> {
     ) where
         T: Over<P>,
     {
-        let (model, dt) = (simulator.model(), simulator.time_step());
+        let (model, dt) = (simulator.model(), simulator.time_step() * self.part);
         for (k, &xi) in self.xi.iter().enumerate() {
             self.offset[k] = xi * dt;
             self.half_offset[k] = self.offset[k] * 0.5;

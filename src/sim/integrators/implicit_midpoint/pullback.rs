@@ -1,8 +1,10 @@
-//! Gradient of the step by the implicit function theorem, backwards.
+//! Gradient of the step by the implicit function theorem, backwards, from its last part to its first.
 //!
 //! With the weights λ of q⁺ and of v⁺, and y = M⁻¹ λ of the latter, momentum and position of the end have weights; those of ξ that follow give
 //! w = −(∂r/∂ξ)⁻ᵀ (…), the weights of the residual. Then momentum and force of the middle have the weights α and β, and the momentum of the start has π.
 //! What the robot is made of has the gradient of their sum at fixed states (`numbers.rs`).
+
+use std::borrow::Cow;
 
 use super::numbers::NumberSlopes;
 use super::pushforward::TakenStep;
@@ -37,14 +39,45 @@ impl<T: Differentiable> Pullback<T> for Adjoint<T> {
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
-        self.taken.find(simulator, at);
-        let dt = simulator.time_step();
+        let parts = self.taken.take(simulator, at);
+        let mut weights = Cow::Borrowed(adjoint);
+        for k in (1..parts).rev() {
+            let mut before = vec![T::zero(); adjoint.len()];
+            let (q, v) = before.split_at_mut(adjoint.len() / 2);
+            let own = &mut StepSlopes {
+                q,
+                v,
+                contact: &mut *out.contact,
+                u: &mut *out.u,
+                parameters: &mut *out.parameters,
+                has_parts: out.has_parts,
+            };
+            self.add_part(simulator, at.u, k, &weights, own);
+            weights = Cow::Owned(before);
+        }
+        self.add_part(simulator, at.u, 0, &weights, out);
+    }
+}
+
+impl<T: Differentiable> Adjoint<T> {
+    /// Adds the gradient through one part of the step.
+    fn add_part(
+        &mut self,
+        simulator: &Simulator,
+        u: &[T],
+        k: usize,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        self.taken.find(simulator, u, k);
+        let dt = self.taken.duration(simulator);
         self.weights.start(&self.taken, adjoint, dt);
         self.weights.find(&self.taken, dt);
         self.weights.add_state(&self.taken, out);
         if !out.parameters.is_empty() {
             let (taken, weights) = (&self.taken, &self.weights);
-            out.add_time_step(weights.by_time_step(taken, dt));
+            out.add_time_step(weights.by_time_step(taken, simulator.time_step()));
+            let at = &taken.start_of(u, k);
             self.numbers.add(simulator, at, taken, weights, out);
         }
     }

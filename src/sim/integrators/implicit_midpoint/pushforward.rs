@@ -1,11 +1,14 @@
 //! Jacobians of the step by the implicit function theorem.
 //!
+//! Those of a step in parts are products of theirs.
+//!
 //! With the residual r = μ − (dexp 2φ)ᵀ p − ½ Δt (dexp φ)ᵀ f,  δξ = −(∂r/∂ξ)⁻¹ ∂r; then δq⁺, and δv⁺ = M⁻¹ (δp⁺ − ∂(M v⁺)/∂q δq⁺).
 
 use nalgebra::DMatrix;
 
 use super::Memory;
 use super::joint::{Along, JointSlopes, OwnMatrix, apply};
+use super::point::Midpoint;
 use super::slopes::{KineticSlopes, MidpointSlopes};
 use crate::dynamics::{Calls, MassMatrixFactor};
 use crate::joint::MAX_NV;
@@ -16,7 +19,7 @@ use crate::sim::integrators::method::{Pushforward, Step, StepColumns, StepPoint}
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
-/// A step that has been taken, with the derivatives at its start, middle and end.
+/// A step that has been taken, with the derivatives at start, middle and end of one of its parts.
 #[derive(Clone, Debug)]
 pub(super) struct TakenStep<T: Differentiable> {
     pub(super) step: Memory<T>,
@@ -42,17 +45,50 @@ impl<T: Differentiable> TakenStep<T> {
         }
     }
 
-    /// Takes the step, and differentiates it.
-    pub(super) fn find(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) {
+    /// Takes the step. The number of its parts.
+    pub(super) fn take(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) -> usize {
+        (self.step).step(simulator, at.state, at.u, &mut self.found, &mut self.next);
+        self.step.parts
+    }
+
+    /// Differentiates a part of the step.
+    pub(super) fn find(&mut self, simulator: &Simulator, u: &[T], k: usize) {
         let (model, next) = (simulator.model(), &mut self.next);
-        self.step
-            .step(simulator, at.state, at.u, &mut self.found, next);
-        let (q, v) = (at.state.q.as_slice(), at.state.v.as_slice());
+        let Memory {
+            part,
+            parts,
+            starts,
+            ..
+        } = &mut self.step;
+        let state = &starts[k];
+        // A whole step is what taking it has left.
+        if *parts > 1 {
+            part.take(simulator, state, u, *parts, &mut self.found, next);
+        }
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.start.find(model, q, v);
-        let point = &self.step.point;
-        (self.middle).find(simulator, at.state, at.u, point, &self.found);
+        (self.middle).find(simulator, state, u, &part.point, &self.found);
         (self.end).find(model, next.q.as_slice(), next.v.as_slice());
         self.factor.refactor(&self.end.mass);
+    }
+
+    /// The middle of the part that is differentiated.
+    pub(super) fn point(&self) -> &Midpoint<T> {
+        &self.step.part.point
+    }
+
+    /// Start of a part, with the input.
+    pub(super) fn start_of<'a>(&'a self, u: &'a [T], k: usize) -> StepPoint<'a, T> {
+        StepPoint {
+            state: &self.step.starts[k],
+            u,
+            acceleration: None,
+        }
+    }
+
+    /// Length of that part, s.
+    pub(super) fn duration(&self, simulator: &Simulator) -> f64 {
+        simulator.time_step() * self.point().part
     }
 }
 
@@ -89,14 +125,40 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
         at: &StepPoint<'_, T>,
         out: &mut StepColumns<'_, T>,
     ) {
-        self.slopes.find(simulator, at);
-        self.find_velocity(simulator.time_step());
-        self.find_momentum(simulator.time_step());
-        self.find_end(simulator.time_step(), out);
+        let parts = self.slopes.take(simulator, at);
+        self.linearize_part(simulator, at.u, 0, out);
+        for k in 1..parts {
+            let (mut a, mut b) = (out.a.clone(), out.b.clone());
+            let own = &mut StepColumns {
+                a: &mut a,
+                b: &mut b,
+            };
+            self.linearize_part(simulator, at.u, k, own);
+            let [before_a, before_b] = [&mut *out.a, &mut *out.b].map(|x| x.clone());
+            out.a.fill(T::zero());
+            add_product(&a, &before_a, out.a);
+            out.b.copy_from(&b);
+            add_product(&a, &before_b, out.b);
+        }
     }
 }
 
 impl<T: Differentiable> Columns<T> {
+    /// A and B of one part of the step.
+    fn linearize_part(
+        &mut self,
+        simulator: &Simulator,
+        u: &[T],
+        k: usize,
+        out: &mut StepColumns<'_, T>,
+    ) {
+        self.slopes.find(simulator, u, k);
+        let dt = self.slopes.duration(simulator);
+        self.find_velocity(dt);
+        self.find_momentum(dt);
+        self.find_end(dt, out);
+    }
+
     /// ∂ξ.
     fn find_velocity(&mut self, dt: f64) {
         let Self {

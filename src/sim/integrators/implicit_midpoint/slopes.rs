@@ -142,7 +142,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
         self.kinetic.find(model, mid.q.as_slice(), mid.v.as_slice());
         self.find_forces(simulator, u, point, found);
         self.find_joints(simulator, start, point);
-        self.fill_matrix(simulator.time_step());
+        self.fill_matrix(simulator.time_step() * point.part);
         let matrix = &self.matrix;
         self.factors.factorize(|out| out.copy_from(matrix));
     }
@@ -210,7 +210,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
                     offsets: [&point.half_offset, &point.offset].map(|x| &x[v.clone()]),
                     p: &point.p[v.clone()],
                     impulse: &point.impulse[v],
-                    dt: simulator.time_step(),
+                    dt: simulator.time_step() * point.part,
                 },
             );
         }

@@ -132,9 +132,9 @@ impl<T: Differentiable> Weights<T> {
         }
     }
 
-    /// Slope in the time step: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
+    /// Slope in the time step, of which this may be a part: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
     pub(super) fn by_time_step(&self, taken: &TakenStep<T>, dt: f64) -> T {
-        let (point, middle) = (&taken.step.point, &taken.middle);
+        let (point, middle) = (taken.point(), &taken.middle);
         let slower = |by: &DMatrix<T>, weights: &[T]| {
             let n = by.nrows().max(1);
             let columns = by.as_slice().chunks_exact(n).zip(&point.xi);
