@@ -215,7 +215,7 @@ fn near_the_lock(away: f64) -> State {
     State::new(&[0.3, right - away, -0.2], &[600.0, 4.0, -590.0])
 }
 
-/// Joints turn by a third of a circle in a step, for which one search finds nothing or something else.
+/// Joints turn by a third of a circle in a step, which a whole step does not take well.
 #[test]
 fn steps_in_which_axes_come_into_line_are_divided() {
     let model = light_hip();
