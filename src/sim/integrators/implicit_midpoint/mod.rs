@@ -14,7 +14,7 @@
 //! | `joint` | momenta of one joint along its own motion |
 //! | `point` | momentum and force at the middle of a step, and the step with them |
 //! | `newton` | the velocity ξ, over plain numbers |
-//! | `parts` | division of a step that is too long |
+//! | `parts`, `part` | division of a step that is too long, and one of its parts |
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
 //! | `weights` | weights of what a step goes through |
@@ -26,6 +26,7 @@
 mod joint;
 mod newton;
 mod numbers;
+mod part;
 mod parts;
 mod point;
 mod pullback;
@@ -39,8 +40,9 @@ use crate::cone::Status;
 use crate::scalar::{Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use newton::{Newton, Search};
-use parts::{Part, divided, each};
+use newton::Newton;
+use part::Part;
+use parts::{Search, divided, each};
 use point::Midpoint;
 pub(super) use pullback::Adjoint;
 pub(super) use pushforward::Columns;

@@ -6,7 +6,7 @@
 
 use std::any::Any;
 
-use super::parts::{divided, each, is_even};
+use super::parts::{Search, TURN, divided, each, is_even};
 use super::point::Midpoint;
 use super::slopes::MidpointSlopes;
 use crate::cone::Status;
@@ -24,34 +24,8 @@ const ACCEPTABLE: f64 = 1e-9;
 const CONTRACTION: f64 = 0.1;
 /// By how much one must be smaller where the step is not too long.
 const DIRECT: f64 = 0.02;
-/// Change of the turn in a step, rad or m, up to which that does not matter.
-pub(super) const TURN: f64 = 0.003;
 /// Most changes of ξ.
 const ITERATIONS: usize = 40;
-
-/// What the search for a step came to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Search {
-    pub(super) status: Status,
-    /// Whether the first guess led straight to the solution, which is then the one that continues the motion.
-    pub(super) is_direct: bool,
-}
-
-impl Search {
-    fn found(is_direct: bool) -> Self {
-        Self {
-            status: Status::Converged,
-            is_direct,
-        }
-    }
-
-    fn failed(status: Status) -> Self {
-        Self {
-            status,
-            is_direct: false,
-        }
-    }
-}
 
 /// Working memory, with what was found.
 #[derive(Clone, Debug)]
