@@ -100,7 +100,7 @@ class Equilibrium:
     >>> import dualbody as db
     >>> sim = db.Simulator(db.samples.cartpole(), actuated=["linear"])
     >>> rest = db.control.Equilibrium.find(sim, [0.0, 0.1])
-    >>> abs(rest.q[1]) < 1e-6
+    >>> bool(abs(rest.q[1]) < 1e-6)
     True
     """
 
