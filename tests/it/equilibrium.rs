@@ -1,38 +1,16 @@
 //! Equilibria with contact, and regulators about them.
 
-use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, RelaxedRigid, SoftContact, Terrain};
 use dualbody::control::{Equilibrium, EquilibriumLqr, EquilibriumStatus};
 use dualbody::model::samples;
-use dualbody::sim::Actuation;
-use dualbody::{Integrator, Model, Simulator, State};
+use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
-const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-
-fn quadruped(law: impl Fn(f64) -> ContactLaw, terrain: Terrain) -> Simulator {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
-    let model = Model::from_urdf_file(path).unwrap();
-    let contacts = Contacts::new(&model, terrain, law(model.total_mass()));
-    let contacts = contacts.with_links(&model, &FEET).unwrap();
-    let actuation = Actuation::from_model(&model);
-    Simulator::new(model)
-        .with_contacts(contacts)
-        .with_actuation(actuation)
-        .with_integrator(Integrator::ImplicitVelocity)
-        .with_time_step(2e-3)
-}
+use crate::common::asset;
+use crate::common::quadruped::{crouching, quadruped};
 
 fn soft(mass: f64) -> ContactLaw {
     ContactLaw::Soft(SoftContact::estimate(mass, 4, 2e-3))
-}
-
-fn crouching(simulator: &Simulator) -> State {
-    let mut state: State = simulator.neutral_state();
-    for leg in 0..4 {
-        state.q[7 + 3 * leg + 1] = 0.8;
-        state.q[7 + 3 * leg + 2] = -1.6;
-    }
-    state
 }
 
 fn found(simulator: &Simulator, guess: &State) -> Equilibrium {
@@ -72,7 +50,7 @@ fn left_after_a_push(simulator: &Simulator, regulator: &EquilibriumLqr) -> f64 {
 #[test]
 fn quadruped_stands_on_soft_ground_and_returns_after_a_push() {
     let simulator = quadruped(soft, Terrain::flat(0.0));
-    let at = found(&simulator, &crouching(&simulator));
+    let at = found(&simulator, &crouching(&simulator, 0.0));
     let report = simulator.contact_report(&at.state, at.input.as_slice());
     let carried: f64 = report.forces.iter().map(|f| f.z).sum();
     let weight = simulator.model().total_mass() * 9.81;
@@ -92,7 +70,7 @@ fn quadruped_stands_on_soft_ground_and_returns_after_a_push() {
 fn what_relaxed_contact_does_not_hold_is_dropped_by_name() {
     let relaxed = |_| ContactLaw::RelaxedRigid(RelaxedRigid::default());
     let simulator = quadruped(relaxed, Terrain::flat(0.0));
-    let at = found(&simulator, &crouching(&simulator));
+    let at = found(&simulator, &crouching(&simulator, 0.0));
     let regulator = regulator(&simulator, &at);
     assert!(regulator.is_stabilized());
     let dropped = &regulator.dropped;
@@ -110,7 +88,7 @@ fn what_relaxed_contact_does_not_hold_is_dropped_by_name() {
 fn quadruped_stands_on_a_slope() {
     let slope = 0.2_f64;
     let simulator = quadruped(soft, Terrain::plane([0.0; 3], [-slope, 0.0, 1.0]));
-    let mut guess = crouching(&simulator);
+    let mut guess = crouching(&simulator, 0.0);
     let (sine, cosine) = (-0.5 * slope.atan()).sin_cos();
     (guess.q[3], guess.q[5]) = (cosine, sine);
     let at = found(&simulator, &guess);
@@ -120,9 +98,8 @@ fn quadruped_stands_on_a_slope() {
 // In the air torques change nothing for the centre of mass.
 #[test]
 fn robot_in_the_air_is_not_held() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
-    let simulator = Simulator::new(Model::from_urdf_file(path).unwrap());
-    let guess = crouching(&simulator);
+    let simulator = Simulator::new(asset("quadruped.urdf"));
+    let guess = crouching(&simulator, 0.0);
     let found = Equilibrium::find(&simulator, &guess, &[0.0; 12]);
     assert_eq!(found.status, EquilibriumStatus::NotHeld);
     assert!(found.acceleration > 1.0);

@@ -2,7 +2,7 @@
 //! step.
 
 use dualbody::cone::Mode;
-use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, HuntCrossley, SoftContact, Terrain};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::{Actuation, Actuator, CoulombFriction, PositionLimits, VelocityLimit};
@@ -11,6 +11,7 @@ use dualbody::{Integrator, Simulator, State};
 use nalgebra::{Vector3, vector};
 
 use crate::common::ground::{self, differences, free};
+use crate::common::quadruped::{crouching, on_feet};
 use crate::common::{SAME_ALGEBRA, asset, random_point};
 
 /// A carriage of 2 kg on a horizontal rail, with a damper and a spring.
@@ -263,19 +264,11 @@ fn contact_far_stiffer_than_the_step_resolves_comes_to_rest_and_loses_energy() {
 fn quadruped_on_light_feet_stands_at_steps_that_are_too_long_for_others() {
     let model = asset("quadruped.urdf");
     let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 2e-3));
-    let feet = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
-        .with_links(&model, &feet)
-        .expect("feet");
+    let contacts = on_feet(&model, Terrain::flat(0.0), law);
     let simulator = Simulator::new(model)
         .with_contacts(contacts)
         .with_time_step(2e-3);
-    let mut start: State = simulator.neutral_state();
-    start.q[2] = 0.4;
-    for leg in 0..4 {
-        start.q[7 + 3 * leg + 1] = 0.8;
-        start.q[7 + 3 * leg + 2] = -1.6;
-    }
+    let start = crouching(&simulator, 0.4);
     let last = |integrator| {
         let simulator = simulator.clone().with_integrator(integrator);
         let wanted = start.q.rows(7, 12).into_owned();

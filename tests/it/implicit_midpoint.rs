@@ -85,6 +85,33 @@ fn jacobians_equal_differences_and_gradients_equal_them() {
     }
 }
 
+/// Gradients beside dual numbers, in every so many parameters, and in the time step, which comes last.
+///
+/// * `limits` – every so many, and the largest error
+fn check_parameters(
+    simulator: &Simulator,
+    state: &State,
+    u: &DVector<f64>,
+    weights: &[f64],
+    (every, tolerance): (usize, f64),
+) {
+    let gradient = simulator.vjp(state, u.as_slice(), weights);
+    let next = simulator.step(state, u.as_slice());
+    let next = State::new(&lift::<1>(&next.q), &lift(&next.v));
+    let parameters = simulator.parameters();
+    let last = parameters.len() - 1;
+    for k in (0..parameters.len()).step_by(every).chain([last]) {
+        let mut moved = lift::<1>(&parameters);
+        moved[k].eps[0] = 1.0;
+        let start = State::new(&lift(&state.q), &lift(&state.v));
+        let end = simulator.with_parameters(&moved).step(&start, &lift(u));
+        let slopes = end.deviation(simulator.model(), &next);
+        let expected: f64 = slopes.iter().zip(weights).map(|(x, w)| x.eps[0] * w).sum();
+        let error = (gradient.parameters[k] - expected).abs() / (1.0 + expected.abs());
+        assert!(error < tolerance, "parameter {k}: {error:e}");
+    }
+}
+
 #[test]
 fn gradients_in_parameters_equal_those_by_dual_numbers() {
     for seed in [0, 3] {
@@ -94,24 +121,7 @@ fn gradients_in_parameters_equal_those_by_dual_numbers() {
         let u = DVector::from_element(simulator.nu(), 0.3);
         let weights = |k: usize| ((k * 7 + 3) % 11) as f64 / 5.0 - 1.0;
         let weights: Vec<f64> = (0..simulator.n_tangent()).map(weights).collect();
-        let gradient = simulator.vjp(&state, u.as_slice(), &weights);
-        let next = simulator.step(&state, u.as_slice());
-        let next = State::new(&lift::<1>(&next.q), &lift(&next.v));
-        let parameters = simulator.parameters();
-        // Each fifth, and the time step, which comes last.
-        for k in (0..parameters.len())
-            .step_by(5)
-            .chain([parameters.len() - 1])
-        {
-            let mut moved = lift::<1>(&parameters);
-            moved[k].eps[0] = 1.0;
-            let start = State::new(&lift(&state.q), &lift(&state.v));
-            let end = simulator.with_parameters(&moved).step(&start, &lift(&u));
-            let slopes = end.deviation(simulator.model(), &next);
-            let expected: f64 = slopes.iter().zip(&weights).map(|(x, w)| x.eps[0] * w).sum();
-            let error = (gradient.parameters[k] - expected).abs() / (1.0 + expected.abs());
-            assert!(error < 1e-9, "seed {seed}, parameter {k}: {error:e}");
-        }
+        check_parameters(&simulator, &state, &u, &weights, (5, 1e-9));
     }
 }
 
@@ -256,26 +266,7 @@ fn derivatives_go_through_the_parts_of_a_step() {
     let error = (&expected - &gradient.input).amax() / expected.amax();
     assert!(error < 1e-10, "input: {error:e}");
 
-    let next = simulator.step(&state, u.as_slice());
-    let next = State::new(&lift::<1>(&next.q), &lift(&next.v));
-    let parameters = simulator.parameters();
-    for k in (0..parameters.len())
-        .step_by(4)
-        .chain([parameters.len() - 1])
-    {
-        let mut moved = lift::<1>(&parameters);
-        moved[k].eps[0] = 1.0;
-        let start = State::new(&lift(&state.q), &lift(&state.v));
-        let end = simulator.with_parameters(&moved).step(&start, &lift(&u));
-        let slopes = end.deviation(simulator.model(), &next);
-        let expected: f64 = slopes
-            .iter()
-            .zip(weights.iter())
-            .map(|(x, w)| x.eps[0] * w)
-            .sum();
-        let error = (gradient.parameters[k] - expected).abs() / (1.0 + expected.abs());
-        assert!(error < 1e-8, "parameter {k}: {error:e}");
-    }
+    check_parameters(&simulator, &state, &u, weights.as_slice(), (4, 1e-8));
 }
 
 /// One lane of two is divided.

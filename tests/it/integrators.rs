@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use dualbody::constraint::{Anchor, Constraint};
-use dualbody::contact::{ContactLaw, Contacts, Terrain};
+use dualbody::contact::{ContactLaw, Terrain};
 use dualbody::dynamics::{bias_forces, mass_matrix};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
@@ -15,6 +15,7 @@ use nalgebra::{DVector, Vector3, vector};
 
 use crate::common::everything::INTEGRATORS;
 use crate::common::ground::{energy, square_root_law};
+use crate::common::quadruped::{crouching, on_feet};
 use crate::common::{asset, generator};
 use crate::constraints::slider_crank;
 
@@ -364,17 +365,10 @@ fn documented() -> [Documented; 4] {
     let arm_start = State::random(&arm, &mut generator(3), 1.0);
     let quadruped = asset("quadruped.urdf");
     let law = ContactLaw::Soft(square_root_law(quadruped.total_mass(), 4, 5e-3));
-    let feet = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-    let contacts = Contacts::new(&quadruped, Terrain::flat(0.0), law);
-    let contacts = contacts.with_links(&quadruped, &feet).expect("feet");
+    let contacts = on_feet(&quadruped, Terrain::flat(0.0), law);
     let quadruped = (6..18).fold(quadruped, |robot, k| robot.with_damping(k, 0.5));
     let quadruped = Simulator::new(quadruped).with_contacts(contacts);
-    let mut stand: State = quadruped.neutral_state();
-    stand.q[2] = 0.33;
-    for leg in 0..4 {
-        stand.q[7 + 3 * leg + 1] = 0.8;
-        stand.q[7 + 3 * leg + 2] = -1.6;
-    }
+    let stand = crouching(&quadruped, 0.33);
     let crank = slider_crank();
     let turning = State::new(&[0.7, -0.9, 0.35], &[10.0, -10.0, 0.0]);
     let turning = crank.assemble(&turning).expect("in reach").state;

@@ -1,14 +1,15 @@
 //! Derivatives of rigid contact at rest, where the law has a kink, and a regulator that stands on them.
 
 use dualbody::autodiff::Dual;
-use dualbody::contact::{ContactLaw, Contacts, Rigid, Terrain};
+use dualbody::contact::{ContactLaw, Rigid, Terrain};
 use dualbody::control::Lqr;
 use dualbody::sim::{ContactReason, RolloutStatus};
 use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::asset;
-use crate::common::ground::{actuated, differences, free, on};
+use crate::common::ground::{differences, free, on};
+use crate::common::quadruped::{FEET, crouching, quadruped};
 
 const DT: f64 = 2e-3;
 /// Time constant of `Rigid::default()`, s.
@@ -92,26 +93,9 @@ fn dual_step_of_a_resting_box_has_the_slopes_of_the_jacobian() {
     }
 }
 
-const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-
-/// The quadruped of the example `quadruped_stand` on rigid ground.
-fn quadruped() -> Simulator {
-    let model = asset("quadruped.urdf");
-    let law = ContactLaw::Rigid(Rigid::default());
-    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
-        .with_links(&model, &FEET)
-        .expect("feet");
-    actuated(model, contacts)
-}
-
 /// The pose in which springs and dampers at the joints bring it to rest, and their torques there.
 fn caught(simulator: &Simulator) -> (State, DVector<f64>) {
-    let mut start: State = simulator.neutral_state();
-    start.q[2] = 0.4;
-    for leg in 0..4 {
-        start.q[7 + 3 * leg + 1] = 0.8;
-        start.q[7 + 3 * leg + 2] = -1.6;
-    }
+    let start = crouching(simulator, 0.4);
     let wanted = start.q.rows(7, 12).into_owned();
     let caught = simulator.rollout(&start, 4000, |_, state, u| {
         for k in 0..12 {
@@ -147,7 +131,7 @@ fn on_stuck_feet(simulator: &Simulator, at: &State) -> DMatrix<f64> {
 // The regulator is designed on the Jacobian at rest, each foot at its kink, and brings the simulated robot back.
 #[test]
 fn regulator_designed_at_rest_stabilizes_the_quadruped_on_rigid_ground() {
-    let simulator = quadruped();
+    let simulator = quadruped(|_| ContactLaw::Rigid(Rigid::default()), Terrain::flat(0.0));
     let (rest, held) = caught(&simulator);
     assert!(rest.v.amax() < 1e-6, "{}", rest.v.amax());
     let reasons = simulator.contact_report(&rest, held.as_slice()).reasons;

@@ -16,6 +16,7 @@ pub(crate) use law::{
 };
 pub use relaxed_rigid::{Reference, RelaxedRigid};
 pub use rigid::Rigid;
+pub(crate) use soft::STANDARD_GRAVITY;
 pub use soft::{SoftContact, SoftForce};
 
 use law::{PointLaw, bounded_friction};

@@ -297,8 +297,8 @@ impl SoftContact<f64> {
     }
 }
 
-/// m/s², for estimates.
-const STANDARD_GRAVITY: f64 = 9.806_65;
+/// m/s², for the scale of forces.
+pub(crate) const STANDARD_GRAVITY: f64 = 9.806_65;
 
 #[cfg(test)]
 mod tests {

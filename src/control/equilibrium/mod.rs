@@ -75,8 +75,8 @@ impl Equilibrium {
     /// by Levenberg and Marquardt's method on the Jacobians of the step. As a rule many poses and inputs are equilibria; one near the guess is found.
     /// Allocates.
     ///
-    /// * `guess` – pose of the start; its velocity is not used
-    /// * `u` – input of the start
+    /// * `guess` – pose of the start, with the state of contact if it has one; its velocity is not used
+    /// * `u` – input of the start; that of statics takes its place where a robot is put on the ground
     ///
     /// # Panics
     /// If state or input have the wrong length.

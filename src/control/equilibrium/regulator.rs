@@ -12,10 +12,11 @@ use crate::control::stability;
 use crate::linearize::Linearization;
 use crate::model::Model;
 use crate::sim::{Simulator, State};
+use crate::spatial::Representation;
 
 /// A linear-quadratic regulator u = u₀ − K (q ⊖ q₀, v − v₀) about an [`Equilibrium`], of that part of the state which inputs reach.
 ///
-/// Made by [`Equilibrium::lqr`]. Bristles of soft contact are no states of it: one that sticks bends as its point moves, others are straight. Directions that
+/// Made by [`Equilibrium::lqr`]. The deflections of bristles are not among its states: a bristle that sticks bends as its point moves, others are straight. Directions that
 /// no input reaches, as feet on the ground, are left out; [`dropped`](Self::dropped) says which.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquilibriumLqr {
@@ -27,11 +28,11 @@ pub struct EquilibriumLqr {
     pub lqr: Lqr,
     /// Orthonormal directions of the part that is reached, 2 nv × its size.
     pub basis: DMatrix<f64>,
-    /// What was dropped.
+    /// Directions and bristles that are not regulated.
     pub dropped: Dropped,
 }
 
-/// What a regulator does not contain, as no input reaches it.
+/// Parts of the state that a regulator leaves out, as no input reaches them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dropped {
     /// Points of contact whose bristles follow the motion, by number.
@@ -54,7 +55,7 @@ impl Equilibrium {
     /// Contact is that of the equilibrium: a point that lifts off or slips is not foreseen.
     ///
     /// # Panics
-    /// If the simulator is that of another robot, or the shapes of Q and R do not fit.
+    /// If the simulator is that of another robot, the shapes of Q and R do not fit, or no input reaches anything.
     ///
     /// # References
     /// [Van Dooren 1981] for what is reached.
@@ -66,6 +67,7 @@ impl Equilibrium {
         let Linearization { a, b } = step;
         let (a, b) = (a.rows(0, n) * follow, b.rows(0, n).into_owned());
         let basis = reachable_basis(&a, &b);
+        assert!(!basis.is_empty(), "no input reaches any part of the state");
         let outside = complement(&basis);
         let alone = outside.tr_mul(&a) * &outside;
         let reduced = |m: &DMatrix<f64>| basis.tr_mul(m) * &basis;
@@ -115,11 +117,12 @@ fn followers(simulator: &Simulator, at: &State) -> (Vec<usize>, DMatrix<f64>) {
     };
     let q = at.q.as_slice();
     let points = contacts.states(model, q, at.v.as_slice());
+    let jacobians = contacts.frame_jacobians(model, q, Representation::Mixed);
     let touching = |k: &usize| points[*k].depth > 0.0;
     let bristles: Vec<usize> = (0..points.len()).filter(touching).collect();
     for &k in &bristles {
-        let (jacobian, normal) = (contacts.jacobian(model, q, k), points[k].normal);
-        let across = &jacobian - normal * (normal.transpose() * &jacobian);
+        let (jacobian, normal) = (jacobians[k].rows(0, 3), points[k].normal);
+        let across = jacobian - normal * (normal.transpose() * jacobian);
         out.view_mut((2 * nv + 3 * k, 0), (3, nv))
             .copy_from(&across);
     }

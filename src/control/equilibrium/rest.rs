@@ -2,17 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::contact::STANDARD_GRAVITY;
 use crate::dynamics::mass_matrix;
 use crate::least_squares::Residuals;
 use crate::linearize::{Linearization, LinearizeScratch};
 use crate::sim::{Simulator, State, StepScratch};
 
-/// What a way of a metre or a radian weighs beside an acceleration of g.
+/// Weight of a displacement of 1 m or 1 rad beside an acceleration of g.
 const PULL: f64 = 1e-3;
-/// Arm at which the weight makes the torque that counts as a way of one, m.
+/// Lever arm, m: a torque of the robot's weight at it counts as much as a displacement of 1 rad.
 const ARM: f64 = 0.1;
-/// m/s², for the scale of forces; of a robot without gravity too.
-const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Residuals √Mᵢᵢ v̇ᵢ of a robot that shall rest, √m times the acceleration at which bristles slip, and, weakly, how far the variables (u, m, q) are
 /// from those that a round began with: there are more variables than accelerations.
@@ -20,11 +19,11 @@ pub(super) struct Rest<'a> {
     simulator: &'a Simulator,
     /// √Mᵢᵢ of each coordinate, then √m of each number of contact.
     pub(super) scale: Vec<f64>,
-    /// √m g, for what counts as a small residual.
+    /// √m g: residuals are small beside it. Standard gravity, so that robots without gravity have a scale too.
     pub(super) weight: f64,
     /// Variables that a round began with.
     pub(super) from: Vec<f64>,
-    /// Weight on the way from there: of an input, and of a number of a pose or of contact.
+    /// Weights of the distance from there: of inputs, and of poses and bristles.
     pull: [f64; 2],
     pub(super) state: State,
     pub(super) input: DVector<f64>,
@@ -81,7 +80,7 @@ impl<'a> Rest<'a> {
         ]
     }
 
-    /// Weight on the way of a direction.
+    /// Weight of the distance along a direction.
     fn pull(&self, direction: usize) -> f64 {
         self.pull[usize::from(direction >= self.input.len())]
     }
@@ -128,12 +127,7 @@ impl Residuals for Rest<'_> {
         self.move_to(x);
         let (simulator, input) = (self.simulator, self.input.as_slice());
         simulator.linearize_into(&self.state, input, &mut self.linearize, &mut self.jacobian);
-        let (nv, nu, dt) = (
-            simulator.model().nv(),
-            simulator.nu(),
-            simulator.time_step(),
-        );
-        let nm = simulator.n_contact();
+        let ([nu, nm, nv], dt) = (self.sizes(), simulator.time_step());
         let Linearization { a, b } = &self.jacobian;
         for (row, scale) in self.scale.iter().enumerate() {
             let factor = if row < nv {

@@ -6,6 +6,7 @@ use crate::contact::{ContactLaw, Contacts, PointState};
 use crate::dynamics::gravity_forces;
 use crate::model::Model;
 use crate::sim::{Simulator, State};
+use crate::spatial::Representation;
 
 /// Distance from the ground up to which a point of a robot that has been put down is taken to carry it, m.
 const NEAR: f64 = 1e-2;
@@ -15,10 +16,20 @@ const TOUCHING: f64 = 1e-6;
 const MOVES: usize = 8;
 /// Singular values that count as zero, beside the largest.
 const SINGULAR: f64 = 1e-9;
-/// What a force along the normal may be beside a torque, N per N·m, as it costs nothing.
+/// Size of a force along the normal that counts as much as a torque of 1 N·m, N: large, as the ground gives it for nothing.
 const NORMAL: f64 = 10.0;
-/// What friction may be beside a torque, N per N·m: what need not be is not.
+/// Size of friction that counts as much as a torque of 1 N·m, N: small, so that there is no friction without need.
 const TANGENT: f64 = 0.3;
+
+/// Load of a point of contact by statics.
+struct Load {
+    /// Number of the point.
+    point: usize,
+    /// Force along the normal, N; a negative one pulls.
+    normal: f64,
+    /// Friction in the world, N.
+    friction: Vector3<f64>,
+}
 
 /// Puts a floating robot on the ground, with the input and the deflections of bristles that would hold it if it were rigid; others stay as they are.
 pub(super) fn begin(simulator: &Simulator, state: &mut State, u: &mut DVector<f64>) {
@@ -29,51 +40,16 @@ pub(super) fn begin(simulator: &Simulator, state: &mut State, u: &mut DVector<f6
     if !state.is_finite() || !put_down(model, contacts, state) {
         return;
     }
-    let mut carrying = carrying(model, contacts, state);
-    let forces = loop {
-        let (input, forces) = statics(simulator, contacts, state, &carrying);
-        let pulled = forces.iter().position(|(_, along)| *along < 0.0);
-        match pulled {
-            Some(k) if carrying.len() > 1 => drop(carrying.remove(k)),
-            _ => {
-                u.copy_from(&input);
-                break forces;
-            }
-        }
-    };
-    let laws = contacts.laws();
-    let depths = carrying
-        .iter()
-        .zip(&forces)
-        .map(|(&k, &(_, along))| depth_under(&laws[k], along));
-    sink(
-        model,
-        contacts,
-        state,
-        &carrying,
-        &depths.collect::<Vec<_>>(),
-    );
-    if simulator.n_contact() == 0 {
-        return;
-    }
-    for (&k, (force, along)) in carrying.iter().zip(&forces) {
-        let ContactLaw::Soft(soft) = &laws[k] else {
-            continue;
-        };
-        let depth = depth_under(&laws[k], *along);
-        let spring = soft.normal.force(depth, 0.0) / depth;
-        let normal = states(model, contacts, state)[k].normal;
-        let across = force - normal * normal.dot(force);
-        let bent = if spring > 0.0 {
-            -across / spring
-        } else {
-            Vector3::zeros()
-        };
-        state.contact.fixed_rows_mut::<3>(3 * k).copy_from(&bent);
+    let loads;
+    (*u, loads) = carried(simulator, contacts, state);
+    sink(model, contacts, state, &loads);
+    if simulator.n_contact() > 0 {
+        bend(contacts, &loads, state);
     }
 }
 
-fn states(model: &Model, contacts: &Contacts, state: &State) -> Vec<PointState<f64>> {
+/// Points at rest.
+fn points(model: &Model, contacts: &Contacts, state: &State) -> Vec<PointState<f64>> {
     contacts.states(model, state.q.as_slice(), &vec![0.0; model.nv()])
 }
 
@@ -82,12 +58,11 @@ fn put_down(model: &Model, contacts: &Contacts, state: &mut State) -> bool {
     let Some(down) = model.gravity().try_normalize(0.0) else {
         return false;
     };
-    let ways = states(model, contacts, state)
-        .into_iter()
-        .filter_map(|point| {
-            let rate = -point.normal.dot(&down);
-            (rate > 0.0).then_some(-point.depth / rate)
-        });
+    let ways = points(model, contacts, state);
+    let ways = ways.iter().filter_map(|point| {
+        let rate = -point.normal.dot(&down);
+        (rate > 0.0).then_some(-point.depth / rate)
+    });
     let Some(way) = ways.reduce(f64::min).filter(|way| way.is_finite()) else {
         return false;
     };
@@ -97,41 +72,52 @@ fn put_down(model: &Model, contacts: &Contacts, state: &mut State) -> bool {
     true
 }
 
-fn carrying(model: &Model, contacts: &Contacts, state: &State) -> Vec<usize> {
-    let points = states(model, contacts, state).into_iter().enumerate();
-    points
-        .filter(|(_, point)| point.depth > -NEAR)
-        .map(|(k, _)| k)
-        .collect()
+/// Input and loads that balance gravity, of points near the ground, without those that would have to pull.
+fn carried(simulator: &Simulator, contacts: &Contacts, state: &State) -> (DVector<f64>, Vec<Load>) {
+    let (model, q) = (simulator.model(), state.q.as_slice());
+    let points = points(model, contacts, state);
+    let jacobians = contacts.frame_jacobians(model, q, Representation::Mixed);
+    let near = |k: &usize| points[*k].depth > -NEAR;
+    let mut carrying: Vec<_> = (0..points.len()).filter(near).collect();
+    loop {
+        let all = carrying.iter();
+        let all: Vec<_> = all.map(|&k| (k, &points[k], &jacobians[k])).collect();
+        let (input, loads) = statics(simulator, q, &all);
+        match loads.iter().position(|load| load.normal < 0.0) {
+            Some(k) if loads.len() > 1 => drop(carrying.remove(k)),
+            _ => return (input, loads),
+        }
+    }
 }
 
-/// Input and forces of points, in the world and along the normal, that balance gravity: the least of them, weighted.
+/// Input and loads of points that balance gravity: the least of them, weighted.
+///
+/// * `carrying` – number, state and Jacobian of each point
 fn statics(
     simulator: &Simulator,
-    contacts: &Contacts,
-    state: &State,
-    carrying: &[usize],
-) -> (DVector<f64>, Vec<(Vector3<f64>, f64)>) {
-    let (model, q) = (simulator.model(), state.q.as_slice());
-    let (nu, points) = (simulator.nu(), states(model, contacts, state));
+    q: &[f64],
+    carrying: &[(usize, &PointState<f64>, &DMatrix<f64>)],
+) -> (DVector<f64>, Vec<Load>) {
+    let (model, nu) = (simulator.model(), simulator.nu());
     let mut columns = DMatrix::zeros(model.nv(), nu + 3 * carrying.len());
     for (k, &coordinate) in simulator.actuated().iter().enumerate() {
         columns[(coordinate, k)] = 1.0;
     }
-    let frames: Vec<_> = carrying
-        .iter()
-        .map(|&k| Matrix3::from_columns(&points[k].axes()) * scale())
-        .collect();
-    for (i, (&k, frame)) in carrying.iter().zip(&frames).enumerate() {
-        let force = contacts.jacobian(model, q, k).tr_mul(frame);
+    let frame = |point: &PointState<f64>| Matrix3::from_columns(&point.axes()) * scale();
+    for (i, (_, point, jacobian)) in carrying.iter().enumerate() {
+        let force = jacobian.rows(0, 3).tr_mul(&frame(point));
         columns.columns_mut(nu + 3 * i, 3).copy_from(&force);
     }
     let least = least_norm(columns, &gravity_forces(model, q));
-    let forces = frames.iter().enumerate().map(|(i, frame)| {
-        let y = least.fixed_rows::<3>(nu + 3 * i);
-        (frame * y, NORMAL * y[0])
+    let loads = carrying.iter().enumerate().map(|(i, &(k, point, _))| {
+        let [y_n, y_1, y_2] = [0, 1, 2].map(|axis| least[nu + 3 * i + axis]);
+        Load {
+            point: k,
+            normal: NORMAL * y_n,
+            friction: frame(point) * Vector3::new(0.0, y_1, y_2),
+        }
     });
-    (least.rows(0, nu).into_owned(), forces.collect())
+    (least.rows(0, nu).into_owned(), loads.collect())
 }
 
 /// Of forces along normal, tangent, tangent.
@@ -150,34 +136,48 @@ fn least_norm(a: DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     solved.unwrap_or_else(|| DVector::zeros(n))
 }
 
-/// Depth at which a law gives a force along the normal at rest, m.
-fn depth_under(law: &ContactLaw, force: f64) -> f64 {
-    match law {
+/// Depth at which the law of a point gives its load, m.
+fn depth_under(contacts: &Contacts, load: &Load) -> f64 {
+    match &contacts.laws()[load.point] {
         ContactLaw::Soft(soft) if soft.normal.stiffness > 0.0 => {
             let order = 1.0 + soft.normal.stiffness_exponent;
-            (force.max(0.0) / soft.normal.stiffness)
-                .powf(1.0 / order)
-                .max(TOUCHING)
+            let ratio = load.normal.max(0.0) / soft.normal.stiffness;
+            ratio.powf(1.0 / order).max(TOUCHING)
         }
         _ => TOUCHING,
     }
 }
 
-/// Moves joints and base, by as little as can be, until points are at depths.
-fn sink(model: &Model, contacts: &Contacts, state: &mut State, carrying: &[usize], depths: &[f64]) {
+/// Moves joints and base, by as little as can be, until points are at the depths of their loads.
+fn sink(model: &Model, contacts: &Contacts, state: &mut State, loads: &[Load]) {
     for _ in 0..MOVES {
-        let points = states(model, contacts, state);
-        let mut rates = DMatrix::zeros(carrying.len(), model.nv());
-        for (i, &k) in carrying.iter().enumerate() {
-            let jacobian = contacts.jacobian(model, state.q.as_slice(), k);
-            rates.set_row(i, &-(points[k].normal.transpose() * jacobian));
+        let points = points(model, contacts, state);
+        let q = state.q.as_slice();
+        let jacobians = contacts.frame_jacobians(model, q, Representation::Mixed);
+        let mut rates = DMatrix::zeros(loads.len(), model.nv());
+        let mut missing = DVector::zeros(loads.len());
+        for (i, load) in loads.iter().enumerate() {
+            let (point, jacobian) = (&points[load.point], &jacobians[load.point]);
+            let rate = -(point.normal.transpose() * jacobian.rows(0, 3));
+            rates.set_row(i, &rate);
+            missing[i] = depth_under(contacts, load) - point.depth;
         }
-        let missing = carrying
-            .iter()
-            .zip(depths)
-            .map(|(&k, depth)| depth - points[k].depth);
-        let missing = DVector::from_iterator(carrying.len(), missing);
         let dq = least_norm(rates, &missing);
-        state.q = model.integrate(state.q.as_slice(), dq.as_slice());
+        state.q = model.integrate(q, dq.as_slice());
+    }
+}
+
+/// Bends the bristles of soft contact such that their springs give the friction of the loads.
+fn bend(contacts: &Contacts, loads: &[Load], state: &mut State) {
+    for load in loads {
+        let ContactLaw::Soft(soft) = &contacts.laws()[load.point] else {
+            continue;
+        };
+        let depth = depth_under(contacts, load);
+        let spring = soft.normal.force(depth, 0.0) / depth;
+        if spring > 0.0 {
+            let mut bristle = state.contact.fixed_rows_mut::<3>(3 * load.point);
+            bristle.copy_from(&(-load.friction / spring));
+        }
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod everything;
 pub(crate) mod ground;
 pub(crate) mod problems;
+pub(crate) mod quadruped;
 
 use std::path::Path;
 
