@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::stance::near_the_ground;
 use crate::contact::STANDARD_GRAVITY;
 use crate::dynamics::mass_matrix;
 use crate::least_squares::Residuals;
@@ -17,7 +18,9 @@ const ARM: f64 = 0.1;
 /// from those that a round began with: there are more variables than accelerations.
 pub(super) struct Rest<'a> {
     simulator: &'a Simulator,
-    /// √Mᵢᵢ of each coordinate, then √m of each number of contact.
+    /// Numbers of contact that are variables: bristles of points near the ground. The others are straight, and stay so.
+    bristles: Vec<usize>,
+    /// √Mᵢᵢ of each coordinate, then √m of each of these numbers.
     pub(super) scale: Vec<f64>,
     /// √m g: residuals are small beside it. Standard gravity, so that robots without gravity have a scale too.
     pub(super) weight: f64,
@@ -34,21 +37,26 @@ pub(super) struct Rest<'a> {
 }
 
 impl<'a> Rest<'a> {
-    pub(super) fn new(simulator: &'a Simulator, state: State, input: DVector<f64>) -> Self {
+    pub(super) fn new(simulator: &'a Simulator, mut state: State, input: DVector<f64>) -> Self {
         let model = simulator.model();
         let inertia = mass_matrix(model, state.q.as_slice()).diagonal();
         let mass = model.total_mass();
-        let bristles = std::iter::repeat_n(&mass, simulator.n_contact());
+        let bristles = bristles_near_the_ground(simulator, &state);
+        let bent = bristles.iter().map(|&k| state.contact[k]);
+        let from = input
+            .iter()
+            .copied()
+            .chain(bent)
+            .chain(state.q.iter().copied());
+        let from = from.collect();
+        state.contact.fill(0.0);
+        let masses = std::iter::repeat_n(&mass, bristles.len());
         Self {
             simulator,
-            scale: inertia.iter().chain(bristles).map(|x| x.sqrt()).collect(),
+            scale: inertia.iter().chain(masses).map(|x| x.sqrt()).collect(),
             weight: mass.sqrt() * STANDARD_GRAVITY,
-            from: input
-                .iter()
-                .chain(&state.contact)
-                .chain(&state.q)
-                .copied()
-                .collect(),
+            from,
+            bristles,
             pull: [
                 PULL / mass.sqrt() / ARM,
                 PULL * mass.sqrt() * STANDARD_GRAVITY,
@@ -64,20 +72,18 @@ impl<'a> Rest<'a> {
 
     pub(super) fn move_to(&mut self, x: &[f64]) {
         let (u, rest) = x.split_at(self.input.len());
-        let (m, q) = rest.split_at(self.state.contact.len());
+        let (m, q) = rest.split_at(self.bristles.len());
         self.input.copy_from_slice(u);
-        self.state.contact.copy_from_slice(m);
+        for (&k, m) in self.bristles.iter().zip(m) {
+            self.state.contact[k] = *m;
+        }
         self.state.q.copy_from_slice(q);
     }
 
-    /// Number of inputs, numbers of contact, and directions of the pose.
+    /// Number of inputs, of bristles' numbers, and of directions of the pose.
     fn sizes(&self) -> [usize; 3] {
-        let simulator = self.simulator;
-        [
-            simulator.nu(),
-            simulator.n_contact(),
-            simulator.model().nv(),
-        ]
+        let nv = self.simulator.model().nv();
+        [self.input.len(), self.bristles.len(), nv]
     }
 
     /// Weight of the distance along a direction.
@@ -106,8 +112,11 @@ impl Residuals for Rest<'_> {
         self.move_to(x);
         self.take_step();
         let dt = self.simulator.time_step();
-        let bristles = self.next.contact.iter().zip(&self.state.contact);
-        let slips = bristles.map(|(next, now)| (next - now) / (dt * dt));
+        let (next, now) = (&self.next.contact, &self.state.contact);
+        let slips = self
+            .bristles
+            .iter()
+            .map(|&k| (next[k] - now[k]) / (dt * dt));
         let accelerations = self.next.v.iter().map(|v| v / dt).chain(slips);
         let (out, way) = out.split_at_mut(self.scale.len());
         for ((out, a), scale) in out.iter_mut().zip(accelerations).zip(&self.scale) {
@@ -130,18 +139,18 @@ impl Residuals for Rest<'_> {
         let ([nu, nm, nv], dt) = (self.sizes(), simulator.time_step());
         let Linearization { a, b } = &self.jacobian;
         for (row, scale) in self.scale.iter().enumerate() {
-            let factor = if row < nv {
-                scale / dt
-            } else {
-                scale / (dt * dt)
+            let bristle = row.checked_sub(nv).map(|k| 2 * nv + self.bristles[k]);
+            let (from, factor) = match bristle {
+                Some(from) => (from, scale / (dt * dt)),
+                None => (nv + row, scale / dt),
             };
             let mut put = |column, slope: f64| out[(row, column)] = factor * slope;
-            (0..nu).for_each(|k| put(k, b[(nv + row, k)]));
-            for k in 0..nm {
-                let own = if row == nv + k { 1.0 } else { 0.0 };
-                put(nu + k, a[(nv + row, 2 * nv + k)] - own);
+            (0..nu).for_each(|k| put(k, b[(from, k)]));
+            for (k, column) in self.bristles.iter().map(|k| 2 * nv + k).enumerate() {
+                let own = if from == column { 1.0 } else { 0.0 };
+                put(nu + k, a[(from, column)] - own);
             }
-            (0..nv).for_each(|k| put(nu + nm + k, a[(nv + row, k)]));
+            (0..nv).for_each(|k| put(nu + nm + k, a[(from, k)]));
         }
         // That of a turn only next to where it began, which is where the rounds end.
         let mut way = out.rows_mut(self.scale.len(), nu + nm + nv);
@@ -162,4 +171,12 @@ impl Residuals for Rest<'_> {
         }
         model.integrate_into(&x[plain..], &d[plain..], &mut out[plain..]);
     }
+}
+
+/// The numbers of contact of points near the ground; none without bristles.
+fn bristles_near_the_ground(simulator: &Simulator, state: &State) -> Vec<usize> {
+    let contacts = simulator.contacts().filter(|_| simulator.n_contact() > 0);
+    let near = contacts.map(|contacts| near_the_ground(simulator.model(), contacts, state));
+    let near = near.unwrap_or_default().into_iter();
+    near.flat_map(|point| 3 * point..3 * point + 3).collect()
 }

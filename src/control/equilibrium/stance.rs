@@ -53,6 +53,13 @@ fn points(model: &Model, contacts: &Contacts, state: &State) -> Vec<PointState<f
     contacts.states(model, state.q.as_slice(), &vec![0.0; model.nv()])
 }
 
+/// Numbers of the points that are near the ground or in it.
+pub(super) fn near_the_ground(model: &Model, contacts: &Contacts, state: &State) -> Vec<usize> {
+    let points = points(model, contacts, state);
+    let near = |k: &usize| points[*k].depth > -NEAR;
+    (0..points.len()).filter(near).collect()
+}
+
 /// Moves the robot along gravity until its first point touches; `false` if none ever does.
 fn put_down(model: &Model, contacts: &Contacts, state: &mut State) -> bool {
     let Some(down) = model.gravity().try_normalize(0.0) else {
@@ -77,8 +84,7 @@ fn carried(simulator: &Simulator, contacts: &Contacts, state: &State) -> (DVecto
     let (model, q) = (simulator.model(), state.q.as_slice());
     let points = points(model, contacts, state);
     let jacobians = contacts.frame_jacobians(model, q, Representation::Mixed);
-    let near = |k: &usize| points[*k].depth > -NEAR;
-    let mut carrying: Vec<_> = (0..points.len()).filter(near).collect();
+    let mut carrying = near_the_ground(model, contacts, state);
     loop {
         let all = carrying.iter();
         let all: Vec<_> = all.map(|&k| (k, &points[k], &jacobians[k])).collect();
