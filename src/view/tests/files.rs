@@ -86,6 +86,7 @@ fn inputs_of_a_table_have_the_names_of_what_they_act_on_and_read_back() {
     assert_eq!(bits(&through_csv(&recording)), bits(&recording));
 }
 
+#[cfg(feature = "plot")]
 #[test]
 fn inputs_are_plotted_by_name_and_by_number() {
     let simulator = Simulator::new(samples::cartpole());
