@@ -165,6 +165,11 @@ impl<P: Scalar> Constraint<P> {
         self.largest_force
     }
 
+    /// Whether it need not be closed: a spring, or of bounded force.
+    pub(crate) fn gives_way(&self) -> bool {
+        self.largest_force.is_some() || matches!(self.hold, Hold::Spring { .. })
+    }
+
     /// Number of blocks of its rows: one, or with bounded forces one for each row.
     pub(crate) fn blocks(&self) -> usize {
         self.largest_force.map_or(1, |_| self.rows())

@@ -233,16 +233,17 @@ impl<P: Scalar> Simulator<P> {
     }
 
     fn check_integrator(&self) {
+        let refused = match &self.contacts {
+            _ if self.integrator != Integrator::ImplicitMidpoint => None,
+            Some(_) => Some("contacts"),
+            None => (self.constraints.iter().any(Constraint::gives_way))
+                .then_some("constraints that are springs or have a largest force"),
+        };
         assert!(
-            self.integrator != Integrator::ImplicitMidpoint
-                || (self.contacts.is_none() && self.constraints.is_empty()),
+            refused.is_none(),
             "\"{}\" has {}, which the implicit midpoint rule does not simulate: take another integrator",
             self.model.name(),
-            if self.contacts.is_some() {
-                "contacts"
-            } else {
-                "constraints"
-            },
+            refused.unwrap_or_default(),
         );
         let law = self.contacts.as_ref().and_then(Contacts::acting_over_step);
         let law = law.filter(|_| self.integrator == Integrator::RungeKutta4);
@@ -393,7 +394,7 @@ impl<P: Scalar> Simulator<P> {
         .with_resistance_found()
     }
 
-    /// The simulator in the values of its numbers in a lane, without contacts and constraints.
+    /// The simulator in the values of its numbers in a lane, without contacts.
     pub(super) fn values(&self, lane: usize) -> Simulator {
         let value = &mut |x: P| x.value(lane);
         Simulator {
@@ -404,7 +405,7 @@ impl<P: Scalar> Simulator<P> {
             actuated: self.actuated.clone(),
             actuation: self.actuation.as_ref().map(|own| own.map_numbers(value)),
             contacts: None,
-            constraints: Vec::new(),
+            constraints: (self.constraints.iter().map(|c| c.map_numbers(value))).collect(),
             frames: self.frames.map_numbers(value),
             resists: self.resists,
         }

@@ -12,6 +12,7 @@ use dualbody::{Integrator, Lanes, Model, Simulator, State};
 use nalgebra::{DVector, Vector3};
 
 use crate::common::{asset, generator};
+use crate::constraints::{four_bar, slider_crank, tangled};
 
 fn midpoint(model: Model, dt: f64) -> Simulator {
     Simulator::new(model)
@@ -288,6 +289,109 @@ fn lanes_are_divided_one_by_one() {
             assert_eq!(next.v[k].0[lane], expected.v[k]);
         }
     }
+}
+
+/// The slider-crank without gravity, closed, with its crank at 15 rad/s.
+fn turning_crank() -> (Simulator, State) {
+    let crank = slider_crank().with_integrator(Integrator::ImplicitMidpoint);
+    let weightless = crank.model().clone().with_gravity(Vector3::zeros());
+    let crank = crank.with_model(weightless).expect("the same structure");
+    let start = State::new(&[0.7, -0.9, 0.35], &[33.8, -33.8, 0.0]);
+    let start = crank.assemble(&start).expect("in reach").state;
+    (crank, start)
+}
+
+#[test]
+fn loops_stay_closed_and_their_error_falls_with_the_square_of_the_step() {
+    let (crank, start) = turning_crank();
+    let fine = (crank.clone())
+        .with_integrator(Integrator::RungeKutta4)
+        .with_time_step(1e-4);
+    let exact = go(&fine, &start, 0.02, 2_000);
+    let error = |steps: usize| {
+        let simulator = crank.clone().with_time_step(0.2 / steps as f64);
+        let end = go(&simulator, &start, 0.02, steps);
+        let open = simulator.constraint_errors(&end);
+        assert!(open.iter().all(|x| x.abs() < 1e-11), "{open:?}");
+        let along: Vec<_> = end.v.iter().map(|&v| Dual::new(0.0, [v])).collect();
+        let moving = crank.model().integrate(&lift::<1>(&end.q), &along);
+        let moving = State::new(moving.as_slice(), &lift(&end.v));
+        let errors = simulator.constraint_errors(&moving);
+        let across: Vec<f64> = errors.iter().map(|x| x.eps[0]).collect();
+        assert!(across.iter().all(|x| x.abs() < 1e-11), "{across:?}");
+        end.deviation(crank.model(), &exact).amax()
+    };
+    let ratio = error(100) / error(200);
+    assert!((3.7..4.3).contains(&ratio), "{ratio}");
+}
+
+/// What is off by a centimetre, or moves across, is closed in one step, which is taken whole; a second one from there is like any other.
+#[test]
+fn open_loops_are_closed_in_one_step() {
+    let (crank, mut start) = turning_crank();
+    start.q[2] += 0.01;
+    start.v[2] += 0.3;
+    let crank = crank.with_time_step(1e-3);
+    let next = go(&crank, &start, 0.0, 1);
+    let open = crank.constraint_errors(&next);
+    assert!(open.iter().all(|x| x.abs() < 1e-10), "{open:?}");
+    let later = go(&crank, &next, 0.0, 100);
+    let [before, after] = [&next, &later].map(|x| energy(crank.model(), x));
+    assert!((before - after).abs() < 1e-3 * before, "{before} {after}");
+}
+
+/// With every kind of constraint on a floating robot, and redundant rows in a plane linkage.
+#[test]
+fn gradients_with_constraints_equal_jacobians_and_dual_numbers() {
+    let (loose, off) = tangled(Integrator::ImplicitMidpoint);
+    let closed = loose.assemble(&off).expect("in reach").state;
+    let plane = four_bar()
+        .with_integrator(Integrator::ImplicitMidpoint)
+        .with_time_step(5e-3);
+    let turning = State::new(&[0.4, 0.3, 0.2], &[3.0, 0.0, 0.0]);
+    let turning = plane.assemble(&turning).expect("in reach").state;
+    for (simulator, state) in [(&loose, &off), (&loose, &closed), (&plane, &turning)] {
+        let u = DVector::from_element(simulator.nu(), 0.3);
+        let found = simulator.linearize(state, u.as_slice());
+        let weights = |k: usize, _: usize| ((k * 7 + 3) % 11) as f64 / 5.0 - 1.0;
+        let weights = DVector::from_fn(simulator.n_tangent(), weights);
+        let gradient = simulator.vjp(state, u.as_slice(), weights.as_slice());
+        let scale = found.a.amax();
+        let error = (found.a.transpose() * &weights - &gradient.state).amax() / scale;
+        assert!(error < 1e-11, "state: {error:e}");
+        let error = (found.b.transpose() * &weights - &gradient.input).amax() / scale;
+        assert!(error < 1e-12, "input: {error:e}");
+        check_parameters(simulator, state, &u, weights.as_slice(), (3, 1e-8));
+    }
+}
+
+#[test]
+fn lanes_of_closed_loops_are_steps_one_by_one() {
+    let (crank, start) = turning_crank();
+    let crank = crank.with_time_step(1e-3);
+    let other = go(&crank, &start, 0.0, 30);
+    let pair = |x: &dyn Fn(&State) -> &DVector<f64>| -> Vec<Lanes<2>> {
+        (0..3)
+            .map(|k| Lanes([x(&start)[k], x(&other)[k]]))
+            .collect()
+    };
+    let all = State::new(&pair(&|x| &x.q), &pair(&|x| &x.v));
+    let next = crank.step(&all, &[Lanes([0.1; 2]); 3]);
+    for (lane, state) in [&start, &other].into_iter().enumerate() {
+        let expected = crank.step(state, &[0.1; 3]);
+        for k in 0..3 {
+            assert_eq!(next.q[k].0[lane], expected.q[k]);
+            assert_eq!(next.v[k].0[lane], expected.v[k]);
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "constraints that are springs or have a largest force, which the")]
+fn constraints_that_give_way_are_refused() {
+    let (crank, _) = turning_crank();
+    let soft = crank.constraints()[0].clone().with_spring(1e3, 1.0);
+    let _ = crank.with_constraints(vec![soft]);
 }
 
 #[test]

@@ -9,12 +9,14 @@
 //! | `half_step` | velocity forces of the middle of a step of Euler |
 //! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
 //! | `joint_tangents` | derivatives of the motion of one joint by itself |
+//! | `bilateral` | equations of motion with rows that forces hold |
 //! | `tree_lu` | factors of matrices that have the zeros of the tree and no symmetry |
 //! | `method` | the traits of a method |
 //! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |
 
 mod acceleration;
 mod balance;
+mod bilateral;
 mod euler;
 mod half_step;
 mod implicit_midpoint;

@@ -338,6 +338,10 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
         term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {
+        // Where nothing holds the rows they take no part.
+        if at.row_forces().is_empty() {
+            return;
+        }
         emit_time_step(at, term, out);
         turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
         self.each_held(at, |held| {

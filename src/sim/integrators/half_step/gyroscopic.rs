@@ -16,13 +16,13 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::bilateral::Bilateral;
 use super::half_step;
 use crate::dynamics::{CoriolisScratch, coriolis_matrix_into};
 use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
+use crate::sim::integrators::bilateral::Bilateral;
 use crate::sim::integrators::tree_lu::TreeLu;
 use crate::sim::moment::Moment;
 use crate::sim::placed::add_diagonal;

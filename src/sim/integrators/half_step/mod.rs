@@ -5,7 +5,6 @@
 //! ([`Acting`](crate::sim::terms::Acting)); joint limits are left out of a₀.
 
 mod ahead;
-mod bilateral;
 mod gyroscopic;
 mod pullback;
 mod pushforward;

@@ -139,6 +139,8 @@ impl<T: Scalar> HeldAdjoint<T> {
     fn hold(&mut self, gyroscopic: &Gyroscopic<T>, mu: &mut [T]) {
         add_scaled(mu, &self.by_seen, T::one());
         let bilateral = &gyroscopic.bilateral;
+        self.by_rows.clear();
+        self.by_rows.resize(bilateral.count(), T::zero());
         bilateral.solve_transposed(mu, &mut self.by_rows);
         self.by_rows.iter_mut().for_each(|x| *x = -*x);
     }

@@ -15,14 +15,20 @@
 //! | `point` | momentum and force at the middle of a step, and the step with them |
 //! | `newton` | the velocity ξ, over plain numbers |
 //! | `parts`, `part` | division of a step that is too long, and one of its parts |
+//! | `held` | constraints of start and end, with their impulses |
+//! | `saddle` | equations with constraints |
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
 //! | `weights` | weights of what a step goes through |
-//! | `numbers` | the gradient in what the robot is made of |
+//! | `held_slopes` | derivatives of what constraints add |
+//! | `numbers`, `held_numbers` | the gradient in what the robot is made of |
 //!
 //! # References
 //! [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].
 
+mod held;
+mod held_numbers;
+mod held_slopes;
 mod joint;
 mod newton;
 mod numbers;
@@ -31,6 +37,7 @@ mod parts;
 mod point;
 mod pullback;
 mod pushforward;
+mod saddle;
 mod slopes;
 mod weights;
 

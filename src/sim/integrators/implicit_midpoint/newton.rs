@@ -107,7 +107,8 @@ impl Newton {
             let mut search = self.iterate(simulator);
             (self.point).finish(simulator, &self.start, &mut self.end);
             let time = simulator.time_step() * self.point.part;
-            search.is_direct &= is_even(&self.start, &self.point.xi, &self.end, time);
+            search.is_direct &= !self.point.held.is_closed()
+                || is_even(&self.start, &self.point.xi, &self.end, time);
             self.start.copy_from(&self.end);
             search
         })
@@ -142,9 +143,9 @@ impl Newton {
         values(&mut self.u, u);
     }
 
-    /// Turns a residual over numbers that are more than their values into what ξ changes by, with the matrix of the solution.
-    pub(super) fn correct<T: Linear<f64>>(&self, residual: &mut [T]) {
-        self.slopes.solve(residual);
+    /// Turns residuals over numbers that are more than their values into what ξ and the impulses of constraints change by, with the matrix of the solution.
+    pub(super) fn correct<T: Linear<f64>>(&self, residual: &mut [T], errors: &mut [T]) {
+        self.slopes.saddle.solve(residual, errors);
     }
 
     /// [`solve`](Self::solve) from the values; for numbers that are more than these, with the matrix of the solution.
@@ -160,11 +161,14 @@ impl Newton {
         self.point.start(simulator, &self.start);
         self.evaluate(simulator);
         self.find_matrix(simulator);
+        // What closes constraints says nothing of how fast joints turn.
+        let closes = !self.point.held.is_closed();
         let time = simulator.time_step() * self.point.part;
         let (mut before, mut turn, mut is_direct) = (f64::INFINITY, 0.0, true);
         for _ in 0..ITERATIONS {
-            self.slopes.solve(&mut self.point.residual);
-            let size = largest(&self.point.residual);
+            let Midpoint { residual, held, .. } = &mut self.point;
+            self.slopes.saddle.solve(residual, &mut held.errors);
+            let size = largest(residual);
             if !size.is_finite() {
                 return Search::failed(Status::NotFinite);
             }
@@ -173,7 +177,7 @@ impl Newton {
             if is_slow && change <= ACCEPTABLE {
                 return Search::found(is_direct);
             }
-            is_direct &= turn <= TURN || change <= DIRECT * before;
+            is_direct &= closes || turn <= TURN || change <= DIRECT * before;
             self.point.move_by_residual();
             self.evaluate(simulator);
             if change <= TOLERANCE {
@@ -190,7 +194,7 @@ impl Newton {
     fn evaluate(&mut self, simulator: &Simulator) {
         let (point, found) = (&mut self.point, &mut self.found);
         point.evaluate(simulator, &self.start, &self.u, found);
-        point.find_residual(simulator);
+        point.find_residual(simulator, &self.start);
     }
 
     fn find_matrix(&mut self, simulator: &Simulator) {

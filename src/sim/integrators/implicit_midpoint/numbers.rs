@@ -3,8 +3,10 @@
 //! > αᵀ μ + βᵀ f + πᵀ M(q) v − yᵀ M(q⁺) v⁺.
 //!
 //! A momentum is inverse dynamics of the robot without weight, at rest, with its velocity for the acceleration. The force f is  τ − h  and  ∂T/∂q + c: the balance
-//! of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without weight.
+//! of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without weight. What constraints add is in
+//! `held_numbers.rs`.
 
+use super::held_numbers::HeldNumbers;
 use super::pushforward::TakenStep;
 use super::weights::Weights;
 use crate::dynamics::{EnergySlopes, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
@@ -28,6 +30,8 @@ pub(super) struct NumberSlopes<T: Scalar> {
     sweep: Sweep<T>,
     balance: BalanceAdjoint<T>,
     along: AlongForce<T>,
+    /// `None` without constraints.
+    held: Option<Box<HeldNumbers<T>>>,
     rest: Vec<T>,
     /// Weights with another sign.
     minus: Vec<T>,
@@ -47,6 +51,7 @@ impl<T: Differentiable> NumberSlopes<T> {
             sweep,
             balance: BalanceAdjoint::new(simulator),
             along: AlongForce::new(model),
+            held: (simulator.held_rows() > 0).then(|| Box::new(HeldNumbers::new(simulator))),
             rest: zeros(),
             minus: zeros(),
             unused: [zeros(), zeros(), zeros(), vec![T::zero(); simulator.nu()]],
@@ -64,11 +69,15 @@ impl<T: Differentiable> NumberSlopes<T> {
     ) {
         let middle = &taken.point().state;
         self.add_momentum(middle, &weights.residual, out);
-        self.add_momentum(at.state, &weights.p, out);
-        self.reverse(&weights.end_p);
-        let minus = std::mem::take(&mut self.minus);
-        self.add_momentum(&taken.next, &minus, out);
-        self.minus = minus;
+        if let Some(held) = &mut self.held {
+            held.add(simulator, at, taken, weights, out);
+        } else {
+            self.add_momentum(at.state, &weights.p, out);
+            self.reverse(&weights.end_p);
+            let minus = std::mem::take(&mut self.minus);
+            self.add_momentum(&taken.next, &minus, out);
+            self.minus = minus;
+        }
         let rest = std::mem::take(&mut self.rest);
         self.add_weighted(middle, [middle.v.as_slice(), &rest], &weights.force, out);
         self.rest = rest;

@@ -33,20 +33,19 @@ impl<T: Scalar> Part<T> {
         point.part = 1.0 / parts as f64;
         point.start(simulator, state);
         let mut search = self.newton.solve(simulator, state, u, point.part);
-        let values = self.newton.point.xi.iter().map(|&x| T::constant(x));
-        point.xi.iter_mut().zip(values).for_each(|(xi, x)| *xi = x);
+        point.take_values(&self.newton.point);
         point.evaluate(simulator, state, u, found);
         // Each makes one more order of derivatives exact.
         let corrections = T::ORDER.max(usize::from(is_more_than_values::<T>()));
         for _ in 0..corrections {
-            point.find_residual(simulator);
-            self.newton.correct(&mut point.residual);
+            point.find_residual(simulator, state);
+            (self.newton).correct(&mut point.residual, &mut point.held.errors);
             point.move_by_residual();
             point.evaluate(simulator, state, u, found);
         }
         point.finish(simulator, state, next);
         let time = simulator.time_step().value(0) * point.part;
-        search.is_direct &= is_even(state, &point.xi, next, time);
+        search.is_direct &= !point.held.is_closed() || is_even(state, &point.xi, next, time);
         search
     }
 }

@@ -1,10 +1,16 @@
 //! Momentum and force at the middle of a step with a velocity that is given, and the step that follows from it.
+//!
+//! Constraints add impulses to the momentum of the start, and to that of the end (`held.rs`).
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::DMatrix;
+
+use super::held::Held;
 use super::joint::{at_end, at_middle, own};
+use super::saddle::Saddle;
 use crate::dynamics::{
-    AbaScratch, RneaScratch, each_kinetic_slope, forward_dynamics_into, inverse_dynamics_into,
+    CrbaScratch, RneaScratch, each_kinetic_slope, inverse_dynamics_into, mass_matrix_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -61,7 +67,8 @@ pub(super) struct Midpoint<T: Scalar> {
     pub(super) part: f64,
     /// Velocity of the step.
     pub(super) xi: Vec<T>,
-    /// Momentum of its start.
+    /// Momentum of its start: that of the bodies, and with the impulses of constraints.
+    bodies_p: Vec<T>,
     pub(super) p: Vec<T>,
     /// Δt ξ and half of it.
     pub(super) offset: Vec<T>,
@@ -75,9 +82,15 @@ pub(super) struct Midpoint<T: Scalar> {
     pub(super) impulse: Vec<T>,
     /// By how much the momentum is not what it should be.
     pub(super) residual: Vec<T>,
+    pub(super) held: Held<T>,
+    /// Of M and the rows at the end.
+    pub(super) end: Saddle<T>,
+    /// Configuration of the end.
+    end_q: Vec<T>,
     kinetic: Kinetic<T>,
     rnea: RneaScratch<T>,
-    aba: AbaScratch<T>,
+    crba: CrbaScratch<T>,
+    mass: DMatrix<T>,
     rest: Vec<T>,
     scratch: Vec<T>,
 }
@@ -89,6 +102,7 @@ impl<T: Scalar> Midpoint<T> {
         Self {
             part: 1.0,
             xi: zeros(),
+            bodies_p: zeros(),
             p: zeros(),
             offset: zeros(),
             half_offset: zeros(),
@@ -97,9 +111,13 @@ impl<T: Scalar> Midpoint<T> {
             force: zeros(),
             impulse: zeros(),
             residual: zeros(),
+            held: Held::new(simulator),
+            end: Saddle::new(simulator),
+            end_q: vec![T::zero(); model.nq()],
             kinetic: Kinetic::new(model),
             rnea: RneaScratch::new(model),
-            aba: AbaScratch::new(model),
+            crba: CrbaScratch::new(model),
+            mass: DMatrix::zeros(model.nv(), model.nv()),
             rest: zeros(),
             scratch: zeros(),
         }
@@ -112,9 +130,30 @@ impl<T: Scalar> Midpoint<T> {
     {
         let (model, v) = (simulator.model(), state.v.as_slice());
         self.xi.copy_from_slice(v);
-        self.kinetic
-            .find(model, state.q.as_slice(), v, &mut self.p, &mut self.force);
-        add_armature(model, v, &mut self.p);
+        let (p, force) = (&mut self.bodies_p, &mut self.force);
+        self.kinetic.find(model, state.q.as_slice(), v, p, force);
+        add_armature(model, v, p);
+        self.held.find_start(simulator, state);
+        self.push();
+    }
+
+    /// Takes ξ and the impulses of the start that have been found on plain numbers.
+    pub(super) fn take_values(&mut self, found: &Midpoint<f64>) {
+        let both = [
+            (&mut self.xi, &found.xi),
+            (&mut self.held.impulses[0], &found.held.impulses[0]),
+        ];
+        for (own, values) in both {
+            let pairs = own.iter_mut().zip(values);
+            pairs.for_each(|(own, &x)| *own = T::constant(x));
+        }
+        self.push();
+    }
+
+    /// The momentum of the start with the impulses that there are.
+    fn push(&mut self) {
+        self.p.copy_from_slice(&self.bodies_p);
+        self.held.push(&mut self.p);
     }
 
     /// Momentum and force of the middle.
@@ -150,8 +189,12 @@ impl<T: Scalar> Midpoint<T> {
         }
     }
 
-    /// By how much the momentum of the middle is not what start and force ask for.
-    pub(super) fn find_residual<P: Scalar>(&mut self, simulator: &Simulator<P>) {
+    /// By how much the momentum of the middle is not what start and force ask for, and by how much constraints are not closed at the end.
+    pub(super) fn find_residual<P: Scalar>(&mut self, simulator: &Simulator<P>, start: &State<T>)
+    where
+        T: Over<P>,
+    {
+        self.find_end(simulator, start);
         for body in simulator.model().independent() {
             let half_impulse = own(body, &self.impulse).map(|x| x * 0.5);
             let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
@@ -162,11 +205,28 @@ impl<T: Scalar> Midpoint<T> {
         }
     }
 
-    /// Takes from ξ what stands where the residual was; the value of a number that has one stays.
+    fn find_end<P: Scalar>(&mut self, simulator: &Simulator<P>, start: &State<T>)
+    where
+        T: Over<P>,
+    {
+        let (q, end) = (start.q.as_slice(), &mut self.end_q);
+        simulator.model().integrate_into(q, &self.offset, end);
+        self.held.find_end(simulator, end, &self.xi);
+    }
+
+    /// Takes from ξ and the impulses of the start what stands where the residuals were; the value of a number that has one stays.
     pub(super) fn move_by_residual(&mut self) {
-        for (xi, &x) in self.xi.iter_mut().zip(&self.residual) {
-            *xi -= if T::ORDER > 0 { x - x.value(0) } else { x };
+        let held = &mut self.held;
+        let both = [
+            (&mut self.xi, &self.residual),
+            (&mut held.impulses[0], &held.errors),
+        ];
+        for (own, changes) in both {
+            for (own, &x) in own.iter_mut().zip(changes) {
+                *own -= if T::ORDER > 0 { x - x.value(0) } else { x };
+            }
         }
+        self.push();
     }
 
     /// The state after the step.
@@ -178,21 +238,22 @@ impl<T: Scalar> Midpoint<T> {
     ) where
         T: Over<P>,
     {
-        let model = simulator.model();
-        let (q, rest) = (next.q.as_mut_slice(), &self.rest);
-        model.integrate_into(start.q.as_slice(), &self.offset, q);
-        let force = &mut self.scratch;
-        inverse_dynamics_into(model, q, rest, rest, &[], &mut self.rnea, force);
+        self.find_end(simulator, start);
+        let (model, q) = (simulator.model(), &self.end_q);
+        next.q.as_mut_slice().copy_from_slice(q);
+        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
+        let jacobian = &self.held.end.jacobian;
+        self.end.factorize(&self.mass, jacobian, jacobian);
+        let v = next.v.as_mut_slice();
         for body in model.independent() {
             let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
             let p = at_end(body.joint, &phi, &p, &own(body, &self.impulse));
-            for (k, p) in v_range(body).zip(p) {
-                force[k] += p;
-            }
+            let own = v_range(body).zip(p);
+            own.for_each(|(k, p)| v[k] = p);
         }
-        // Forward dynamics at rest, with what holds the weight beside, is M⁻¹.
-        let v = next.v.as_mut_slice();
-        forward_dynamics_into(model, q, rest, force, &[], &mut self.aba, v);
+        let impulses = &mut self.held.impulses[1];
+        impulses.fill(T::zero());
+        self.end.solve(v, impulses);
         next.contact.copy_from(&start.contact);
     }
 }

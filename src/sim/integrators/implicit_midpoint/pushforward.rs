@@ -2,15 +2,18 @@
 //!
 //! Those of a step in parts are products of theirs.
 //!
-//! With the residual r = μ − (dexp 2φ)ᵀ p − ½ Δt (dexp φ)ᵀ f,  δξ = −(∂r/∂ξ)⁻¹ ∂r; then δq⁺, and δv⁺ = M⁻¹ (δp⁺ − ∂(M v⁺)/∂q δq⁺).
+//! With the residual r = μ − (dexp 2φ)ᵀ p − ½ Δt (dexp φ)ᵀ f,  δξ = −(∂r/∂ξ)⁻¹ ∂r; then δq⁺, and δv⁺ = M⁻¹ (δp⁺ − ∂(M v⁺)/∂q δq⁺). With constraints
+//! their impulses are found along with ξ and with v⁺, from equations with rows (`saddle.rs`).
 
 use nalgebra::DMatrix;
 
 use super::Memory;
+use super::held::add_transposed;
+use super::held_slopes::HeldSlopes;
 use super::joint::{Along, JointSlopes, OwnMatrix, apply};
 use super::point::Midpoint;
 use super::slopes::{KineticSlopes, MidpointSlopes};
-use crate::dynamics::{Calls, MassMatrixFactor};
+use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
 use crate::scalar::{Differentiable, Scalar, is_nothing};
@@ -28,12 +31,13 @@ pub(super) struct TakenStep<T: Differentiable> {
     pub(super) start: KineticSlopes<T>,
     pub(super) middle: MidpointSlopes<T>,
     pub(super) end: KineticSlopes<T>,
-    pub(super) factor: MassMatrixFactor<T>,
+    /// Of the rows of the end, or of the start before.
+    pub(super) held: HeldSlopes<T>,
 }
 
 impl<T: Differentiable> TakenStep<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let model = simulator.model();
         Self {
             step: Memory::new(simulator),
             found: AccelerationScratch::new(simulator, Calls::Many),
@@ -41,7 +45,7 @@ impl<T: Differentiable> TakenStep<T> {
             start: KineticSlopes::new(model),
             middle: MidpointSlopes::new(simulator),
             end: KineticSlopes::new(model),
-            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            held: HeldSlopes::new(simulator),
         }
     }
 
@@ -69,7 +73,12 @@ impl<T: Differentiable> TakenStep<T> {
         self.start.find(model, q, v);
         (self.middle).find(simulator, state, u, &part.point, &self.found);
         (self.end).find(model, next.q.as_slice(), next.v.as_slice());
-        self.factor.refactor(&self.end.mass);
+        // The momentum that is left after the impulses of the end.
+        let [own, end] = &part.point.held.impulses;
+        let (own, end) = (own.iter().copied(), end.iter().map(|&x| -x));
+        let held = &mut self.held;
+        held.find(simulator, state, own, &mut self.start.momentum_by_q);
+        held.find(simulator, next, end, &mut self.end.momentum_by_q);
     }
 
     /// The middle of the part that is differentiated.
@@ -104,6 +113,9 @@ pub(crate) struct Columns<T: Differentiable> {
     moved: DMatrix<T>,
     /// Of the force, or of other products.
     force: DMatrix<T>,
+    /// Of the errors of the end at fixed ξ, row after row; of rows in one direction.
+    errors: Vec<T>,
+    rows: Vec<T>,
 }
 
 impl<T: Differentiable> Pushforward<T> for Columns<T> {
@@ -116,6 +128,8 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
             xi: columns(),
             moved: columns(),
             force: columns(),
+            errors: Vec::with_capacity(simulator.held_rows() * nv),
+            rows: vec![T::zero(); simulator.held_rows()],
         }
     }
 
@@ -159,7 +173,7 @@ impl<T: Differentiable> Columns<T> {
         self.find_end(dt, out);
     }
 
-    /// ∂ξ.
+    /// ∂ξ; and `p` becomes that of the momentum of the start with the impulses of constraints.
     fn find_velocity(&mut self, dt: f64) {
         let Self {
             slopes,
@@ -167,6 +181,8 @@ impl<T: Differentiable> Columns<T> {
             xi,
             moved,
             force,
+            errors,
+            rows,
         } = self;
         let (middle, nv) = (&slopes.middle, p.nrows());
         let joints = &middle.joints;
@@ -192,8 +208,15 @@ impl<T: Differentiable> Columns<T> {
         force.fill(T::zero());
         add_product(&middle.kinetic.momentum_by_q, moved, force);
         *xi -= &*force;
-        for mut column in xi.column_iter_mut() {
-            middle.solve(column.as_mut_slice());
+        let held = &slopes.point().held;
+        middle.errors_by(&held.end.jacobian, |own| &own.end[0], 1.0, errors);
+        for k in 0..xi.ncols() {
+            let by_q = errors.chunks_exact(nv.max(1));
+            let entries = by_q.map(|row| row.get(k).map_or(T::zero(), |&x| -x));
+            rows.iter_mut().zip(entries).for_each(|(out, x)| *out = x);
+            let [xi, p] = [&mut *xi, &mut *p].map(|m| &mut m.as_mut_slice()[k * nv..][..nv]);
+            middle.saddle.solve(xi, rows);
+            add_transposed(&held.start, rows, p);
         }
     }
 
@@ -205,6 +228,7 @@ impl<T: Differentiable> Columns<T> {
             xi,
             moved,
             force,
+            ..
         } = self;
         let joints = &slopes.middle.joints;
         start_motion(joints, |own| &own.middle[0], moved);
@@ -235,6 +259,8 @@ impl<T: Differentiable> Columns<T> {
             xi,
             moved,
             force,
+            rows,
+            ..
         } = self;
         let (nv, joints) = (p.nrows(), &slopes.middle.joints);
         start_motion(joints, |own| &own.end[0], moved);
@@ -242,8 +268,12 @@ impl<T: Differentiable> Columns<T> {
         force.fill(T::zero());
         add_product(&slopes.end.momentum_by_q, moved, force);
         *p -= &*force;
-        for mut column in p.column_iter_mut() {
-            slopes.factor.solve(column.as_mut_slice());
+        for (k, mut column) in p.column_iter_mut().enumerate() {
+            let moved = &moved.as_slice()[k * nv..][..nv];
+            rows.fill(T::zero());
+            subtract_product(&slopes.held.rate_by_q, moved, rows);
+            let end = &slopes.point().end;
+            end.solve(column.as_mut_slice(), rows);
         }
         for (first, part) in [(0, &*moved), (nv, &*p)] {
             let (own, inputs) = (
@@ -318,6 +348,14 @@ fn add_product<T: Scalar>(a: &DMatrix<T>, b: &DMatrix<T>, out: &mut DMatrix<T>) 
                 add_scaled(out, a, x);
             }
         }
+    }
+}
+
+/// out −= m x
+fn subtract_product<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
+    let columns = m.as_slice().chunks(out.len().max(1));
+    for (column, &x) in columns.zip(x) {
+        add_scaled(out, column, -x);
     }
 }
 

@@ -2,17 +2,16 @@
 
 use nalgebra::DMatrix;
 
-use super::joint::{JointSlopes, JointStep, apply, apply_transposed};
-
+use super::joint::{JointSlopes, JointStep, OwnMatrix, apply, apply_transposed};
 use super::point::{Kinetic, Midpoint};
+use super::saddle::Saddle;
 use crate::autodiff::TangentPoint;
 use crate::dynamics::{At, Calls, CrbaScratch, mass_matrix_into};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{CHUNK, Differentiable, Dual, Linear, Scalar};
+use crate::scalar::{CHUNK, Differentiable, Dual, Scalar};
 use crate::sim::integrators::AccelerationScratch;
-use crate::sim::integrators::tree_lu::TreeLu;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -84,7 +83,7 @@ impl<T: Scalar> KineticSlopes<T> {
     }
 }
 
-/// Derivatives at the middle of a step, and the factors of that of its residual in ξ.
+/// Derivatives at the middle of a step, and the factors of those of its residuals in ξ and the impulses of constraints.
 #[derive(Clone, Debug)]
 pub(super) struct MidpointSlopes<T: Differentiable> {
     pub(super) kinetic: KineticSlopes<T>,
@@ -94,9 +93,12 @@ pub(super) struct MidpointSlopes<T: Differentiable> {
     pub(super) joints: Vec<JointSlopes<T>>,
     /// Coordinates of the other joints.
     pub(super) vectors: Vec<usize>,
-    factors: TreeLu<T>,
+    pub(super) saddle: Saddle<T>,
     /// What is factorised, and working memory for it.
     matrix: DMatrix<T>,
+    /// Derivatives of the errors at the end in ξ, and of the momentum that is expected in the middle in the impulses of the start, row after row.
+    errors_by_xi: Vec<T>,
+    momentum_by_impulses: Vec<T>,
     product: DMatrix<T>,
     terms: AllSlopes<T>,
     forces: ForceColumns<T>,
@@ -116,8 +118,10 @@ impl<T: Differentiable> MidpointSlopes<T> {
             force_by: [nv, nv, simulator.nu()].map(|columns| DMatrix::zeros(nv, columns)),
             joints: curved.into_iter().map(JointSlopes::new).collect(),
             vectors: vectors.iter().map(|body| body.v).collect(),
-            factors: TreeLu::new(model),
+            saddle: Saddle::new(simulator),
             matrix: DMatrix::zeros(nv, nv),
+            errors_by_xi: Vec::with_capacity(simulator.held_rows() * nv),
+            momentum_by_impulses: Vec::with_capacity(simulator.held_rows() * nv),
             product: DMatrix::zeros(nv, nv),
             terms: AllSlopes::new(simulator),
             forces: ForceColumns::new(simulator, Calls::Many),
@@ -142,19 +146,55 @@ impl<T: Differentiable> MidpointSlopes<T> {
         self.kinetic.find(model, mid.q.as_slice(), mid.v.as_slice());
         self.find_forces(simulator, u, point, found);
         self.find_joints(simulator, start, point);
-        self.fill_matrix(simulator.time_step() * point.part);
-        let matrix = &self.matrix;
-        self.factors.factorize(|out| out.copy_from(matrix));
+        let dt = simulator.time_step() * point.part;
+        self.fill_matrix(dt);
+        let (mut d, held) = (std::mem::take(&mut self.errors_by_xi), &point.held);
+        self.errors_by(&held.end.jacobian, |own| &own.end[1], dt, &mut d);
+        self.errors_by_xi = d;
+        self.find_momentum_by_impulses(&held.start.jacobian);
+        let g = &self.momentum_by_impulses;
+        self.saddle.factorize(&self.matrix, &self.errors_by_xi, g);
     }
 
-    /// x ← (∂ residual / ∂ξ)⁻¹ x
-    pub(super) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
-        self.factors.solve(x);
+    /// Rows of the end times derivatives of its configuration, row after row.
+    ///
+    /// * `pick` – those of a joint whose configuration is not a vector
+    /// * `time` – those of the others
+    pub(super) fn errors_by(
+        &self,
+        jacobian: &[T],
+        pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+        time: f64,
+        out: &mut Vec<T>,
+    ) {
+        let nv = self.rest.len().max(1);
+        out.clear();
+        out.extend(jacobian.iter().map(|&x| x * time));
+        for (out, row) in out.chunks_exact_mut(nv).zip(jacobian.chunks_exact(nv)) {
+            for own in &self.joints {
+                let out = &mut out[own.range()];
+                out.copy_from_slice(&row[own.range()]);
+                apply_transposed(pick(own), out);
+            }
+        }
     }
 
-    /// The same of the transpose.
-    pub(super) fn solve_transposed(&self, x: &mut [T]) {
-        self.factors.solve_transposed(x);
+    /// J (dexp 2φ) of the rows of the start.
+    fn find_momentum_by_impulses(&mut self, jacobian: &[T]) {
+        let (g, nv) = (&mut self.momentum_by_impulses, self.rest.len().max(1));
+        g.clear();
+        g.extend_from_slice(jacobian);
+        for row in g.chunks_exact_mut(nv) {
+            for own in &self.joints {
+                let row = &mut row[own.range()];
+                let mut carried = [T::zero(); MAX_NV];
+                carried[..own.nv].copy_from_slice(row);
+                apply(&own.carry, &mut carried[..own.nv]);
+                let both = row.iter_mut().zip(carried);
+                both.for_each(|(x, carried)| *x = (*x + carried) * 0.5);
+                apply(&own.momentum[1], row);
+            }
+        }
     }
 
     /// f = ∂T/∂q + τ + Jᵀ F − g: of the kinetic energy from above, of the rest what resists at rest, the other way round.

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::held::add_transposed as add_transposed_rows;
 use super::joint::{add_transposed, apply_transposed};
 use super::pushforward::TakenStep;
 use crate::linalg::product::dot;
@@ -26,11 +27,15 @@ pub(super) struct Weights<T> {
     pub(super) p: Vec<T>,
     /// Of the position of the middle.
     q: Vec<T>,
+    /// Of the errors of constraints at the end, and of the velocity across them there.
+    pub(super) errors: Vec<T>,
+    pub(super) rates: Vec<T>,
 }
 
 impl<T: Differentiable> Weights<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let zeros = || vec![T::zero(); simulator.model().nv()];
+        let rows = || vec![T::zero(); simulator.held_rows()];
         Self {
             end_q: zeros(),
             end_p: zeros(),
@@ -39,6 +44,8 @@ impl<T: Differentiable> Weights<T> {
             impulse: zeros(),
             p: zeros(),
             q: zeros(),
+            errors: rows(),
+            rates: rows(),
         }
     }
 
@@ -46,9 +53,13 @@ impl<T: Differentiable> Weights<T> {
     pub(super) fn start(&mut self, taken: &TakenStep<T>, adjoint: &[T], dt: f64) {
         let (by_q, by_v) = adjoint.split_at(self.p.len());
         self.end_p.copy_from_slice(by_v);
-        taken.factor.solve(&mut self.end_p);
+        self.rates.fill(T::zero());
+        let end = &taken.point().end;
+        end.solve_transposed(&mut self.end_p, &mut self.rates);
+        self.rates.iter_mut().for_each(|x| *x = -*x);
         self.end_q.fill(T::zero());
         plus_transposed(&taken.end.momentum_by_q, &self.end_p, &mut self.end_q);
+        minus_transposed(&taken.held.rate_by_q, &self.rates, &mut self.end_q);
         let both = self.end_q.iter_mut().zip(by_q);
         both.for_each(|(out, &by_q)| *out = by_q - *out);
         self.impulse.copy_from_slice(&self.end_p);
@@ -85,8 +96,15 @@ impl<T: Differentiable> Weights<T> {
         for own in &middle.joints {
             add_transposed(&own.middle[1], &q[own.range()], &mut xi[own.range()]);
         }
-        xi.iter_mut().for_each(|x| *x = -*x);
-        middle.solve_transposed(xi);
+        let held = &taken.point().held;
+        let rows = held.start.jacobian.chunks_exact(self.p.len().max(1));
+        let by_impulses = rows.map(|row| dot(row, &self.p));
+        let errors = self.errors.iter_mut().zip(by_impulses);
+        errors.for_each(|(out, x)| *out = x);
+        middle.saddle.solve_transposed(xi, &mut self.errors);
+        let all = xi.iter_mut().chain(&mut self.errors);
+        all.for_each(|x| *x = -*x);
+        add_transposed_rows(&held.end, &self.errors, &mut self.end_q);
         self.take_residual(taken, dt);
     }
 
@@ -146,6 +164,14 @@ impl<T: Differentiable> Weights<T> {
         let by_velocity = slower(by_v, &self.force) + slower(&middle.kinetic.mass, &self.residual);
         (dot(&self.force, &point.force) - by_velocity) * (1.0 / dt)
     }
+}
+
+/// out −= mᵀ x
+fn minus_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
+    let columns = m.as_slice().chunks_exact(x.len().max(1));
+    out.iter_mut()
+        .zip(columns)
+        .for_each(|(out, column)| *out -= dot(column, x));
 }
 
 /// out += mᵀ x

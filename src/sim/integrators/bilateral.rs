@@ -1,9 +1,9 @@
 //! Bilateral rows beside equations without symmetry.
 //!
-//! > N a − Jᵀ λ = f,  J a = r − R λ
+//! > N a − Gᵀ λ = f,  J a = r − R λ
 //!
-//! With S = J N⁻¹ Jᵀ + R, which is N⁻¹ seen from the rows and how they give way:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow
-//! from those before them take no force, and neither do rows with an infinite R.
+//! With S = J N⁻¹ Gᵀ + R, which is N⁻¹ seen from the rows and how they give way:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Gᵀ λ. Rows that follow
+//! from those before them take no force, and neither do rows with an infinite R. Mostly the forces act along the rows: G = J.
 
 #![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
 
@@ -14,13 +14,16 @@ use crate::sim::integrators::tree_lu::TreeLu;
 /// above rounding, and below the pivots of rows that differ at all.
 const REDUNDANT: f64 = 1e-10;
 
-/// N⁻¹ Jᵀ and the factors of S, without pivoting: S is close to symmetric and positive.
+/// The same, relative to the largest diagonal entry: rows that nothing moves, as those across the plane of a linkage, are rounding, which S squares.
+const NOISE: f64 = 1e-26;
+
+/// N⁻¹ Gᵀ and the factors of S, without pivoting: S is close to symmetric and positive.
 #[derive(Clone, Debug)]
 pub(super) struct Bilateral<T> {
     nv: usize,
     /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
-    /// N⁻¹ Jᵀ, column after column.
+    /// N⁻¹ Gᵀ, column after column.
     response: Vec<T>,
     /// Row after row: the ratios below the diagonal, what is left on and above it.
     factors: Vec<T>,
@@ -73,18 +76,18 @@ impl<T: Scalar> Bilateral<T> {
             forces.push(r);
             self.compliance.push(compliance);
         }
-        self.factorize(factor, jacobian);
+        self.factorize(factor, jacobian, jacobian);
         self.solve(a, &mut forces);
         self.forces = forces;
     }
 
-    /// Takes the factors of N, and J.
-    pub(super) fn factorize(&mut self, factor: &TreeLu<T>, jacobian: &[T]) {
+    /// Takes the factors of N, J, and G, each row after row.
+    pub(super) fn factorize(&mut self, factor: &TreeLu<T>, jacobian: &[T], along: &[T]) {
         let (nv, n) = (self.nv.max(1), jacobian.len() / self.nv.max(1));
         self.jacobian.clear();
         self.jacobian.extend_from_slice(jacobian);
         self.response.clear();
-        self.response.extend_from_slice(jacobian);
+        self.response.extend_from_slice(along);
         for column in self.response.chunks_exact_mut(nv) {
             factor.solve(column);
         }
@@ -93,23 +96,27 @@ impl<T: Scalar> Bilateral<T> {
             let columns = self.response.chunks_exact(nv);
             self.factors.extend(columns.map(|x| product(row, x)));
         }
+        let sizes = (0..n).map(|k| self.factors[k * (n + 1)].abs());
+        let noise = sizes.fold(T::zero(), T::max) * NOISE + f64::MIN_POSITIVE;
         for (k, &compliance) in self.compliance.iter().take(n).enumerate() {
             self.factors[k * (n + 1)] += compliance;
         }
         self.reciprocals.clear();
         self.reciprocals.resize(n, T::zero());
-        self.eliminate();
+        self.eliminate(noise);
     }
 
     /// S = L U
-    fn eliminate(&mut self) {
+    ///
+    /// * `noise` – what a pivot of rounding may be
+    fn eliminate(&mut self, noise: T) {
         let n = self.count();
         let S = &mut self.factors;
         // The diagonal as it was stays in the reciprocals until its turn comes.
         (0..n).for_each(|k| self.reciprocals[k] = S[k * (n + 1)]);
         for k in 0..n {
             let (left, one) = (S[k * (n + 1)], T::one());
-            let least = self.reciprocals[k].abs() * REDUNDANT + f64::MIN_POSITIVE;
+            let least = self.reciprocals[k].abs() * REDUNDANT + noise;
             let size = left.abs();
             let reciprocal = one / size.select_lt(least, one, left);
             self.reciprocals[k] = size.select_lt(least, T::zero(), reciprocal);
@@ -150,16 +157,16 @@ impl<T: Scalar> Bilateral<T> {
         }
     }
 
-    /// The transpose of [`solve`](Self::solve), from weights of a: they become those of N⁻¹ f, of which those of f follow by N⁻ᵀ, and those of r are
-    /// found.
+    /// The transpose of [`solve`](Self::solve), from weights of a and λ: those of a become those of N⁻¹ f, of which those of f follow by N⁻ᵀ, those of λ
+    /// become those of r.
     ///
     /// * `a` – weights g of a; on return  g − Jᵀ ρ
-    /// * `rows` – output, ρ = S⁻ᵀ J N⁻ᵀ g, the weights of r
-    pub(super) fn solve_transposed(&self, a: &mut [T], rows: &mut Vec<T>) {
+    /// * `rows` – weights h of λ; on return  ρ = S⁻ᵀ (h + G N⁻ᵀ g), the weights of r
+    pub(super) fn solve_transposed(&self, a: &mut [T], rows: &mut [T]) {
         let (nv, n) = (self.nv.max(1), self.count());
-        rows.clear();
-        let responses = self.response.chunks_exact(nv);
-        rows.extend(responses.map(|response| product(response, a)));
+        for (weight, response) in rows.iter_mut().zip(self.response.chunks_exact(nv)) {
+            *weight += product(response, a);
+        }
         for i in 0..n {
             for k in 0..i {
                 rows[i] = (-rows[k]).mul_add(self.factors[k * n + i], rows[i]);
@@ -214,7 +221,8 @@ mod tests {
             let mut r = DVector::from_vec(vec![0.3, -0.2, 0.1, 0.7]);
             let wanted = r.clone();
             let mut bilateral = Bilateral::new(4, nv);
-            bilateral.factorize(&lu, J.transpose().as_slice());
+            let rows = J.transpose();
+            bilateral.factorize(&lu, rows.as_slice(), rows.as_slice());
             let mut a = f.clone();
             lu.solve(a.as_mut_slice());
             bilateral.solve(a.as_mut_slice(), r.as_mut_slice());
