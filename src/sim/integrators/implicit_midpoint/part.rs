@@ -1,7 +1,7 @@
 //! One part of a step.
 
 use super::newton::Newton;
-use super::parts::{Search, is_even};
+use super::parts::Search;
 use super::point::Midpoint;
 use crate::scalar::{Over, Scalar, is_more_than_values};
 use crate::sim::integrators::AccelerationScratch;
@@ -32,7 +32,7 @@ impl<T: Scalar> Part<T> {
         let point = &mut self.point;
         point.part = 1.0 / parts as f64;
         point.start(simulator, state);
-        let mut search = self.newton.solve(simulator, state, u, point.part);
+        let search = self.newton.solve(simulator, state, u, point.part);
         let values = self.newton.point.xi.iter().map(|&x| T::constant(x));
         point.xi.iter_mut().zip(values).for_each(|(xi, x)| *xi = x);
         point.evaluate(simulator, state, u, found);
@@ -45,8 +45,6 @@ impl<T: Scalar> Part<T> {
             point.evaluate(simulator, state, u, found);
         }
         point.finish(simulator, state, next);
-        let time = simulator.time_step().value(0) * point.part;
-        search.is_direct &= is_even(state, &point.xi, next, time);
-        search
+        search.with_energy_error(point.energy_error(state, next))
     }
 }
