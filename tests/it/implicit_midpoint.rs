@@ -273,7 +273,8 @@ fn derivatives_go_through_the_parts_of_a_step() {
 #[test]
 fn lanes_are_divided_one_by_one() {
     let simulator = midpoint(light_hip(), 1e-3);
-    let states = [near_the_lock(1.0), near_the_lock(0.06)];
+    let slow = State::new(&[0.3, 0.5, -0.2], &[1.0, 2.0, -1.0]);
+    let states = [slow, near_the_lock(0.06)];
     let pair = |x: &dyn Fn(&State) -> &DVector<f64>| -> Vec<Lanes<2>> {
         (0..3)
             .map(|k| Lanes([x(&states[0])[k], x(&states[1])[k]]))
