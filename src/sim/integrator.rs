@@ -92,14 +92,16 @@ pub enum Integrator {
     /// long it lasts, and the momentum of a free body is kept to rounding, linear and angular. Inputs, springs, dampers, friction, stops and external forces
     /// are those of the middle of the step. No contact and no constraints.
     ///
-    /// A step is found by Newton's method and costs about ten steps of Runge and Kutta's. Where the search does not lead straight to a solution, as where
-    /// axes of joints with light links between them come into line and these joints turn by a radian or more in a step, the step is divided into 2, 4, …
-    /// 1,024 equal parts, each a step of this rule, until it does; derivatives are those of all parts. Momentum is kept by divided steps as by others, energy
-    /// only up to the error of each: it may shift a little with each such event, and need not come back. If no solution is found in 1,024 parts,
+    /// A step is found by Newton's method and costs about ten steps of Runge and Kutta's. It is divided into 2, 4, … 1,024 equal parts, each a step of this
+    /// rule, until the search for each part leads straight to a solution and the kinetic energy changes in it by the work of the forces, but for 3e-4 of the
+    /// kinetic energy. Axes of joints need that where they come into line with light links between them: these joints turn by a radian or more in a step.
+    /// Derivatives are those of all parts. Divided steps keep momentum as others do, energy only up to the error of each: it may shift a little with each such
+    /// event, and need not come back. A model of a human of 36 joints without dampers, let go from 120 random poses at a step of 1 ms, has lost or gained 0.06 %
+    /// of its kinetic energy after 2 s in the median, 0.3 % at most. If no solution is found in 1,024 parts,
     /// [`StepScratch::solver_status`](super::StepScratch::solver_status) and rollouts say so: a shorter step is needed.
     ///
-    /// What the table of conservation above says of it holds after 200,000 steps as well, for the heavy top at 1 ms and the wing nut at 10 ms; the
-    /// flywheel's energy changes by 3e-11 in 200,000 steps of 5 ms.
+    /// What the table of conservation above says of the heavy top and of the wing nut holds after 1,000,000 steps as well, at both lengths of the step; the
+    /// flywheel's energy changes by 5e-11 in as many steps of 1 ms, and by 1.2e-10 in steps of 5 ms.
     ///
     /// # References
     /// [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].

@@ -49,7 +49,7 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use newton::Newton;
 use part::Part;
-use parts::{Search, divided, each};
+use parts::{Search, divided, each, is_finite};
 use point::Midpoint;
 pub(super) use pullback::Adjoint;
 pub(super) use pushforward::Columns;
@@ -94,8 +94,9 @@ impl<T: Scalar> Step<T> for Memory<T> {
             return;
         }
         self.starts[0].copy_from(state);
-        (self.parts, self.statuses[0]) =
-            divided(|parts| self.step_in(simulator, u, parts, found, next));
+        (self.parts, self.statuses[0]) = divided(is_finite(state, u), |parts| {
+            self.step_in(simulator, u, parts, found, next)
+        });
     }
 
     fn status(&self, lane: usize) -> Status {

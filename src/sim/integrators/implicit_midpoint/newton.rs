@@ -6,7 +6,7 @@
 
 use std::any::Any;
 
-use super::parts::{Search, TURN, divided, each, is_even};
+use super::parts::{Search, TURN, divided, each, is_finite};
 use super::point::Midpoint;
 use super::slopes::MidpointSlopes;
 use crate::cone::Status;
@@ -86,7 +86,8 @@ impl Newton {
     ) -> Status {
         let status = self.with_values(simulator, state, u, lane, |own, plain| {
             own.whole.copy_from(&own.start);
-            divided(|parts| own.step_in(plain, parts)).1
+            let is_finite = is_finite(&own.whole, &own.u);
+            divided(is_finite, |parts| own.step_in(plain, parts)).1
         });
         let set = |out: &mut [T], x: &[f64]| {
             for (out, &x) in out.iter_mut().zip(x) {
@@ -104,13 +105,11 @@ impl Newton {
         self.point.part = 1.0 / parts as f64;
         self.start.copy_from(&self.whole);
         each(parts, |_| {
-            let mut search = self.iterate(simulator);
+            let search = self.iterate(simulator);
             (self.point).finish(simulator, &self.start, &mut self.end);
-            let time = simulator.time_step() * self.point.part;
-            search.is_direct &= !self.point.held.is_closed()
-                || is_even(&self.start, &self.point.xi, &self.end, time);
+            let error = self.point.energy_error(&self.start, &self.end);
             self.start.copy_from(&self.end);
-            search
+            search.with_energy_error(error)
         })
     }
 
@@ -213,6 +212,7 @@ fn plain<P: Scalar>(simulator: &Simulator<P>) -> Option<&Simulator> {
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| match most >= x.abs() {
         true => most,
+        false if most.is_nan() => most,
         false => x.abs(),
     })
 }

@@ -1,7 +1,9 @@
 //! Division of a step that is too long for how fast joints turn in it.
 //!
 //! Where axes of joints come into line, as those of a hip of three joints do, coordinates turn by radians within a moment, however slowly bodies move. A
-//! longer step has no solution there, or several, of which the first that is found may be far from the motion.
+//! longer step has no solution there, or several, of which the first that is found may be far from the motion. Two criteria judge a part: the search for its
+//! velocity must lead straight to the solution, and the kinetic energy must change by the work of the forces. The rule keeps that balance exactly where the
+//! mass matrix is constant, so neither stiff springs nor strong dampers divide a step.
 
 use crate::cone::Status;
 use crate::scalar::Scalar;
@@ -10,10 +12,11 @@ use crate::sim::state::State;
 /// Most parts of a step.
 const MOST: usize = 1024;
 
-/// How much more the velocity may change after the middle of a step than before it.
-const UNEVEN: f64 = 2.0;
+/// Largest energy error of a part, relative to the kinetic energy. A smaller one keeps the energy better where steps are divided, but divides more of them,
+/// and only undivided steps are symplectic.
+const ENERGY: f64 = 3e-4;
 
-/// Change of the turn in a step, rad or m, up to which that does not matter.
+/// Turn in a part of a step, rad or m, that is resolved: an error of the energy does not matter, nor does slow contraction of the search if the turn changes by no more.
 pub(super) const TURN: f64 = 0.003;
 
 /// What the search for a step came to.
@@ -38,17 +41,24 @@ impl Search {
             is_direct: false,
         }
     }
+
+    /// The search for a part whose energy has an error, relative to the kinetic energy.
+    pub(super) fn with_energy_error(mut self, error: f64) -> Self {
+        self.is_direct &= error <= ENERGY;
+        self
+    }
 }
 
 /// Takes a step whole, or in 2, 4, … equal parts: the fewest of which each is found directly, or the most that there may be. Their number, and the worst
 /// status.
 ///
+/// * `is_finite` – whether the start and the input are finite; otherwise the step is taken whole, because no division helps
 /// * `step` – takes it in so many parts
-pub(super) fn divided(mut step: impl FnMut(usize) -> Search) -> (usize, Status) {
+pub(super) fn divided(is_finite: bool, mut step: impl FnMut(usize) -> Search) -> (usize, Status) {
     let mut parts = 1;
     loop {
         let search = step(parts);
-        if search.is_direct || parts == MOST {
+        if search.is_direct || parts == MOST || !is_finite {
             return (parts, search.status);
         }
         parts *= 2;
@@ -69,11 +79,48 @@ pub(super) fn each(parts: usize, mut take: impl FnMut(usize) -> Search) -> Searc
     all
 }
 
-/// Whether the velocity changes about as much after the middle of a step as before it. It does not where the end has light axes in line.
-pub(super) fn is_even<T: Scalar>(start: &State<T>, xi: &[T], end: &State<T>, time: f64) -> bool {
-    let most = |v: &State<T>| {
-        let changes = v.v.iter().zip(xi).map(|(&v, &xi)| (v - xi).value(0).abs());
-        time * changes.fold(0.0, f64::max)
-    };
-    most(end) <= TURN.max(UNEVEN * most(start))
+/// Whether the start of a step and its input are finite.
+pub(super) fn is_finite<T: Scalar>(state: &State<T>, u: &[T]) -> bool {
+    state.numbers().chain(u).all(|x| x.value(0).is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Number of searches, and the number of parts and the status that `divided` returns.
+    fn count(is_finite: bool, direct_from: usize) -> (usize, (usize, Status)) {
+        let mut searches = 0;
+        let found = divided(is_finite, |parts| {
+            each(parts, |_| {
+                searches += 1;
+                match parts >= direct_from {
+                    true => Search::found(true),
+                    false => Search::failed(Status::NotFinite),
+                }
+            })
+        });
+        (searches, found)
+    }
+
+    #[test]
+    fn a_step_from_numbers_that_are_not_finite_is_searched_once() {
+        assert_eq!(count(false, usize::MAX), (1, (1, Status::NotFinite)));
+    }
+
+    /// One search of each number of parts that is too small, then one a part.
+    #[test]
+    fn other_steps_are_divided_until_their_parts_are_found() {
+        assert_eq!(count(true, 1), (1, (1, Status::Converged)));
+        assert_eq!(count(true, 4), (2 + 4, (4, Status::Converged)));
+        let (searches, found) = count(true, usize::MAX);
+        assert_eq!((searches, found), (10 + 1024, (1024, Status::NotFinite)));
+    }
+
+    #[test]
+    fn a_part_whose_energy_has_an_error_is_not_direct() {
+        let with = |error| Search::found(true).with_energy_error(error).is_direct;
+        assert!(with(0.0) && with(0.9 * ENERGY));
+        assert!(!with(1.1 * ENERGY) && !with(f64::NAN));
+    }
 }
