@@ -52,6 +52,7 @@ mod rollout;
 mod rows;
 mod simulator;
 mod state;
+mod status;
 mod step;
 mod terms;
 
@@ -82,11 +83,12 @@ pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::SimulatorRemark;
 pub use report::ContactReport;
+pub use rollout::Rollout;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
-pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{most_states, write_row};
 pub use simulator::Simulator;
 pub use state::State;
+pub use status::{RolloutStatus, SolverFailure};
 pub use step::StepScratch;
 pub(crate) use terms::StepSlopes;

@@ -60,7 +60,7 @@ impl Trajectory {
             return RolloutStatus::OutOfMemory { step: 0 };
         }
         for (step, u) in inputs.iter().enumerate() {
-            if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
+            if let Some(status) = RolloutStatus::before(step, u.as_slice(), 0..1) {
                 return status;
             }
             if step > 0 && step % interval == 0 {
@@ -70,7 +70,9 @@ impl Trajectory {
                 self.present += 1;
             }
             let next = self.step(simulator, step, u);
-            if let Some(status) = simulator.status_after(step, next) {
+            if let Some(status) =
+                RolloutStatus::after(step, next, simulator.divergence_bound(), 0..1)
+            {
                 return status;
             }
             self.steps += 1;
