@@ -10,7 +10,7 @@ use crate::model::FrameId;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation, Transform};
 
-/// A force on a place of a robot at a moment.
+/// A force on a place of a robot at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForce<T = f64> {
     /// The frame that carries the place.

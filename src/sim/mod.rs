@@ -33,13 +33,13 @@ mod assembly;
 mod balance;
 mod base;
 mod batch;
+mod evaluation_point;
 mod force;
 mod forces;
 mod frame_forces;
 mod integrator;
 mod integrators;
 mod interop;
-mod moment;
 mod named_forces;
 mod names;
 mod parameter_slots;
@@ -66,6 +66,7 @@ pub use batch::{
     BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
     SingleBatch, SingleScalar,
 };
+pub(crate) use evaluation_point::EvaluationPoint;
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 #[cfg(feature = "second-order")]
@@ -75,7 +76,6 @@ pub(crate) use integrators::{
     StepJacobian, StepPoint,
 };
 pub use interop::{Engine, EngineCoordinates};
-pub(crate) use moment::Moment;
 #[cfg(feature = "identification")]
 pub(crate) use names::coordinate_names;
 pub(crate) use names::{column_names, input_columns, numbered};

@@ -17,7 +17,7 @@ pub enum RolloutStatus {
         /// Index of the step, from 0.
         step: usize,
     },
-    /// This step led to a state that is not finite, or faster than the [bound](Simulator::with_divergence_bound); the trajectory ends before
+    /// This step led to a state that is not finite, or faster than the [bound](super::Simulator::with_divergence_bound); the trajectory ends before
     /// it.
     Diverged {
         /// Index of the step, from 0.
@@ -51,15 +51,14 @@ impl SolverFailure {
     }
 }
 
-/// Status of a trajectory that ends in some of the `lanes` of its numbers; `None` where it goes on in all of them.
 impl RolloutStatus {
-    /// Before a step, by its input.
+    /// Status of a trajectory that ends before a step, by the input in some of these lanes; `None` where it goes on in all.
     #[inline]
     pub(crate) fn before<T: Scalar>(step: usize, u: &[T], lanes: Range<usize>) -> Option<Self> {
         (!are_finite(u, lanes)).then_some(Self::NonFiniteInput { step })
     }
 
-    /// With a step that was taken, by the state that it led to.
+    /// Status of a trajectory that ends with a step, by the state after it in some of these lanes; `None` where it goes on in all.
     ///
     /// * `bound` – [`Simulator::divergence_bound`](super::Simulator::divergence_bound)
     #[inline]

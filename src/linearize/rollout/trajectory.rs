@@ -59,6 +59,7 @@ impl Trajectory {
         if !fits {
             return RolloutStatus::OutOfMemory { step: 0 };
         }
+        let bound = simulator.divergence_bound();
         for (step, u) in inputs.iter().enumerate() {
             if let Some(status) = RolloutStatus::before(step, u.as_slice(), 0..1) {
                 return status;
@@ -70,9 +71,7 @@ impl Trajectory {
                 self.present += 1;
             }
             let next = self.step(simulator, step, u);
-            if let Some(status) =
-                RolloutStatus::after(step, next, simulator.divergence_bound(), 0..1)
-            {
+            if let Some(status) = RolloutStatus::after(step, next, bound, 0..1) {
                 return status;
             }
             self.steps += 1;

@@ -13,9 +13,9 @@ use super::sink::{ActingPlace, Own, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::force::{FrameTerm, Mount, PLACE_NUMBERS};
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Motion, Transform};
@@ -42,7 +42,7 @@ impl<T: Scalar> FrameForces<T> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         let (model, terms) = (at.model(), at.simulator.frame_terms());
         assert_eq!(
             self.any,
@@ -86,7 +86,7 @@ impl<T: Scalar> FrameForceSlopes<T> {
 
 /// The entry of the input of a term; zero for one without.
 fn input_of<T: Scalar>(term: &FrameTerm<'_, f64>, at: &SlopePoint<'_, T>) -> T {
-    let u = at.moment.simulator.frame_inputs(at.moment.u);
+    let u = at.point.simulator.frame_inputs(at.point.u);
     term.input().map_or(T::zero(), |input| u[input])
 }
 
@@ -95,8 +95,8 @@ fn each_mounted<T: Scalar>(
     at: &SlopePoint<'_, T>,
     mut each: impl FnMut(usize, &FrameTerm<'_, f64>, &Mount<f64>),
 ) {
-    let model = at.moment.model();
-    for (k, term) in at.moment.simulator.frame_terms().iter().enumerate() {
+    let model = at.point.model();
+    for (k, term) in at.point.simulator.frame_terms().iter().enumerate() {
         if let Some(mount) = term.mount(model) {
             each(k, &term, &mount);
         }
@@ -112,7 +112,7 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
         term: &FrameForces<T>,
         out: &mut S,
     ) {
-        let first = at.moment.simulator.actuated().len();
+        let first = at.point.simulator.actuated().len();
         each_mounted(at, |k, force, mount| {
             let on = Some(mount.body);
             let motion = out.turn_to(at, on, term.kinematics.as_deref());

@@ -1,6 +1,6 @@
 //! Stops at the ends of joints.
 //!
-//! At a moment a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
+//! At an instant a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
 //! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
@@ -17,8 +17,8 @@ use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
@@ -123,7 +123,7 @@ impl<T: Scalar> Stops<T> {
     /// Finds the v̇ of a step without rows, by forward dynamics.
     pub(crate) fn accelerate<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         forces: &Forces<T>,
         aba: &mut AbaScratch<T>,
         a: &mut [T],
@@ -177,7 +177,7 @@ impl<T: Scalar> Stops<T> {
     }
 
     /// All ends, as if those within reach of the step pushed.
-    fn meet<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn meet<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -195,7 +195,7 @@ impl<T: Scalar> Stops<T> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.ends.clear();
         self.rows.clear();
         if at.is_explicit() {
@@ -207,7 +207,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
     }
 
     /// A row for each joint beyond an end, or that would be after the step.
-    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         if !at.at_end.has_joints() {
             return;
         }
@@ -270,7 +270,7 @@ where
         sum.value
     }
 
-    /// States the force of a moment, or that of the end of the step where the stop pushes.
+    /// States the force of an instant, or that of the end of the step where the stop pushes.
     fn emit_force(
         &self,
         at: &SlopePoint<'_, T>,
@@ -278,7 +278,7 @@ where
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
         let Self { k, end, v, dt } = *self;
-        if at.moment.is_explicit() {
+        if at.point.is_explicit() {
             return out.coordinate(k, None, end.force(v));
         }
         let has_limits = matches!(at.acting, Acting::All(_));
@@ -313,7 +313,7 @@ fn solved_rows<'a, T: Scalar>(
     term: &'a Stops<T>,
 ) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
     let balance = at.balance();
-    let mut rows = (at.moment.simulator.held_rows()..)
+    let mut rows = (at.point.simulator.held_rows()..)
         .zip(&term.rows)
         .peekable();
     move |k, inward| {
@@ -327,40 +327,40 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
     type Term = Stops<T>;
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
-        let (moment, mut ends) = (at.moment, term.ends.iter());
-        let dt = moment.dt();
-        each_end(moment.simulator, moment.q(), |k, end| {
+        let (point, mut ends) = (at.point, term.ends.iter());
+        let dt = point.dt();
+        each_end(point.simulator, point.q(), |k, end| {
             let end = &moving(end);
-            let v = OfCoordinate::variable(moment.v()[k], RATE);
+            let v = OfCoordinate::variable(point.v()[k], RATE);
             MovingEnd { k, end, v, dt }.emit_force(at, ends.next(), out);
         });
     }
 
     fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
-        let (moment, mut row_of) = (at.moment, solved_rows(at, term));
-        let dt = moment.dt();
-        each_end(moment.simulator, moment.q(), |k, end| {
+        let (point, mut row_of) = (at.point, solved_rows(at, term));
+        let dt = point.dt();
+        each_end(point.simulator, point.q(), |k, end| {
             if let Some(solved) = row_of(k, end.inward) {
                 let end = &moving(end);
-                let v = OfCoordinate::variable(moment.v()[k], RATE);
+                let v = OfCoordinate::variable(point.v()[k], RATE);
                 MovingEnd { k, end, v, dt }.emit_row(solved, out);
             }
         });
     }
 
     fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
-        let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
-        let actuation = moment.simulator.actuation().filter(|_| out.has_parts());
+        let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
+        let actuation = point.simulator.actuation().filter(|_| out.has_parts());
         let Some(actuation) = actuation else { return };
-        let dt = moment.dt();
-        actuation.each_seeded_end(moment.model(), moment.q(), |k, end| {
-            let v = OfActuator::constant_of(moment.v()[k]);
+        let dt = point.dt();
+        actuation.each_seeded_end(point.model(), point.q(), |k, end| {
+            let v = OfActuator::constant_of(point.v()[k]);
             let moving = MovingEnd { k, end, v, dt };
             let slopes = moving.weighted(at, ends.next(), row_of(k, end.inward), out);
             let part = out.slots().0.actuators[k].clone();
             out.add(&part, &slopes.eps);
         });
-        if !moment.is_instant {
+        if !point.is_instant {
             emit_time_step(at, term, out);
         }
     }
@@ -368,10 +368,10 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
 
 /// States all ends over the time step.
 fn emit_time_step<T: Scalar>(at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
-    let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
-    let dt = OfCoordinate::variable(T::constant(moment.dt()), TIME_STEP);
-    each_end(moment.simulator, moment.q(), |k, end| {
-        let v = OfCoordinate::constant_of(moment.v()[k]);
+    let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
+    let dt = OfCoordinate::variable(T::constant(point.dt()), TIME_STEP);
+    each_end(point.simulator, point.q(), |k, end| {
+        let v = OfCoordinate::constant_of(point.v()[k]);
         let end = &End {
             depth: OfCoordinate::constant_of(end.depth),
             inward: end.inward,
