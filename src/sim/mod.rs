@@ -76,9 +76,7 @@ pub(crate) use integrators::{
     StepJacobian, StepPoint,
 };
 pub use interop::{Engine, EngineCoordinates};
-#[cfg(feature = "identification")]
-pub(crate) use names::coordinate_names;
-pub(crate) use names::{column_names, input_columns, numbered};
+pub(crate) use names::{column_names, input_columns};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::SimulatorRemark;

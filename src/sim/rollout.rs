@@ -4,14 +4,14 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::names::{column_names, input_columns, numbered};
+use super::names::{column_names, input_columns};
 use super::simulator::Simulator;
 use super::state::State;
 use super::status::{RolloutStatus, SolverFailure};
 use super::step::StepScratch;
 use crate::cone::Status;
 use crate::memory;
-use crate::model::{Model, Structure};
+use crate::model::{Model, Structure, numbered};
 use crate::scalar::{Over, Scalar};
 
 /// A trajectory of a robot: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see
