@@ -79,8 +79,8 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
-    pub(super) fn whiten(&mut self) {
-        self.rows.whiten(&self.factor, &self.placed.forces);
+    pub(super) fn form_delassus(&mut self) {
+        self.rows.form_delassus(&self.factor, &self.placed.forces);
     }
 
     /// The forces of the rows, and the acceleration with them.

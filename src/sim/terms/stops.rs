@@ -2,7 +2,7 @@
 //!
 //! At an instant a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
-//! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
+//! while f > 0. Without a solver, those that would pull are released, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
 
 use std::marker::PhantomData;
@@ -40,7 +40,7 @@ pub(crate) struct Stop<T> {
     coordinate: usize,
     /// The direction of its push along the coordinate.
     inward: f64,
-    /// Along that direction; zero if the stop is let go.
+    /// Along that direction; zero if the stop is released.
     force: StepForce<T>,
 }
 
@@ -62,8 +62,8 @@ impl<T: Scalar> Stop<T> {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
-    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
+    /// Releases the stop in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
+    fn release<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
     where
         T: Over<D>,
     {
@@ -78,7 +78,7 @@ impl<T: Scalar> Stop<T> {
     }
 }
 
-/// Rounds in which stops that pull are let go while the step is recorded: in the first all within reach push, in the second those that are left
+/// Rounds in which stops that pull are released while the step is recorded: in the first all within reach push, in the second those that are left
 /// mostly do.
 const RECORDED_ROUNDS: usize = 2;
 
@@ -142,7 +142,7 @@ impl<T: Scalar> Stops<T> {
                 aba,
                 a,
             );
-            if !self.let_go(at.dt(), a, round) {
+            if !self.release(at.dt(), a, round) {
                 return;
             }
         }
@@ -161,23 +161,23 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Lets go the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// Releases the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
-    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
+    fn release<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
     where
         T: Over<D>,
     {
         let mut any = false;
         for stop in &mut self.ends {
-            let pull = -stop.let_go(dt, a);
+            let pull = -stop.release(dt, a);
             let may = !pull.has_value() && round < RECORDED_ROUNDS;
-            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are let go");
+            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are released");
         }
         any
     }
 
     /// All ends, as if those within reach of the step pushed.
-    fn meet<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
+    fn detect<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -202,7 +202,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
             let (v, tau) = (at.v(), &mut forces.tau);
             each_end(at.simulator, at.q(), |k, end| tau[k] += end.force(v[k]));
         } else if !at.has_rows() {
-            self.meet(at);
+            self.detect(at);
         }
     }
 

@@ -82,7 +82,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
     }
 
-    /// Forward dynamics, with stops that may be let go and velocity forces of the middle of the step.
+    /// Forward dynamics, with stops that may be released and velocity forces of the middle of the step.
     fn solve_without_rows<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
@@ -133,7 +133,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         balance.rows.clear();
         terms.add_rows(at, balance);
         loop {
-            balance.whiten();
+            balance.form_delassus();
             terms.add_references(at, balance);
             balance.solve(at, a);
             if !terms.add_violated(at, balance, a) {

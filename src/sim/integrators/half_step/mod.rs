@@ -125,7 +125,7 @@ impl<P: Scalar> Simulator<P> {
             Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => None,
             _ if self.always_in_the_middle() => Some(half.into()),
             _ if is_slow(slow(dt), v) => None,
-            _ => Some(self.whirl(slow(dt), v) * half),
+            _ => Some(self.gyroscopic_share(slow(dt), v) * half),
         }
     }
 
@@ -146,7 +146,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// From 0 to 1 as the fastest coordinate of all that turn goes from slow to fast, s = 3 x² − 2 x³.
-    fn whirl<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
+    fn gyroscopic_share<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
         let mut fastest = T::zero();
         for k in self.turning() {
             fastest = fastest.max(v[k].abs());
