@@ -84,3 +84,33 @@ fn are_finite<'a, T: Scalar>(
     let sum = (numbers.into_iter()).fold(T::zero(), |sum, &x| sum + x * 0.0);
     lanes.all(|lane| sum.value(lane) == 0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Lanes;
+    use nalgebra::DVector;
+
+    #[test]
+    fn each_lane_ends_by_its_own_numbers_and_all_of_them_by_any() {
+        let one = |x: [f64; 4]| DVector::from_element(1, Lanes(x));
+        let next = State {
+            q: one([0.0, f64::NAN, 0.0, 0.0]),
+            v: one([-5.0, 0.0, f64::NEG_INFINITY, 5.1]),
+            contact: one([0.0; 4]),
+        };
+        let after = |lanes| RolloutStatus::after(7, &next, 5.0, lanes).is_none();
+        assert_eq!(
+            [0, 1, 2, 3].map(|k| after(k..k + 1)),
+            [true, false, false, false]
+        );
+        assert!(!after(0..4));
+        let u = one([1e300, f64::INFINITY, 0.0, f64::NAN]);
+        let before = |lanes| RolloutStatus::before(7, u.as_slice(), lanes).is_none();
+        assert_eq!(
+            [0, 1, 2, 3].map(|k| before(k..k + 1)),
+            [true, false, true, false]
+        );
+        assert!(!before(0..4));
+    }
+}
