@@ -58,7 +58,8 @@ mod rows;
 
 pub use anchor::Anchor;
 use anchor::AnchorMotion;
-pub(crate) use carried::{CarriedRow, CarrierMotion, Mounted};
+pub(crate) use anchor::Mounted;
+pub(crate) use carried::{CarriedRow, CarrierMotion};
 pub(crate) use hold::Hold;
 pub(crate) use joints::{JointMotion, TiedJoint};
 pub use kind::ConstraintKind;

@@ -23,7 +23,7 @@ const NEWTON_STEPS: usize = 10;
 /// The part of the last residual to which a step is solved.
 const INEXACT: f64 = 0.1;
 /// Matrices after which an acceptable residual is taken, and after which the search ends.
-const PATIENCE: usize = 10;
+const STALL_LIMIT: usize = 10;
 const MOST: usize = 60;
 /// A residual from which the path and regularised problems have not been seen to lead farther.
 const NEAR: f64 = 1e-4;
@@ -50,8 +50,8 @@ impl Search {
                 continue;
             }
             residual = self.newton.note();
-            let patient = self.iterations() < start + PATIENCE;
-            if residual <= tolerance || (!patient && self.is_acceptable()) {
+            let may_stall = self.iterations() < start + STALL_LIMIT;
+            if residual <= tolerance || (!may_stall && self.is_acceptable()) {
                 break;
             }
             if self.iterations() - before <= NEWTON_STEPS / 2 {

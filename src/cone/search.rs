@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 /// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
 const NEWTON_STEPS: usize = 8;
 /// The part of the iterations after which a problem is taken for one without solution.
-const HOPE: f64 = 0.7;
+const ITERATION_SHARE: f64 = 0.7;
 /// Steps of Newton's method from a place on the path, where the active set is nearly right.
 const MORE_NEWTON_STEPS: usize = 25;
 /// Point of the path, as κ beside the size of the problem squared, at which the active set is tried: too early, it is not yet the right one, too
@@ -111,7 +111,7 @@ impl Search {
     fn find_or_regularize(&mut self, options: &ConeOptions) -> Status {
         let tolerance = options.tolerance;
         self.acceptable = options.acceptable;
-        self.allowed = (HOPE * options.iterations as f64).ceil() as usize;
+        self.allowed = (ITERATION_SHARE * options.iterations as f64).ceil() as usize;
         if self.find(tolerance) {
             return Status::Converged;
         }

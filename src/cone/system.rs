@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 const NO_DIAGONAL: f64 = 1e-14;
 
 /// A regularisation as large as this, beside the size of its row, leaves most digits of a solution.
-const ENOUGH: f64 = 1e-6;
+const REGULARIZED_ABOVE: f64 = 1e-6;
 
 /// The smallest parts that a law speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl System {
         // Without an early end, which would keep numbers from being worked on together.
         self.rescale(|x| finite &= x.is_finite());
         let scaled = |i: usize| regularization(i) * self.scale[i] * self.scale[i];
-        self.is_regularized = (0..n).map(scaled).all(|r| r > ENOUGH);
+        self.is_regularized = (0..n).map(scaled).all(|r| r > REGULARIZED_ABOVE);
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 

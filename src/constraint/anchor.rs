@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, frame_velocity};
 use crate::error::UnknownName;
-use crate::model::{FrameId, Model, Structure};
+use crate::model::{BodyId, FrameId, Model, Structure};
 use crate::numbers::{Domain, Each, Number, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, lift_vector, rotate, rotate_back};
@@ -89,6 +89,15 @@ impl Anchor<f64> {
         let placement = self.placement * pose;
         Self { placement, ..self }
     }
+}
+
+/// Place of an anchor on a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mounted<P> {
+    /// `None` is the world.
+    pub(crate) body: Option<BodyId>,
+    /// Pose in the body.
+    pub(crate) X_BA: Transform<P>,
 }
 
 /// An anchor in motion, in mixed representation: point velocities and world axes.
@@ -192,6 +201,15 @@ impl<P: Scalar> Anchor<P> {
     pub(crate) fn is_of(&self, model: &Model<P>) -> bool {
         let own = model.structure();
         self.structure.is_none_or(|structure| structure == own)
+    }
+
+    /// Finds its place on the body that carries it.
+    pub(crate) fn mounted(&self, model: &Model<P>) -> Mounted<P> {
+        let frame = self.frame.map(|frame| model.frame_of(frame));
+        Mounted {
+            body: frame.and_then(|frame| frame.body),
+            X_BA: frame.map_or(self.placement, |frame| frame.placement * self.placement),
+        }
     }
 
     /// Computes the pose of the anchor in the world at a configuration `q` (length `nq`).

@@ -5,32 +5,11 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::anchor::{AnchorMotion, Carrier};
+use super::Constraint;
+use super::anchor::{AnchorMotion, Carrier, Mounted};
 use super::rows::ConstraintRow;
-use super::{Anchor, Constraint};
-use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Transform};
-
-/// Place of an anchor on a body.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Mounted<P> {
-    /// `None` is the world.
-    pub(crate) body: Option<BodyId>,
-    /// Pose in the body.
-    pub(crate) X_BA: Transform<P>,
-}
-
-impl<P: Scalar> Anchor<P> {
-    /// Finds its place on the body that carries it.
-    pub(crate) fn mounted(&self, model: &Model<P>) -> Mounted<P> {
-        let frame = self.frame.map(|frame| model.frame_of(frame));
-        Mounted {
-            body: frame.and_then(|frame| frame.body),
-            X_BA: frame.map_or(self.placement, |frame| frame.placement * self.placement),
-        }
-    }
-}
 
 /// Motion of a body that carries an anchor; all but the pose are seen from the body.
 #[derive(Clone, Copy, Debug)]

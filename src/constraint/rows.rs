@@ -44,7 +44,7 @@ impl<T: Scalar> ConstraintRow<T> {
         }
     }
 
-    /// Stabilised bias of a rigid row at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
+    /// Stabilised bias of a rigid row at an instant, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
     /// twice the time step.
     pub(crate) fn at_moment<D: Scalar>(&self, time_constant: T, dt: D) -> T
     where
@@ -70,7 +70,7 @@ impl<T: Scalar> ConstraintRow<T> {
         matches!(self.hold, Hold::Rigid { .. })
     }
 
-    /// The force of a spring and damper at a moment, within its bound: −k φ − d φ̇; `None` for rigid rows.
+    /// The force of a spring and damper at an instant, within its bound: −k φ − d φ̇; `None` for rigid rows.
     pub(crate) fn spring_force(&self) -> Option<T> {
         let Hold::Spring { stiffness, damping } = self.hold else {
             return None;

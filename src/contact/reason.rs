@@ -20,7 +20,7 @@ pub(crate) struct PointOutcome<'a, T> {
     pub(crate) is_smoothed: bool,
 }
 
-/// Behaviour of a contact point at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
+/// Behaviour of a contact point at an instant, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
 ///
 /// # Examples
 /// ```

@@ -55,8 +55,8 @@ pub(crate) struct BodyMotion<'a, T> {
     pub(crate) X_WB: &'a Transform<T>,
     /// Its velocity, in the body.
     pub(crate) V_B: &'a Motion<T>,
-    /// Duration of contact, s: of two sides that a shape may touch, the one counts that is deeper after this time. 0 for that of the
-    /// moment.
+    /// Duration of contact, s: of two sides that a shape may touch, the one counts that is deeper after this time. 0 for that of this
+    /// instant.
     pub(crate) duration: T,
 }
 

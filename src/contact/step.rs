@@ -18,7 +18,7 @@ impl<P: Scalar> Contacts<P> {
         self.point_laws().kind().is_some_and(property)
     }
 
-    /// Whether the solver finds the forces in a step whose contact forces are those of its start, or of a moment.
+    /// Whether the solver finds the forces in a step whose contact forces are those of its start, or of an instant.
     pub(crate) fn are_solved_explicitly(&self) -> bool {
         self.has(|kind| kind.solved_explicitly)
     }
@@ -43,7 +43,7 @@ impl<P: Scalar> Contacts<P> {
         self.has(|kind| kind.reads_delassus)
     }
 
-    /// Name of the law, if its forces act over a step and are none of a moment.
+    /// Name of the law, if its forces act over a step and are none of an instant.
     pub(crate) fn acting_over_step(&self) -> Option<&'static str> {
         let kind = self.point_laws().kind().filter(|kind| kind.acts_over_step);
         kind.map(|kind| kind.name)

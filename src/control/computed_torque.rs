@@ -71,14 +71,9 @@ impl ComputedTorque {
         state: &State<T>,
         target: &State<T>,
     ) -> DVector<T> {
+        let mut scratch = ComputedTorqueScratch::new(model);
         let mut tau = DVector::zeros(model.nv());
-        self.torque_into(
-            model,
-            state,
-            target,
-            &mut ComputedTorqueScratch::new(model),
-            tau.as_mut_slice(),
-        );
+        self.torque_into(model, state, target, &mut scratch, tau.as_mut_slice());
         tau
     }
 

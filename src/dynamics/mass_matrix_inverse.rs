@@ -59,13 +59,9 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
 /// # References
 /// [Carpentier 2018], on the articulated inertias of [Featherstone 2008, section 7.3].
 pub fn mass_matrix_inverse<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<T> {
+    let mut scratch = MassMatrixInverseScratch::new(model);
     let mut out = DMatrix::zeros(model.nv(), model.nv());
-    mass_matrix_inverse_into(
-        model,
-        q,
-        &mut MassMatrixInverseScratch::new(model),
-        &mut out,
-    );
+    mass_matrix_inverse_into(model, q, &mut scratch, &mut out);
     out
 }
 

@@ -75,16 +75,8 @@ pub fn inverse_dynamics<P: Scalar, T: Over<P>>(
     v: &[T],
     a: &[T],
 ) -> DVector<T> {
-    let mut tau = DVector::zeros(model.nv());
-    inverse_dynamics_into(
-        model,
-        q,
-        v,
-        a,
-        &[],
-        &mut RneaScratch::new(model),
-        tau.as_mut_slice(),
-    );
+    let (mut scratch, mut tau) = (RneaScratch::new(model), DVector::zeros(model.nv()));
+    inverse_dynamics_into(model, q, v, a, &[], &mut scratch, tau.as_mut_slice());
     tau
 }
 
@@ -105,17 +97,13 @@ pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
     scratch: &mut RneaScratch<T>,
     tau: &mut [T],
 ) {
-    recursive_newton_euler(
-        model,
-        &DesiredMotion {
-            q,
-            v: Some(v),
-            a: Some(a),
-            external,
-        },
-        scratch,
-        tau,
-    );
+    let desired = DesiredMotion {
+        q,
+        v: Some(v),
+        a: Some(a),
+        external,
+    };
+    recursive_newton_euler(model, &desired, scratch, tau);
 }
 
 /// Computes h(q, v), the joint forces that keep the joints from accelerating: Coriolis, centrifugal and gravity forces.
@@ -135,15 +123,8 @@ pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
 /// assert!((h[0] - 0.5 * 9.81).abs() < 1e-12);
 /// ```
 pub fn bias_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DVector<T> {
-    let mut tau = DVector::zeros(model.nv());
-    bias_forces_into(
-        model,
-        q,
-        v,
-        &[],
-        &mut RneaScratch::new(model),
-        tau.as_mut_slice(),
-    );
+    let (mut scratch, mut tau) = (RneaScratch::new(model), DVector::zeros(model.nv()));
+    bias_forces_into(model, q, v, &[], &mut scratch, tau.as_mut_slice());
     tau
 }
 
@@ -159,17 +140,13 @@ pub fn bias_forces_into<P: Scalar, T: Over<P>>(
     scratch: &mut RneaScratch<T>,
     tau: &mut [T],
 ) {
-    recursive_newton_euler(
-        model,
-        &DesiredMotion {
-            q,
-            v: Some(v),
-            a: None,
-            external,
-        },
-        scratch,
-        tau,
-    );
+    let desired = DesiredMotion {
+        q,
+        v: Some(v),
+        a: None,
+        external,
+    };
+    recursive_newton_euler(model, &desired, scratch, tau);
 }
 
 /// Computes g(q), the joint forces that hold the robot at rest: the gradient of the potential energy.
@@ -202,17 +179,13 @@ pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
     scratch: &mut RneaScratch<T>,
     tau: &mut [T],
 ) {
-    recursive_newton_euler(
-        model,
-        &DesiredMotion {
-            q,
-            v: None,
-            a: None,
-            external: &[],
-        },
-        scratch,
-        tau,
-    );
+    let desired = DesiredMotion {
+        q,
+        v: None,
+        a: None,
+        external: &[],
+    };
+    recursive_newton_euler(model, &desired, scratch, tau);
 }
 
 fn recursive_newton_euler<P: Scalar, T: Over<P>>(

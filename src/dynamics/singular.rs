@@ -185,25 +185,21 @@ fn rounding(locked: &Matrix6<f64>, axis: Axis, rotor: f64) -> f64 {
 
 /// Eliminates coordinate after coordinate from the mass matrix; a vanishing pivot names the joint that has the coordinate.
 fn eliminate_dense(model: &Model) -> Vec<Unresisted> {
-    let leaders = || {
-        let bodies = model.bodies().iter().enumerate();
-        bodies.filter(|(_, body)| body.coupling.is_none())
-    };
+    let leaders = || model.independent_with_ids();
     let q: Vec<f64> = leaders()
-        .flat_map(|(i, body)| ordinary_coordinates(i, body))
+        .flat_map(|(id, body)| ordinary_coordinates(id.0, body))
         .collect();
     let mut M = mass_matrix(model, &q);
     let (whole, locked) = (M.diagonal(), locked_inertias(model));
     let mut found = Vec::new();
-    for (i, body) in leaders().collect::<Vec<_>>().into_iter().rev() {
+    for (id, body) in leaders().collect::<Vec<_>>().into_iter().rev() {
         for k in (body.v..body.v + body.joint.nv()).rev() {
             let inertia = M[(k, k)];
-            let own = rounding(&locked[i], body.joint.axis(k - body.v), 0.0);
+            let own = rounding(&locked[id.0], body.joint.axis(k - body.v), 0.0);
             if resists(inertia, own.max(ROUNDING * whole[k].abs())) {
                 subtract_outer(&mut M, k, inertia);
             } else {
-                let body = BodyId(i);
-                found.push(Unresisted { body, inertia });
+                found.push(Unresisted { body: id, inertia });
             }
         }
     }

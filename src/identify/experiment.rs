@@ -9,9 +9,6 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::sim::Rollout;
 
-/// Name of the joint of a floating base, as in [`ParameterLayout`](crate::model::ParameterLayout).
-pub(super) const FLOATING_BASE: &str = "floating base";
-
 /// A logged motion: channels of numbers with names and units, over one clock.
 ///
 /// A sample of a channel that is missing is NaN; whole stretches may be missing from the [times](Self::at_times). Both are gaps, over which nothing
@@ -141,9 +138,8 @@ impl Experiment {
     ) -> Self {
         let mut out = Self::at_rate(name, rollout.time_step.recip());
         let n = rollout.inputs.len();
-        for body in independent(model) {
-            let joint = joint_name(model, body);
-            let (q, v) = (q_range(model.body(body)), v_range(model.body(body)));
+        for (id, body) in model.independent_with_ids() {
+            let (joint, q, v) = (model.joint_name(id), q_range(body), v_range(body));
             let states = &rollout.states[..n];
             let positions: Vec<f64> = (states.iter())
                 .flat_map(|state| state.q.as_slice()[q.clone()].iter().copied())
@@ -170,18 +166,6 @@ impl Experiment {
     pub fn name(&self) -> &str {
         &self.name
     }
-}
-
-/// The bodies with coordinates of their own.
-pub(super) fn independent(model: &Model) -> impl Iterator<Item = BodyId> + '_ {
-    let bodies = (0..model.n_bodies()).map(BodyId);
-    bodies.filter(|&body| model.body(body).coupling.is_none())
-}
-
-/// Name of the joint that carries a body; of a universal joint, with the number of the axis.
-pub(super) fn joint_name(model: &Model, body: BodyId) -> String {
-    let name = model.part_name(body);
-    name.unwrap_or_else(|| FLOATING_BASE.into())
 }
 
 /// Places of the numbers of a quantity of a body's joint in q, or in v.

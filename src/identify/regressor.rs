@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentifyError;
-use super::experiment::independent;
 use super::friction::DryFriction;
 use crate::dynamics::joint_torque_regressor;
 use crate::model::manifold::v_range;
@@ -177,10 +176,9 @@ impl Regressor {
 
     /// The velocity coordinates of named joints.
     fn coordinates(&self) -> Vec<usize> {
-        let named = independent(&self.model).filter(|&body| self.model.body_joint(body).is_some());
-        named
-            .flat_map(|body| v_range(self.model.body(body)))
-            .collect()
+        let bodies = self.model.independent_with_ids();
+        let named = bodies.filter(|&(id, _)| self.model.body_joint(id).is_some());
+        named.flat_map(|(_, body)| v_range(body)).collect()
     }
 
     /// The robot, with its nominal numbers.

@@ -7,11 +7,10 @@ use nalgebra::DMatrix;
 use super::dataset::Dataset;
 use super::error::IdentifyError;
 use super::estimate::{Estimate, Interval};
-use super::experiment::FLOATING_BASE;
 use super::robot::Robot;
 use super::validation::ForceError;
 use crate::joint::JointKind;
-use crate::sim::coordinate_names;
+use crate::model::FLOATING_BASE;
 
 /// Report of an identification: what was found, how certain it is, and how well it predicts.
 ///
@@ -80,7 +79,7 @@ impl Report {
         level: f64,
     ) -> Result<Self, IdentifyError> {
         let found = robot.validate(validation)?;
-        let names = coordinate_names(&robot.model, JointKind::nv, FLOATING_BASE);
+        let names = (robot.model).coordinate_names(JointKind::nv, FLOATING_BASE);
         let coordinates = names
             .zip(&estimate.force_deviations)
             .zip(&found.coordinates);

@@ -6,9 +6,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
-use super::experiment::{
-    Channel, Clock, Experiment, channel_name, dimension, independent, joint_name, range_of,
-};
+use super::experiment::{Channel, Clock, Experiment, channel_name, dimension, range_of};
 use super::unit::Quantity;
 use crate::error::UnknownName;
 use crate::joint::JointKind;
@@ -43,10 +41,10 @@ impl Table {
             tau: zeros(model.nv()),
             measured: vec![[false; 4]; model.n_bodies()],
         };
-        for body in independent(model) {
-            let name = joint_name(model, body);
+        for (id, _) in model.independent_with_ids() {
+            let name = model.joint_name(id);
             for quantity in Quantity::ALL {
-                out.take(model, experiment, body, &name, quantity)?;
+                out.take(model, experiment, id, &name, quantity)?;
             }
         }
         Ok(out)
@@ -171,8 +169,8 @@ const JITTER: f64 = 0.1;
 /// # Errors
 /// If a channel or a passive joint has the name of nobody, or that of a follower.
 fn check_names(model: &Model, experiment: &Experiment) -> Result<(), IdentifyError> {
-    let known: Vec<String> = independent(model)
-        .map(|body| joint_name(model, body))
+    let known: Vec<String> = (model.independent_with_ids())
+        .map(|(id, _)| model.joint_name(id))
         .collect();
     let channels = experiment.channels.iter().map(|channel| &channel.joint);
     for name in channels.chain(&experiment.passive) {
@@ -227,10 +225,10 @@ fn n_samples(model: &Model, experiment: &Experiment) -> Result<usize, IdentifyEr
         Clock::Times(times) => Some((times.len(), "times".to_owned())),
         Clock::Rate(_) => None,
     };
-    for body in independent(model) {
-        let name = joint_name(model, body);
+    for (id, _) in model.independent_with_ids() {
+        let name = model.joint_name(id);
         for channel in experiment.channels.iter().filter(|own| own.joint == name) {
-            let width = range_of(model, body, channel.quantity).len();
+            let width = range_of(model, id, channel.quantity).len();
             let len = channel.values.len();
             let (n, of) = found.get_or_insert_with(|| (len / width, channel.name()));
             if len != *n * width {

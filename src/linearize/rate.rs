@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Linearization;
 use crate::contact::Contacts;
 use crate::dynamics::Calls;
-use crate::sim::{AccelerationColumns, AccelerationScratch, Moment, Simulator, State};
+use crate::sim::{AccelerationColumns, AccelerationScratch, EvaluationPoint, Simulator, State};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ impl Simulator<f64> {
         );
         self.check_input(u);
         self.check(state);
-        let at = Moment::instant(self, state, u);
+        let at = EvaluationPoint::instant(self, state, u);
         self.accelerate(&at, &mut scratch.found);
         scratch.columns.linearize(&at, &mut scratch.found);
         let (minus_a, bristles) = (scratch.columns.minus_a(), scratch.columns.bristles());

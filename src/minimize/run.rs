@@ -14,9 +14,9 @@ use super::{MinimizeOptions, Minimizer, Minimum};
 use crate::stop::is_stopped;
 
 /// Iterations without improvement that line searches are given: a second one starts from the same point.
-const PATIENCE: usize = 2;
+const STALL_LIMIT: usize = 2;
 /// A radius of trust shrinks to a quarter at each failure; this many lead from any to nothing.
-const PATIENCE_OF_TRUST: usize = 30;
+const TRUST_STALL_LIMIT: usize = 30;
 /// argmin's Newton-CG ends its inner iterations at  ‖r‖² ≤ ½ ‖g‖  (residual and gradient), which for small gradients is
 /// before the first: costs this many times larger make it  ‖r‖² ≤ ½ ‖g‖ / scale.
 const NEWTON_SCALE: f64 = 1e9;
@@ -89,9 +89,9 @@ impl Run<'_> {
         Limits {
             max_iterations: self.options.max_iterations,
             tolerance,
-            patience: match self.minimizer {
-                Minimizer::TrustRegion => PATIENCE_OF_TRUST,
-                _ => PATIENCE,
+            stall_limit: match self.minimizer {
+                Minimizer::TrustRegion => TRUST_STALL_LIMIT,
+                _ => STALL_LIMIT,
             },
             scale: match self.minimizer {
                 Minimizer::NewtonCg => NEWTON_SCALE,

@@ -35,7 +35,7 @@ pub(super) struct Limits {
     /// Tolerance of the gradient, as a share of 1 + cost (of one where costs are below zero).
     pub(super) tolerance: f64,
     /// Iterations without improvement after which a method has stalled.
-    pub(super) patience: usize,
+    pub(super) stall_limit: usize,
     /// Factor on costs and derivatives as the method sees them.
     pub(super) scale: f64,
 }
@@ -158,7 +158,7 @@ impl<'a> Watch<'a> {
         });
         if best.value < -COST_LIMIT {
             record.status = Some(Status::Diverged);
-        } else if record.idle >= self.limits.patience {
+        } else if record.idle >= self.limits.stall_limit {
             record.status = record.status.or(Some(Status::LineSearchStalled));
         }
     }

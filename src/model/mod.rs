@@ -43,6 +43,7 @@ mod ids;
 mod link_inertias;
 pub(crate) mod manifold;
 mod manifold_jacobians;
+mod names;
 mod numbers;
 mod operations;
 mod parameter_derivatives;
@@ -71,6 +72,9 @@ pub(crate) use generation::Generation;
 pub(crate) use hardware::Stretch;
 pub use hardware::{Dimension, Hardware, LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub use ids::{BodyId, FrameId, JointId};
+#[cfg(feature = "identification")]
+pub(crate) use names::FLOATING_BASE;
+pub(crate) use names::numbered;
 pub use parameters::{ParameterGroup, ParameterLayout};
 pub(crate) use parts::JointPart;
 pub use parts::{
@@ -419,16 +423,6 @@ impl<P: Scalar> Model<P> {
                     friction: second.map_or(joint.friction, |second| second.friction),
                 }
             })
-        })
-    }
-
-    /// The name of the joint of a body, with the number of the axis where it has two bodies; `None` for a floating base.
-    pub(crate) fn part_name(&self, body: BodyId) -> Option<String> {
-        let joint = &self.joints[self.body_joint(body)?.0];
-        let bodies = joint.bodies();
-        Some(match bodies.len() {
-            1 => joint.name.clone(),
-            _ => format!("{}.{}", joint.name, body.0 - bodies.start),
         })
     }
 

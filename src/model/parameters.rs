@@ -22,8 +22,7 @@ use std::ops::Range;
 
 use nalgebra::{DVector, Vector3};
 
-use super::manifold::v_range;
-use super::{Body, BodyId, FrameId, Generation, JointId, Model};
+use super::{BodyId, FrameId, Generation, JointId, Model};
 use crate::error::UnknownName;
 use crate::numbers::{Domain, Each, EachIn, Number, Numbers as _, each_named, is_finite, of};
 use crate::scalar::{Over, Scalar};
@@ -314,18 +313,6 @@ impl<P: Scalar> Model<P> {
             Group::Damping | Group::Armature => return self.coordinate_name(k, name),
         };
         format!("{owner}: {name}")
-    }
-
-    /// Name of a quantity along a velocity coordinate.
-    pub(crate) fn coordinate_name(&self, v: usize, quantity: &dyn Display) -> String {
-        let is_own = |body: &Body<P>| body.coupling.is_none() && v_range(body).contains(&v);
-        let body = self.bodies.iter().position(is_own).unwrap_or_default();
-        let joint = self.part_name(BodyId(body));
-        let joint = joint.as_deref().unwrap_or("floating base");
-        match &self.bodies[body] {
-            own if own.joint.nv() == 1 => format!("{joint}: {quantity}"),
-            own => format!("{joint}: {quantity} {}", v - own.v),
-        }
     }
 }
 

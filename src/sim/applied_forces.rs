@@ -10,7 +10,7 @@ use crate::model::FrameId;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation, Transform};
 
-/// A force on a place of a robot at a moment.
+/// A force on a place of a robot at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForce<T = f64> {
     /// The frame that carries the place.
@@ -40,13 +40,13 @@ impl<P: Scalar> Simulator<P> {
         );
         let u = self.frame_inputs(u);
         let apply = |term: FrameTerm<'_, P>| {
-            let (frame, mount) = (term.place().frame?, term.mount(model)?);
-            let X_WB = kinematics.pose(Some(mount.body));
-            let V_B = kinematics.velocity(Some(mount.body));
+            let (frame, mounted) = (term.place().frame?, term.place().mounted(model));
+            let X_WB = kinematics.pose(mounted.body);
+            let V_B = kinematics.velocity(mounted.body);
             let u = term.input().map_or(T::zero(), |input| u[input]);
-            let F_B = term.body_force(&mount.X_BA, &X_WB, &V_B, u);
-            let pose = mount.X_BA.after(&X_WB);
-            let F_A = mount.X_BA.force_inverse(&F_B);
+            let F_B = term.body_force(&mounted.X_BA, &X_WB, &V_B, u);
+            let pose = mounted.X_BA.after(&X_WB);
+            let F_A = mounted.X_BA.force_inverse(&F_B);
             Some(AppliedForce {
                 frame,
                 pose,

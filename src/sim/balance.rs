@@ -6,8 +6,8 @@
 
 use nalgebra::DMatrix;
 
+use super::evaluation_point::EvaluationPoint;
 use super::forces::Forces;
-use super::moment::Moment;
 use super::placed::Placed;
 use super::rows::Rows;
 use super::simulator::Simulator;
@@ -56,7 +56,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Poses and velocities of all bodies, and τ − h.
-    pub(super) fn place<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>)
+    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
     where
         T: Over<P>,
     {
@@ -79,12 +79,12 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
-    pub(super) fn whiten(&mut self) {
-        self.rows.whiten(&self.factor, &self.placed.forces);
+    pub(super) fn form_delassus(&mut self) {
+        self.rows.form_delassus(&self.factor, &self.placed.forces);
     }
 
     /// The forces of the rows, and the acceleration with them.
-    pub(super) fn solve<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &mut [T])
+    pub(super) fn solve<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, a: &mut [T])
     where
         T: Over<P>,
     {
@@ -95,7 +95,7 @@ impl<T: Scalar> Balance<T> {
 
     /// The forces of the rows, with the κ of the step. Where the time step is more than a plain number, so is κ, and the solver gets that of a plain step Δt₀:
     /// the laws have no scale of their own but κ, so that with s = √(Δt / Δt₀) the forces s f and the velocities s y obey those with κ / Δt₀.
-    fn smooth<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn smooth<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -122,7 +122,7 @@ impl<T: Scalar> Balance<T> {
     /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not wanted
     pub(crate) fn respond_transposed<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         weights: &mut [T],
         by_friction: &mut [T],
     ) where
@@ -138,7 +138,7 @@ impl<T: Scalar> Balance<T> {
     /// * `memory` – working memory
     pub(crate) fn respond<'x, P: Scalar, S: Linear<T>>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
     ) where
@@ -156,7 +156,7 @@ impl<T: Scalar> Balance<T> {
 
     /// J `ã_free` − reference: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
     /// their linear velocity into account, ω × (v + ω × c).
-    fn see_turning<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn see_turning<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -223,7 +223,7 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// The law of friction of a moment.
-fn law_of<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>) -> Law {
+/// The law of friction of an instant.
+fn law_of<P: Scalar, T: Over<P>>(at: &EvaluationPoint<'_, P, T>) -> Law {
     at.simulator.contacts().map_or(Law::Coulomb, Contacts::cone)
 }

@@ -1,4 +1,4 @@
-//! Forces of a moment that terms add up.
+//! Forces of an instant that terms add up.
 
 use super::simulator::Simulator;
 use crate::scalar::Scalar;

@@ -1,7 +1,7 @@
 //! External forces and frame actuators of a simulator.
 
 use super::force::{ExternalForce, FrameActuator, FrameTerms, check};
-use super::names::tangent_names;
+use super::names::velocity_names;
 use super::simulator::Simulator;
 use crate::scalar::Scalar;
 
@@ -68,7 +68,7 @@ impl<P: Scalar> Simulator<P> {
     /// assert_eq!(Simulator::new(samples::cartpole()).input_names(), ["linear", "pivot"]);
     /// ```
     pub fn input_names(&self) -> Vec<String> {
-        let velocities = tangent_names(self.model());
+        let velocities = velocity_names(self.model());
         let joints = self.actuated().iter().map(|&k| velocities[k].clone());
         let frames = self.frames.actuators.iter();
         joints

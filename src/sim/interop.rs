@@ -93,12 +93,10 @@ pub struct EngineCoordinates<'m> {
 impl<'m> EngineCoordinates<'m> {
     /// The coordinates of an engine, with joints in the order of the model.
     pub fn new(model: &'m Model, engine: Engine) -> Self {
-        let bodies = model.bodies().iter().enumerate();
-        let leads = bodies.filter(|(_, body)| body.coupling.is_none());
         Self {
             model,
             engine,
-            order: leads.map(|(i, _)| BodyId(i)).collect(),
+            order: model.independent_with_ids().map(|(id, _)| id).collect(),
         }
     }
 

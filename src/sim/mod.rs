@@ -33,13 +33,13 @@ mod assembly;
 mod balance;
 mod base;
 mod batch;
+mod evaluation_point;
 mod force;
 mod forces;
 mod frame_forces;
 mod integrator;
 mod integrators;
 mod interop;
-mod moment;
 mod named_forces;
 mod names;
 mod parameter_slots;
@@ -52,6 +52,7 @@ mod rollout;
 mod rows;
 mod simulator;
 mod state;
+mod status;
 mod step;
 mod terms;
 
@@ -65,6 +66,7 @@ pub use batch::{
     BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
     SingleBatch, SingleScalar,
 };
+pub(crate) use evaluation_point::EvaluationPoint;
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 #[cfg(feature = "second-order")]
@@ -74,19 +76,17 @@ pub(crate) use integrators::{
     StepJacobian, StepPoint,
 };
 pub use interop::{Engine, EngineCoordinates};
-pub(crate) use moment::Moment;
-#[cfg(feature = "identification")]
-pub(crate) use names::coordinate_names;
-pub(crate) use names::{column_names, input_columns, numbered};
+pub(crate) use names::{column_names, input_columns};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::SimulatorRemark;
 pub use report::ContactReport;
+pub use rollout::Rollout;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
-pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{most_states, write_row};
 pub use simulator::Simulator;
 pub use state::State;
+pub use status::{RolloutStatus, SolverFailure};
 pub use step::StepScratch;
 pub(crate) use terms::StepSlopes;

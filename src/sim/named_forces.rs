@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::force::ExternalForce;
-use super::names::tangent_names;
+use super::names::velocity_names;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::constraint::Anchor;
@@ -60,7 +60,7 @@ impl Simulator<f64> {
             return Err(UnknownName {
                 model: self.model().name().into(),
                 element: "actuated joint".into(),
-                name: tangent_names(self.model()).swap_remove(k),
+                name: velocity_names(self.model()).swap_remove(k),
                 known: self.input_names(),
             });
         }

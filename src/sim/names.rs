@@ -2,13 +2,8 @@
 
 use super::simulator::Simulator;
 use crate::joint::JointKind;
-use crate::model::{BodyId, Model};
+use crate::model::{Model, numbered};
 use crate::scalar::Scalar;
-
-/// `<prefix>0`, `<prefix>1`, …
-pub(crate) fn numbered(prefix: &str, n: usize) -> impl Iterator<Item = String> + '_ {
-    (0..n).map(move |k| format!("{prefix}{k}"))
-}
 
 /// A name without the characters that would break a table.
 fn clean(name: String) -> String {
@@ -31,17 +26,28 @@ pub(crate) fn input_columns(names: &[String], n: usize) -> Vec<String> {
 
 /// Names of the coordinates of q, then of v, as columns of a table.
 pub(crate) fn column_names(model: &Model) -> Vec<String> {
-    let q = coordinate_names(model, JointKind::nq, BASE).map(|name| clean(format!("q.{name}")));
-    let v = coordinate_names(model, JointKind::nv, BASE).map(|name| clean(format!("v.{name}")));
-    q.chain(v).collect()
+    let q = prefixed("q", model, JointKind::nq);
+    q.chain(prefixed("v", model, JointKind::nv))
+        .map(clean)
+        .collect()
 }
 
 /// Name of a floating base in columns and inputs.
 const BASE: &str = "base";
 
 /// The name of the joint of each velocity coordinate, numbered where it has several; of a floating base `base`.
-pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
-    coordinate_names(model, JointKind::nv, BASE).collect()
+pub(super) fn velocity_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
+    model.coordinate_names(JointKind::nv, BASE).collect()
+}
+
+/// `<prefix>.<joint>` of each coordinate, of which a joint has `count`.
+fn prefixed<'a, P: Scalar>(
+    prefix: &'a str,
+    model: &'a Model<P>,
+    count: fn(JointKind) -> usize,
+) -> impl Iterator<Item = String> + 'a {
+    let names = model.coordinate_names(count, BASE);
+    names.map(move |name| format!("{prefix}.{name}"))
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -62,32 +68,8 @@ impl<P: Scalar> Simulator<P> {
     /// assert!(step.b[(speed, 0)] > 0.0);
     /// ```
     pub fn tangent_names(&self) -> Vec<String> {
-        let of = |prefix: &'static str| {
-            let names = tangent_names(self.model()).into_iter();
-            names.map(move |name| format!("{prefix}.{name}"))
-        };
+        let of = |prefix| prefixed(prefix, self.model(), JointKind::nv);
         let contact = numbered("contact", self.n_contact());
         of("q").chain(of("v")).chain(contact).collect()
     }
-}
-
-/// The name of the joint of each coordinate, `<joint>.0`, `<joint>.1`, … where it has several.
-///
-/// * `count` – number of coordinates of a joint
-/// * `base` – name of a floating base
-pub(crate) fn coordinate_names<'a, P: Scalar>(
-    model: &'a Model<P>,
-    count: fn(JointKind) -> usize,
-    base: &'a str,
-) -> impl Iterator<Item = String> + 'a {
-    let bodies = model.bodies().iter().enumerate();
-    let independent = bodies.filter(|(_, body)| body.coupling.is_none());
-    independent.flat_map(move |(i, body)| {
-        let name = model.part_name(BodyId(i));
-        let name = name.unwrap_or_else(|| base.to_owned());
-        match count(body.joint) {
-            1 => vec![name],
-            n => numbered(&format!("{name}."), n).collect(),
-        }
-    })
 }

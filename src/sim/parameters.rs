@@ -16,7 +16,7 @@
 
 use nalgebra::DVector;
 
-use super::names::tangent_names;
+use super::names::velocity_names;
 use super::parameter_slots::SimulatorParameterGroup as Group;
 use super::simulator::Simulator;
 use super::{Actuation, Actuator};
@@ -55,7 +55,7 @@ impl<P: Scalar> Simulator<P> {
     /// last is `time step`.
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
         let mut out = self.model().parameter_layout().regrouped(Group::Model);
-        let coordinates = tangent_names(self.model());
+        let coordinates = velocity_names(self.model());
         self.clone().each_number(&mut |group, own, _| {
             let name = match self.part_name(group, &coordinates) {
                 Some(part) => format!("{part}: {}", own.name),

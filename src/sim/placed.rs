@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use super::evaluation_point::EvaluationPoint;
 use super::forces::Forces;
-use super::moment::Moment;
 use crate::dynamics::{CrbaScratch, RneaScratch, bias_forces_into, mass_matrix_of_placed_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -29,7 +29,7 @@ impl<T: Scalar> Placed<T> {
     }
 
     /// Poses and velocities of all bodies, and τ − h.
-    pub(super) fn place<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>)
+    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
     where
         T: Over<P>,
     {

@@ -1,11 +1,11 @@
-//! Report on contact and constraints at a moment, for a person or a picture.
+//! Report on contact and constraints at an instant, for a person or a picture.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use nalgebra::Vector3;
 
+use super::evaluation_point::EvaluationPoint;
 use super::integrators::AccelerationScratch;
-use super::moment::Moment;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::{Certificate, Mode};
@@ -16,7 +16,7 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot;
 
-/// Report on the points of contact, and on constraints, at a moment.
+/// Report on the points of contact, and on constraints, at an instant.
 #[derive(Clone, Debug)]
 pub struct ContactReport<T: Scalar = f64> {
     /// Positions, depths and velocities of the points.
@@ -48,7 +48,7 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &mut scratch.balance {
             balance.measure();
         }
-        let at = Moment::of_step(self, state, u);
+        let at = EvaluationPoint::of_step(self, state, u);
         self.accelerate(&at, &mut scratch);
         let contact = &scratch.terms.contact;
         let n = contact.points.len();

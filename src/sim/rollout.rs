@@ -4,56 +4,15 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::names::{column_names, input_columns, numbered};
+use super::names::{column_names, input_columns};
 use super::simulator::Simulator;
 use super::state::State;
+use super::status::{RolloutStatus, SolverFailure};
 use super::step::StepScratch;
 use crate::cone::Status;
 use crate::memory;
-use crate::model::{Model, Structure};
+use crate::model::{Model, Structure, numbered};
 use crate::scalar::{Over, Scalar};
-
-/// Status of a rollout at its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum RolloutStatus {
-    /// All steps were taken.
-    Completed,
-    /// The input of this step was not finite; the trajectory ends at the state that it was computed for.
-    NonFiniteInput {
-        /// Index of the step, from 0.
-        step: usize,
-    },
-    /// This step led to a state that is not finite, or faster than the [bound](Simulator::with_divergence_bound); the trajectory ends before
-    /// it.
-    Diverged {
-        /// Index of the step, from 0.
-        step: usize,
-    },
-    /// The state after this step, and in a batch the states of all trajectories, would need more memory than the [limit](crate::memory); the
-    /// trajectory ends before it.
-    OutOfMemory {
-        /// Index of the step, from 0.
-        step: usize,
-    },
-}
-
-/// A step in which the solver of the forces of contact and constraints failed. The trajectory goes on with the best forces that it found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct SolverFailure {
-    /// Index of the step, from 0.
-    pub step: usize,
-    /// Status of the solver: worse than [`Acceptable`](Status::Acceptable).
-    pub status: Status,
-}
-
-impl SolverFailure {
-    /// The failure of a step, if it is one.
-    pub(super) fn of(step: usize, status: Status) -> Option<Self> {
-        (status > Status::Acceptable).then_some(Self { step, status })
-    }
-}
 
 /// A trajectory of a robot: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see
 /// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) of states from elsewhere.
@@ -181,13 +140,14 @@ impl<P: Scalar> Simulator<P> {
             let mut u = DVector::zeros(self.nu());
             let state = &rollout.states[step];
             control(step as f64 * time_step, state, u.as_mut_slice());
-            if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
+            if let Some(status) = RolloutStatus::before(step, u.as_slice(), 0..T::LANES) {
                 rollout.status = status;
                 break;
             }
-            let failure = SolverFailure::of(step, take_step(state, u.as_slice(), &mut next));
-            rollout.solver_failure = rollout.solver_failure.or(failure);
-            if let Some(status) = self.status_after(step, &next) {
+            let status = take_step(state, u.as_slice(), &mut next);
+            SolverFailure::note(&mut rollout.solver_failure, step, status);
+            let bound = self.divergence_bound();
+            if let Some(status) = RolloutStatus::after(step, &next, bound, 0..T::LANES) {
                 rollout.status = status;
                 break;
             }
@@ -195,23 +155,6 @@ impl<P: Scalar> Simulator<P> {
             rollout.inputs.push(u);
         }
         rollout
-    }
-
-    /// Status of a rollout that ends with a step to a state; `None` where it goes on.
-    pub(crate) fn status_after<T: Scalar>(
-        &self,
-        step: usize,
-        next: &State<T>,
-    ) -> Option<RolloutStatus> {
-        let diverged = !next.numbers().all(is_finite) || self.is_too_fast(next);
-        diverged.then_some(RolloutStatus::Diverged { step })
-    }
-
-    /// Whether a coordinate is faster in some lane than the bound from which on a rollout has diverged.
-    fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
-        let bound = self.divergence_bound();
-        let too_fast = |v: &T| (0..T::LANES).any(|lane| v.value(lane).abs() > bound);
-        state.v.iter().any(too_fast)
     }
 }
 
@@ -289,19 +232,6 @@ fn has_room<T: Scalar>(rollout: &mut Rollout<T>, most: usize) -> bool {
 pub(crate) fn most_states<T: Scalar>(state: &State<T>, nu: usize) -> usize {
     let heads = size_of::<State<T>>() + size_of::<DVector<T>>();
     memory::limit() / (heads + (state.len() + nu) * size_of::<T>())
-}
-
-impl RolloutStatus {
-    /// Status of a rollout that ends before a step, by its input; `None` where it goes on.
-    pub(crate) fn before<T: Scalar>(step: usize, u: &[T]) -> Option<Self> {
-        let is_good = u.iter().all(is_finite);
-        (!is_good).then_some(Self::NonFiniteInput { step })
-    }
-}
-
-/// Whether a number is finite in all lanes.
-fn is_finite<T: Scalar>(x: &T) -> bool {
-    (0..T::LANES).all(|lane| x.value(lane).is_finite())
 }
 
 impl<T: Scalar> Rollout<T> {

@@ -120,7 +120,7 @@ impl<T: Scalar> Rows<T> {
     /// G, and J M⁻¹ τ for the forces τ along the coordinates.
     ///
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
-    pub(super) fn whiten(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
+    pub(super) fn form_delassus(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
         self.transpose(tau);
         self.matrix.resize(self.count * self.count, T::zero());
         self.offset.resize(self.count, T::zero());

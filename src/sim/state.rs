@@ -198,13 +198,11 @@ impl State<f64> {
     pub fn check<P: Scalar>(&self, model: &Model<P>) -> Result<(), InvalidState> {
         check_length(model, "q", &self.q, model.nq())?;
         check_length(model, "v", &self.v, model.nv())?;
-        for (i, body) in model.bodies().iter().enumerate() {
-            if body.coupling.is_none() {
-                let joint = || joint_of(model, i);
-                check_finite("q", &self.q, q_range(body), joint)?;
-                check_finite("v", &self.v, v_range(body), joint)?;
-                check_quaternion(body.joint, &self.q, q_range(body), joint)?;
-            }
+        for (id, body) in model.independent_with_ids() {
+            let joint = || joint_of(model, id);
+            check_finite("q", &self.q, q_range(body), joint)?;
+            check_finite("v", &self.v, v_range(body), joint)?;
+            check_quaternion(body.joint, &self.q, q_range(body), joint)?;
         }
         match self.contact.iter().position(|x| !x.is_finite()) {
             None => Ok(()),
@@ -277,8 +275,8 @@ fn check_quaternion(
 }
 
 /// The joint of a body, for a person.
-fn joint_of<P: Scalar>(model: &Model<P>, body: usize) -> String {
-    match model.body_joint(BodyId(body)) {
+fn joint_of<P: Scalar>(model: &Model<P>, body: BodyId) -> String {
+    match model.body_joint(body) {
         None => "the floating base".into(),
         Some(joint) => format!("joint \"{}\"", model.joints()[joint.0].name),
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
+use super::evaluation_point::EvaluationPoint;
 use super::integrators::{AccelerationScratch, Step, StepMemory};
-use super::moment::Moment;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
@@ -113,7 +113,7 @@ impl<P: Scalar> Simulator<P> {
         DVector::from_column_slice(self.acceleration_into(state, u, &mut scratch))
     }
 
-    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that state. A step of Runge
     /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
     /// [`Integrator`](super::Integrator). No allocation.
     ///
@@ -142,7 +142,10 @@ impl<P: Scalar> Simulator<P> {
     ) -> &'s [T] {
         self.check_input(u);
         self.check(state);
-        self.accelerate(&Moment::instant(self, state, u), &mut scratch.acceleration);
+        self.accelerate(
+            &EvaluationPoint::instant(self, state, u),
+            &mut scratch.acceleration,
+        );
         &scratch.acceleration.a
     }
 }

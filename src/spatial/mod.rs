@@ -42,6 +42,7 @@ mod roll_pitch_yaw;
 pub(crate) mod series;
 mod symmetric;
 pub(crate) mod transform;
+mod vector;
 mod velocity_product;
 
 pub use articulated::ArticulatedInertia;

@@ -5,6 +5,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 use nalgebra::Vector3;
 
 use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector, zero};
+use super::vector::spatial_vector;
 use super::{Force, SPATIAL};
 use crate::scalar::{Additive, Linear, Over, Scalar};
 
@@ -20,32 +21,9 @@ pub struct Motion<T> {
     pub angular: Vector3<T>,
 }
 
+spatial_vector!(Motion);
+
 impl<T: Additive> Motion<T> {
-    /// Makes a motion vector from linear and angular part.
-    #[inline(always)]
-    pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
-        Self { linear, angular }
-    }
-
-    /// Zero motion.
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self::new(zero(), zero())
-    }
-
-    /// The k-th coordinate in the order `[linear; angular]`.
-    ///
-    /// # Panics
-    /// If `k ≥ 6`.
-    #[inline(always)]
-    pub fn coordinate(&self, k: usize) -> T {
-        if k < 3 {
-            self.linear[k]
-        } else {
-            self.angular[k - 3]
-        }
-    }
-
     /// Mutable access to the k-th coordinate.
     ///
     /// # Panics
@@ -57,22 +35,6 @@ impl<T: Additive> Motion<T> {
         } else {
             &mut self.angular[k - 3]
         }
-    }
-
-    /// Coordinates `[linear; angular]`.
-    #[inline(always)]
-    pub fn to_array(&self) -> [T; SPATIAL] {
-        let (l, a) = (&self.linear, &self.angular);
-        [l.x, l.y, l.z, a.x, a.y, a.z]
-    }
-
-    /// Makes a motion vector from its six coordinates `[linear; angular]`.
-    #[inline(always)]
-    pub fn from_array(x: [T; SPATIAL]) -> Self {
-        Self::new(
-            Vector3::new(x[0], x[1], x[2]),
-            Vector3::new(x[3], x[4], x[5]),
-        )
     }
 
     /// [`cross`](Self::cross), the right factor may be model data.
@@ -138,37 +100,6 @@ impl<T: Scalar> Motion<T> {
             linear: lift_vector(&self.linear),
             angular: lift_vector(&self.angular),
         }
-    }
-}
-
-impl<T: Additive> Add for Motion<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self::new(self.linear + other.linear, self.angular + other.angular)
-    }
-}
-
-impl<T: Additive> AddAssign for Motion<T> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<T: Additive> Sub for Motion<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.linear - other.linear, self.angular - other.angular)
-    }
-}
-
-impl<T: Additive> Neg for Motion<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self::new(-self.linear, -self.angular)
     }
 }
 

@@ -144,6 +144,22 @@ macro_rules! compiled_here {
 }
 pub(super) use compiled_here;
 
+/// Number of entries, whatever the robot, and [`Dependence`] of a residual of this library that is [`compiled_here`].
+macro_rules! fixed_size {
+    ($entries:expr, $dependence:ident) => {
+        $crate::trajopt::residual::compiled_here!();
+
+        fn dim(&self, _: &$crate::trajopt::residual::Node<'_>) -> usize {
+            $entries
+        }
+
+        fn depends_on(&self) -> $crate::trajopt::residual::Dependence {
+            $crate::trajopt::residual::Dependence::$dependence
+        }
+    };
+}
+pub(super) use fixed_size;
+
 behind_a_pointer! {
     /// A residual on one scalar.
     pub trait EvalOn<T>: [Send + Sync] of Residual {

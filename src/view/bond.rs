@@ -1,7 +1,5 @@
 //! Constraints as a picture shows them: what holds two places together, in motion with them.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -97,11 +95,10 @@ impl Bond {
 
 impl End {
     pub(super) fn of(model: &Model, anchor: &Anchor) -> Self {
-        let frame = anchor.frame.map(|frame| &model.frames()[frame.0]);
-        let X_BA = frame.map_or(anchor.placement, |frame| frame.placement * anchor.placement);
+        let mounted = anchor.mounted(model);
         Self {
-            body: frame.and_then(|frame| frame.body).map(|body| body.0),
-            at: X_BA.translation.into(),
+            body: mounted.body.map(|body| body.0),
+            at: mounted.X_BA.translation.into(),
         }
     }
 

@@ -16,8 +16,7 @@ use super::rows::Rows;
 use super::scene_object::SceneObject;
 use super::track::{ForceTrack, Track};
 use crate::error::{RecordingError, UnknownName};
-use crate::model::{FrameId, Model};
-use crate::sim::numbered;
+use crate::model::{FrameId, Model, numbered};
 use crate::spatial::Transform;
 
 /// Version of the format; a reader refuses later ones.

@@ -6,8 +6,8 @@ use super::bond::Bond;
 use super::rows::Rows;
 use crate::constraint::Constraint;
 use crate::error::UnknownName;
-use crate::model::{FrameId, Model};
-use crate::sim::{State, column_names, input_columns, numbered};
+use crate::model::{FrameId, Model, numbered};
+use crate::sim::{State, column_names, input_columns};
 use crate::spatial::Transform;
 
 /// The motion of one robot: rows of numbers, one for each time of the recording.

@@ -47,7 +47,7 @@ pub(crate) struct LawKind {
     pub(crate) cone: Law,
     /// Whether each point has a bristle: a deflection in the world, three entries of the contact state.
     pub(crate) bristle: bool,
-    /// Whether its forces act over a step and are none of a moment, so that Runge and Kutta's method cannot integrate them.
+    /// Whether its forces act over a step and are none of an instant, so that Runge and Kutta's method cannot integrate them.
     pub(crate) acts_over_step: bool,
     /// Whether [`Smoothing`](crate::contact::Smoothing) applies.
     pub(crate) can_be_smoothed: bool,

@@ -9,7 +9,6 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
 use super::error::{IdentifyError, check_positive};
-use super::experiment::{independent, joint_name};
 use super::regressor::Regressor;
 use crate::minimize::{MinimizeOptions, Minimizer, minimize};
 use problem::Problem;
@@ -192,10 +191,11 @@ fn check(regressor: &Regressor, options: &ExcitationOptions) -> Result<(), Ident
             expected: model.nv(),
         });
     }
-    match independent(model).find(|&body| model.body(body).joint.nq() != 1) {
+    let mut joints = model.independent_with_ids();
+    match joints.find(|(_, body)| body.joint.nq() != 1) {
         None => Ok(()),
-        Some(body) => Err(IdentifyError::option(
-            format!("joint \"{}\"", joint_name(model, body)),
+        Some((id, _)) => Err(IdentifyError::option(
+            format!("joint \"{}\"", model.joint_name(id)),
             "its coordinates are not those of a line, as those of a Fourier series are",
         )),
     }

@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::{Excitation, ExcitationOptions, MotionPoint};
 use crate::identify::base::BaseParameters;
 use crate::identify::error::IdentifyError;
-use crate::identify::experiment::{independent, joint_name};
 use crate::identify::normal::Normal;
 use crate::identify::regressor::Regressor;
 use crate::identify::series::{Bounds, Series};
@@ -35,8 +34,8 @@ impl<'a> Problem<'a> {
     ) -> Result<Self, IdentifyError> {
         let model = regressor.model();
         let (mut center, mut series) = (vec![0.0; model.nq()], Vec::new());
-        for body in independent(model) {
-            let limits = model.body_joint(body).map(|joint| *model.limits(joint));
+        for (id, body) in model.independent_with_ids() {
+            let limits = model.body_joint(id).map(|joint| *model.limits(joint));
             let limits = limits.unwrap_or_default();
             let (middle, half) = match (limits.lower, limits.upper) {
                 (Some(lower), Some(upper)) => {
@@ -53,11 +52,11 @@ impl<'a> Problem<'a> {
             };
             if !bounds.are_positive() {
                 return Err(IdentifyError::option(
-                    format!("joint \"{}\"", joint_name(model, body)),
+                    format!("joint \"{}\"", model.joint_name(id)),
                     "its limits leave no motion",
                 ));
             }
-            center[q_range(model.body(body)).start] = middle;
+            center[q_range(body).start] = middle;
             series.push(Series::new(options.period, options.harmonics, bounds));
         }
         let weight = |k: usize| {

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::butterworth::Butterworth;
 use super::dataset::{Dataset, LeftOut, Segment};
 use super::error::IdentifyError;
-use super::experiment::{Experiment, independent, joint_name};
+use super::experiment::Experiment;
 use super::savitzky_golay::SavitzkyGolay;
 use super::table::Table;
 use super::unit::Quantity;
@@ -149,10 +149,11 @@ impl Preparation {
         let Some(LowPass { order, cutoff }) = self.low_pass else {
             return Ok(None);
         };
-        if let Some(body) = independent(model).find(|&body| model.body(body).joint.nq() > 1) {
+        let mut joints = model.independent_with_ids();
+        if let Some((id, _)) = joints.find(|(_, body)| body.joint.nq() > 1) {
             return Err(IdentifyError::Channel {
                 experiment: experiment.name.clone(),
-                channel: format!("position of \"{}\"", joint_name(model, body)),
+                channel: format!("position of \"{}\"", model.joint_name(id)),
                 reason: "a low-pass is for numbers of a line; leave it out, and smooth by a wider polynomial".into(),
             });
         }
@@ -179,12 +180,12 @@ impl Preparation {
             a: zeros(model.nv()),
             tau: table.tau.columns(m, inner.len()).into_owned(),
         };
-        for body in independent(model) {
-            let (q, v) = (q_range(model.body(body)), v_range(model.body(body)));
-            let has = |quantity| table.has(body, quantity);
-            match model.body(body).joint.nq() {
+        for (id, body) in model.independent_with_ids() {
+            let (q, v) = (q_range(body), v_range(body));
+            let has = |quantity| table.has(id, quantity);
+            match body.joint.nq() {
                 1 => self.along_line(table, q.start, v.start, &mut out, &has),
-                _ => self.along_curve(model, table, body.0, &mut out, &has),
+                _ => self.along_curve(model, table, id.0, &mut out, &has),
             }
             if has(Quantity::Velocity) {
                 self.rows(0, rate, &table.v, v.clone(), &mut out.v);

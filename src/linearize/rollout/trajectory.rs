@@ -59,8 +59,9 @@ impl Trajectory {
         if !fits {
             return RolloutStatus::OutOfMemory { step: 0 };
         }
+        let bound = simulator.divergence_bound();
         for (step, u) in inputs.iter().enumerate() {
-            if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
+            if let Some(status) = RolloutStatus::before(step, u.as_slice(), 0..1) {
                 return status;
             }
             if step > 0 && step % interval == 0 {
@@ -70,7 +71,7 @@ impl Trajectory {
                 self.present += 1;
             }
             let next = self.step(simulator, step, u);
-            if let Some(status) = simulator.status_after(step, next) {
+            if let Some(status) = RolloutStatus::after(step, next, bound, 0..1) {
                 return status;
             }
             self.steps += 1;

@@ -1,10 +1,12 @@
 //! States side by side in the lanes of one scalar.
 
+use std::ops::Range;
+
 use crate::cone::Status;
 use crate::scalar::Scalar;
-use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use crate::sim::status::{RolloutStatus, SolverFailure};
 
 /// The states in the lanes of one scalar, of which there are `N`, each with its status.
 #[derive(Clone, Debug)]
@@ -73,8 +75,8 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     #[inline]
     pub(super) fn watch_solver(&mut self, step: usize, solver_status: impl Fn(usize) -> Status) {
         for (lane, failure) in self.solver_failures.iter_mut().enumerate() {
-            if failure.is_none() && is_running(&self.status[lane]) {
-                *failure = SolverFailure::of(step, solver_status(lane));
+            if is_running(&self.status[lane]) {
+                SolverFailure::note(failure, step, solver_status(lane));
             }
         }
     }
@@ -83,32 +85,18 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     /// bound, stops where it is.
     #[inline]
     pub(super) fn accept(&mut self, step: usize, u: &[T], next: &mut State<T>, bound: f64) {
-        let finite_input = finite_lanes(u.iter());
-        let mut finite_state = finite_lanes(next.numbers());
-        leave_out_fast_lanes(&mut finite_state, next, bound);
-        if self.all_run && (finite_input, finite_state) == ([true; N], [true; N]) {
+        if self.all_run && end_of(step, u, next, bound, 0..N).is_none() {
             std::mem::swap(&mut self.state, next);
         } else {
-            self.accept_some(step, finite_input, finite_state, next);
+            self.accept_some(step, u, next, bound);
         }
     }
 
     #[cold]
-    fn accept_some(
-        &mut self,
-        step: usize,
-        finite_input: [bool; N],
-        finite_state: [bool; N],
-        next: &State<T>,
-    ) {
+    fn accept_some(&mut self, step: usize, u: &[T], next: &State<T>, bound: f64) {
         for (lane, status) in self.status.iter_mut().enumerate() {
-            if !is_running(status) {
-                continue;
-            }
-            if !finite_input[lane] {
-                *status = RolloutStatus::NonFiniteInput { step };
-            } else if !finite_state[lane] {
-                *status = RolloutStatus::Diverged { step };
+            if is_running(status) {
+                *status = end_of(step, u, next, bound, lane..lane + 1).unwrap_or(*status);
             }
         }
         let runs = |lane: usize| is_running(&self.status[lane]);
@@ -123,27 +111,15 @@ fn is_running(status: &RolloutStatus) -> bool {
     *status == RolloutStatus::Completed
 }
 
-/// Leaves out lanes in which some coordinate is faster than a bound.
+/// Status of a trajectory that a step ends in some lanes.
 #[inline]
-fn leave_out_fast_lanes<T: Scalar, const N: usize>(
-    lanes: &mut [bool; N],
-    state: &State<T>,
+fn end_of<T: Scalar>(
+    step: usize,
+    u: &[T],
+    next: &State<T>,
     bound: f64,
-) {
-    for v in &state.v {
-        for (lane, slow) in lanes.iter_mut().enumerate() {
-            *slow &= v.value(lane).abs() <= bound;
-        }
-    }
-}
-
-/// In which lanes all numbers are finite: a product with zero is zero but for what is not finite.
-#[inline]
-fn finite_lanes<'a, T: Scalar, const N: usize>(numbers: impl Iterator<Item = &'a T>) -> [bool; N] {
-    let sum = numbers.fold(T::zero(), |sum, &x| sum + x * 0.0);
-    let mut finite = [true; N];
-    for (lane, finite) in finite.iter_mut().enumerate() {
-        *finite = sum.value(lane) == 0.0;
-    }
-    finite
+    lanes: Range<usize>,
+) -> Option<RolloutStatus> {
+    let before = RolloutStatus::before(step, u, lanes.clone());
+    before.or_else(|| RolloutStatus::after(step, next, bound, lanes))
 }

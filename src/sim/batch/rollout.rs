@@ -7,8 +7,8 @@ use super::simulator::BatchSimulator;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::memory;
 use crate::model::Structure;
-use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
+use crate::sim::status::{RolloutStatus, SolverFailure};
 
 /// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
 #[derive(Clone, Debug, Default)]

@@ -6,9 +6,9 @@ use super::groups::Groups;
 use super::worker::Worker;
 use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::{BATCH_WIDTH, Scalar, SingleLanes};
-use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use crate::sim::status::{RolloutStatus, SolverFailure};
 
 /// States that a batch in single precision steps side by side: twice as many as one in double precision, in the same registers.
 pub const SINGLE_WIDTH: usize = 2 * BATCH_WIDTH;

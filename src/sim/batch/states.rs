@@ -3,9 +3,9 @@
 use super::groups::Groups;
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::model::Structure;
-use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use crate::sim::status::{RolloutStatus, SolverFailure};
 
 /// Many states, side by side in lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
 #[derive(Clone, Debug)]

@@ -23,7 +23,7 @@ pub use external::ExternalForce;
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 
 use crate::constraint::Anchor;
-use crate::model::{BodyId, Model};
+use crate::model::Model;
 use crate::numbers::{Each, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
@@ -75,14 +75,6 @@ pub(crate) enum FrameTerm<'a, P> {
     },
 }
 
-/// The body that a place belongs to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Mount<P> {
-    pub(crate) body: BodyId,
-    /// Position of the place A on it.
-    pub(crate) X_BA: Transform<P>,
-}
-
 impl<P: Scalar> FrameTerm<'_, P> {
     pub(crate) fn place(&self) -> &Anchor<P> {
         match self {
@@ -110,16 +102,6 @@ impl<P: Scalar> FrameTerm<'_, P> {
     pub(crate) fn is_fixed_to_body(&self) -> bool {
         let is_function = matches!(self, Self::Force(force) if force.force().is_none());
         self.representation() == Representation::Body && !is_function
-    }
-
-    /// `None` where the place is on the world, which [`check`] rules out.
-    pub(crate) fn mount(&self, model: &Model<P>) -> Option<Mount<P>> {
-        let place = self.place();
-        let frame = &model.frames()[place.frame?.0];
-        Some(Mount {
-            body: frame.body?,
-            X_BA: frame.placement * place.placement,
-        })
     }
 
     /// The force on the body that carries the place, in the body (N, N·m about its origin).

@@ -109,7 +109,7 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
 
     /// Starts rows, which look along ã.
     pub(crate) fn look(&mut self, seen: &[T]) {
-        self.sweep.look(self.at.moment.model(), seen);
+        self.sweep.look(self.at.point.model(), seen);
     }
 
     /// Adds the derivatives of a weighted number to those of its body.
@@ -238,7 +238,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
             weight,
         };
         let V = delassus.add(
-            self.at.moment,
+            self.at.point,
             &diagonal,
             normal,
             self.sweep,
@@ -260,7 +260,7 @@ impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T> {
-        let model = at.moment.model();
+        let model = at.point.model();
         let motion = motion_in(self.sweep, model, on, kinematics);
         let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
         self.carried = Carried::new(on, motion, W);
@@ -274,7 +274,7 @@ impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
         let turned = self.carried.turned();
         let frame = place
             .frame
-            .map(|frame| &self.at.moment.model().frame_of(frame).placement);
+            .map(|frame| &self.at.point.model().frame_of(frame).placement);
         let slopes = PlaceSlopes::of(&turned, frame, &place.X_BA);
         if let Some(frame) = place.frame {
             let slot = self.sweep.slots.frames[frame.0];

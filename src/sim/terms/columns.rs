@@ -18,7 +18,7 @@ use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, Scalar, is_nothing, vectorized_over};
 use crate::sim::balance::Balance;
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::linear::cross;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
@@ -60,7 +60,7 @@ impl<T: Scalar> RowColumns<T> {
     /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
     pub(crate) fn solve(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         balance: &mut Balance<T>,
         columns: &mut Blocks<T>,
     ) {

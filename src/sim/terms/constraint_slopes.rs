@@ -3,7 +3,7 @@
 //! Seen from the two bodies that carry its anchors, a row is a small function of their poses and motions, and so are the forces of it on both: evaluations
 //! over numbers of one body give derivatives in its motion, which sinks take to the joints. The row of a coupler or a tendon is a function of the positions and rates of its joints (`tied_slopes.rs`).
 //!
-//! At a moment a spring is no row, but a force that follows from error and rate.
+//! At an instant a spring is no row, but a force that follows from error and rate.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -95,7 +95,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         let [first, second] = self.constraint.kind().anchors() else {
             return;
         };
-        let mounted = [first, second].map(|anchor| anchor.mounted(self.at.moment.model()));
+        let mounted = [first, second].map(|anchor| anchor.mounted(self.at.point.model()));
         let motions = mounted.map(|on| out.turn_to(self.at, on.body, None));
         for side in [1, 0] {
             let on = mounted[side].body;
@@ -165,12 +165,12 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         row: &ConstraintRow<Dual<T, N>>,
         force: T,
     ) -> Dual<T, N> {
-        held_rest::<f64, T, N>(row, self.at, force, self.at.moment.dt())
+        held_rest::<f64, T, N>(row, self.at, force, self.at.point.dt())
     }
 
     /// Whether it is a force that follows from error and rate, without rows.
     pub(super) fn is_spring_force(&self) -> bool {
-        self.constraint.spring().is_some() && has_springs(self.at.moment)
+        self.constraint.spring().is_some() && has_springs(self.at.point)
     }
 
     /// Whether it has rows: of a spring over a step, without a part at the velocity after it.
@@ -242,8 +242,8 @@ fn emit_time_step<T: Scalar>(
     term: &Constraints<T>,
     out: &mut Numbers<'_, T>,
 ) {
-    let (moment, forces) = (at.moment, at.row_forces());
-    let dt = OfCoordinate::variable(T::constant(moment.dt()), TIME_STEP);
+    let (point, forces) = (at.point, at.row_forces());
+    let dt = OfCoordinate::variable(T::constant(point.dt()), TIME_STEP);
     let mut sum = out.sum(None);
     for (index, (row, &force)) in term.rows().iter().zip(forces).enumerate() {
         let row = row.map(OfCoordinate::constant_of);
@@ -267,7 +267,7 @@ where
     let zero = Dual::from(0.0);
     let after = match at.acting {
         Acting::Start(_) => Some(row.bias),
-        _ => at.moment.half_step.map(|_| zero),
+        _ => at.point.half_step.map(|_| zero),
     };
     let held = HeldRow::of(row, after, dt);
     match row.hold {
@@ -301,7 +301,7 @@ impl<T: Scalar> ConstraintSlopes<T> {
     /// Hands each constraint whose rows have forces to `each`.
     fn each_held(&self, at: &SlopePoint<'_, T>, mut each: impl FnMut(&HeldConstraint<'_, T>)) {
         let (mut first_row, mut first_block) = (0, 0);
-        for (constraint, slots) in at.moment.simulator.constraints().iter().zip(&self.slots) {
+        for (constraint, slots) in at.point.simulator.constraints().iter().zip(&self.slots) {
             each(&HeldConstraint {
                 at,
                 constraint,
@@ -343,7 +343,7 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
             return;
         }
         emit_time_step(at, term, out);
-        turned_into(at.moment.model(), at.moment.v(), at.a, &mut self.seen);
+        turned_into(at.point.model(), at.point.v(), at.a, &mut self.seen);
         self.each_held(at, |held| {
             held.emit_own_numbers(term.rows(), out);
             held.emit_tied_numbers(&self.seen, term.rows(), out);

@@ -6,11 +6,11 @@ use crate::cone::Block;
 use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
-/// Constraints at a moment.
+/// Constraints at an instant.
 #[derive(Clone, Debug)]
 pub(crate) struct Constraints<T> {
     rows: ConstraintRows<T>,
@@ -50,8 +50,12 @@ impl<T: Scalar> Constraints<T> {
         &self.rows.rows
     }
 
-    /// The forces of all rows: of those that a solver has found, and of springs at a moment.
-    pub(in crate::sim) fn forces<P: Scalar>(&self, at: &Moment<'_, P, T>, solved: &[T]) -> Vec<T>
+    /// The forces of all rows: of those that a solver has found, and of springs at an instant.
+    pub(in crate::sim) fn forces<P: Scalar>(
+        &self,
+        at: &EvaluationPoint<'_, P, T>,
+        solved: &[T],
+    ) -> Vec<T>
     where
         T: Over<P>,
     {
@@ -72,7 +76,7 @@ impl<T: Scalar> Constraints<T> {
     }
 
     /// Finds the biases at the velocity after a step with the acceleration `a`, which the rows of that step contain.
-    pub(in crate::sim) fn look_ahead<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &[T])
+    pub(in crate::sim) fn look_ahead<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, a: &[T])
     where
         T: Over<P>,
     {
@@ -88,13 +92,17 @@ impl<T: Scalar> Constraints<T> {
     }
 }
 
-/// Whether forces of springs are those of the state, as at a moment; over a step a solver finds them.
-pub(super) fn has_springs<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>) -> bool {
+/// Whether forces of springs are those of the state, as at an instant; over a step a solver finds them.
+pub(super) fn has_springs<P: Scalar, T: Over<P>>(at: &EvaluationPoint<'_, P, T>) -> bool {
     at.half_step.is_none()
 }
 
 /// The velocity after a step, along the axes of before it.
-fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], next_v: &mut [T]) {
+fn step_velocity_into<P: Scalar, T: Over<P>>(
+    at: &EvaluationPoint<'_, P, T>,
+    a: &[T],
+    next_v: &mut [T],
+) {
     for body in at.model().independent() {
         body.step_velocity(at.v(), a, at.dt(), next_v);
     }
@@ -102,7 +110,7 @@ fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], nex
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         let constraints = at.simulator.constraints();
         if !constraints.is_empty() {
             let rows = &mut self.rows;
@@ -113,8 +121,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         }
     }
 
-    /// y = J ã − reference: at a moment, or over a step from the acceleration that would be without other rows.
-    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    /// y = J ã − reference: at an instant, or over a step from the acceleration that would be without other rows.
+    fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         let constraints = at.simulator.constraints();
         if constraints.is_empty() {
             return;

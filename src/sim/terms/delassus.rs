@@ -14,7 +14,7 @@ use crate::dynamics::{
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::balance::Balance;
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::{Force, Motion};
 
 /// Direction of a number of a contact point.
@@ -126,14 +126,14 @@ impl<T: Scalar> DelassusAdjoint<T> {
     /// * `sweep` – after its pass outward
     pub(super) fn add(
         &mut self,
-        moment: &Moment<'_, f64, T>,
+        point: &EvaluationPoint<'_, f64, T>,
         diagonal: &WeightedDiagonal<'_, T>,
         normal: &Normal<'_, T>,
         sweep: &Sweep<T>,
         out: &mut EnergySlopes<'_, T>,
         by_resistance: &mut [T],
     ) -> Motion<T> {
-        let (model, weight, s) = (moment.model(), diagonal.weight, &mut self.response);
+        let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);
         respond(diagonal.balance, diagonal.row, s);
         let V = self.energy.start(model, sweep, s, normal.on);
         let pushed = Pushed {
@@ -141,10 +141,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
             force: normal.force,
             by_pose: (normal.along)(&V).in_pose(),
         };
-        let rates = Rates {
-            q: moment.q(),
-            v: s,
-        };
+        let rates = Rates { q: point.q(), v: s };
         let weight_of_energy = weight * T::constant(ALONG);
         (self.energy).finish(model, sweep, &rates, &pushed, weight_of_energy, out);
         let squares = by_resistance.iter_mut().zip(s);

@@ -16,8 +16,8 @@ use super::term::{Term, TermSlopes};
 use crate::dynamics::{Passive, each_passive};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuator, OfActuator};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
 /// The term; it needs no memory.
@@ -79,7 +79,7 @@ impl<L: Scalar> Drive<L> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         for (&k, &u) in at.simulator.actuated().iter().zip(at.u) {
             forces.tau[k] = u;
         }
@@ -99,7 +99,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
 /// The force of each coordinate whose input is in its place, and what stands beside M.
 #[inline(always)]
 fn drive_all<P: Scalar, T: Over<P>>(
-    at: &Moment<'_, P, T>,
+    at: &EvaluationPoint<'_, P, T>,
     actuators: Option<&[Actuator<P>]>,
     dt: Option<P>,
     forces: &mut Forces<T>,
@@ -155,14 +155,14 @@ impl<T: Scalar> DriveSlopes<T> {
         at: &SlopePoint<'_, T>,
         mut each: impl FnMut(usize, Option<usize>, &Passive<f64>, Option<&Actuator>, Driven<T>),
     ) {
-        let moment = at.moment;
-        let actuators = moment.simulator.actuation().map(|all| all.actuators());
-        each_passive(moment.model(), |k, q, passive| {
+        let point = at.point;
+        let actuators = point.simulator.actuation().map(|all| all.actuators());
+        each_passive(point.model(), |k, q, passive| {
             let input = self.inputs[k];
             let driven = Driven {
-                q: q.map(|q| moment.q()[q]),
-                v: moment.v()[k],
-                u: input.map_or(T::zero(), |input| moment.u[input]),
+                q: q.map(|q| point.q()[q]),
+                v: point.v()[k],
+                u: input.map_or(T::zero(), |input| point.u[input]),
             };
             each(k, input, passive, actuators.map(|all| &all[k]), driven);
         });
@@ -178,17 +178,17 @@ impl<L: Scalar> Drive<L> {
     }
 }
 
-/// The step at whose end a damper that there could be would act; `None` at a moment.
+/// The step at whose end a damper that there could be would act; `None` at an instant.
 fn step_of<T: Scalar>(at: &SlopePoint<'_, T>) -> Option<f64> {
-    (!at.moment.is_instant).then(|| at.moment.dt())
+    (!at.point.is_instant).then(|| at.point.dt())
 }
 
 impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
     type Term = Drives<T>;
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, _: &Drives<T>, out: &mut S) {
-        self.find_inputs(at.moment.simulator);
-        let dt = (!at.moment.is_explicit()).then(|| at.moment.dt());
+        self.find_inputs(at.point.simulator);
+        let dt = (!at.point.is_explicit()).then(|| at.point.dt());
         self.each_driven(at, |k, input, passive, actuator, x| {
             let seeded = Driven {
                 q: x.q.map(|q| OfCoordinate::variable(q, POSITION)),

@@ -11,11 +11,12 @@ use super::local::{FURTHER, OfBody, seeded_pose, seeded_velocity};
 use super::numbers::Numbers;
 use super::sink::{ActingPlace, Own, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
+use crate::constraint::Mounted;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::force::{FrameTerm, Mount, PLACE_NUMBERS};
+use crate::sim::evaluation_point::EvaluationPoint;
+use crate::sim::force::{FrameTerm, PLACE_NUMBERS};
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Motion, Transform};
@@ -42,7 +43,7 @@ impl<T: Scalar> FrameForces<T> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         let (model, terms) = (at.model(), at.simulator.frame_terms());
         assert_eq!(
             self.any,
@@ -54,16 +55,17 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
         }
         let u = at.simulator.frame_inputs(at.u);
         for term in terms.iter() {
-            let Some(mount) = term.mount(model) else {
-                continue;
-            };
+            let mounted = term.place().mounted(model);
             let u = term.input().map_or(T::zero(), |input| u[input]);
             let (mut X_WB, mut V_B) = (Transform::identity(), Motion::zero());
             if let Some(kinematics) = &self.kinematics {
-                X_WB = kinematics.pose(Some(mount.body));
-                V_B = kinematics.velocity(Some(mount.body));
+                X_WB = kinematics.pose(mounted.body);
+                V_B = kinematics.velocity(mounted.body);
             }
-            forces.bodies[mount.body.0] += term.body_force(&mount.X_BA, &X_WB, &V_B, u);
+            let force = term.body_force(&mounted.X_BA, &X_WB, &V_B, u);
+            if let Some(body) = mounted.body {
+                forces.bodies[body.0] += force;
+            }
         }
     }
 }
@@ -86,20 +88,18 @@ impl<T: Scalar> FrameForceSlopes<T> {
 
 /// The entry of the input of a term; zero for one without.
 fn input_of<T: Scalar>(term: &FrameTerm<'_, f64>, at: &SlopePoint<'_, T>) -> T {
-    let u = at.moment.simulator.frame_inputs(at.moment.u);
+    let u = at.point.simulator.frame_inputs(at.point.u);
     term.input().map_or(T::zero(), |input| u[input])
 }
 
-/// Hands each term that acts on a body, with its index and place, to `each`.
+/// Hands each term, with its index and place, to `each`.
 fn each_mounted<T: Scalar>(
     at: &SlopePoint<'_, T>,
-    mut each: impl FnMut(usize, &FrameTerm<'_, f64>, &Mount<f64>),
+    mut each: impl FnMut(usize, &FrameTerm<'_, f64>, &Mounted<f64>),
 ) {
-    let model = at.moment.model();
-    for (k, term) in at.moment.simulator.frame_terms().iter().enumerate() {
-        if let Some(mount) = term.mount(model) {
-            each(k, &term, &mount);
-        }
+    let model = at.point.model();
+    for (k, term) in at.point.simulator.frame_terms().iter().enumerate() {
+        each(k, &term, &term.place().mounted(model));
     }
 }
 
@@ -112,20 +112,20 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
         term: &FrameForces<T>,
         out: &mut S,
     ) {
-        let first = at.moment.simulator.actuated().len();
-        each_mounted(at, |k, force, mount| {
-            let on = Some(mount.body);
+        let first = at.point.simulator.actuated().len();
+        each_mounted(at, |k, force, mounted| {
+            let on = mounted.body;
             let motion = out.turn_to(at, on, term.kinematics.as_deref());
             let own = force.input().map(|input| first + input);
             let (X_WB, V_B) = (seeded_pose(&motion.X_WB), seeded_velocity(&motion.V));
             let u: OfBody<T> = Dual::variable(input_of(force, at), FURTHER);
-            let F = force.body_force(&mount.X_BA, &X_WB, &V_B, u);
+            let F = force.body_force(&mounted.X_BA, &X_WB, &V_B, u);
             out.force(on, &F, own.map_or(Own::Nothing, Own::Input));
             let first = self.slots.frame_terms[k].start;
             let turn = first + PLACE_NUMBERS / 2..first + PLACE_NUMBERS;
             out.place(&ActingPlace {
                 frame: force.place().frame,
-                X_BA: mount.X_BA,
+                X_BA: mounted.X_BA,
                 origin: first..turn.start,
                 turn,
             });
@@ -138,8 +138,8 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
         term: &FrameForces<T>,
         out: &mut Numbers<'_, T>,
     ) {
-        each_mounted(at, |k, force, mount| {
-            let on = Some(mount.body);
+        each_mounted(at, |k, force, mounted| {
+            let on = mounted.body;
             let W = out.sum::<1>(on).W;
             let (mut X_WB, mut V_B) = (Transform::identity(), Motion::zero());
             if let Some(kinematics) = &term.kinematics {
@@ -147,7 +147,7 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
             }
             let mut slot = self.slots.frame_terms[k].start + PLACE_NUMBERS;
             let u = input_of(force, at);
-            force.each_slope(&mount.X_BA, &X_WB, &V_B, u, &mut |F| {
+            force.each_slope(&mounted.X_BA, &X_WB, &V_B, u, &mut |F| {
                 out.add(&(slot..slot + 1), &[-W.power(&F)]);
                 slot += 1;
             });

@@ -1,4 +1,4 @@
-//! How a row of a constraint is held in a step, or at a moment: what the solver sees of it.
+//! How a row of a constraint is held in a step, or at an instant: what the solver sees of it.
 
 use crate::constraint::{ConstraintRow, Hold};
 use crate::contact::SpringDamper;
@@ -15,10 +15,10 @@ pub(super) struct HeldRow<T> {
 impl<T: Scalar> HeldRow<T> {
     /// What holds a row.
     ///
-    /// A spring and damper has, over a step, the force of its end, from the row of joint limits; at a moment its force follows from the state, and the row
+    /// A spring and damper has, over a step, the force of its end, from the row of joint limits; at an instant its force follows from the state, and the row
     /// takes no part.
     ///
-    /// * `after` – b⁺ over a step; `None` at a moment
+    /// * `after` – b⁺ over a step; `None` at an instant
     /// * `dt` – the step, s
     #[inline]
     pub(super) fn of<D: Scalar>(row: &ConstraintRow<T>, after: Option<T>, dt: D) -> Self

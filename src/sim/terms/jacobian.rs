@@ -53,7 +53,7 @@ impl<T: Differentiable> ForceColumns<T> {
 /// Working memory of a [`JacobianSink`].
 #[derive(Clone, Debug)]
 pub(crate) struct JacobianMemory<T: Differentiable> {
-    /// ∂ of changes of the state of contact over the step; of its rates at a moment.
+    /// ∂ of changes of the state of contact over the step; of its rates at an instant.
     pub(crate) rates: Blocks<T>,
     /// For terms that do not know their own.
     kinematics: Kinematics<T>,
@@ -143,7 +143,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
 
     /// First columns of the state of contact and of the input.
     fn first_columns(&self) -> (usize, usize) {
-        let simulator = self.at.moment.simulator;
+        let simulator = self.at.point.simulator;
         (2 * simulator.model().nv(), simulator.n_tangent())
     }
 
@@ -164,7 +164,7 @@ pub(super) const BRISTLE: usize = FURTHER + 1;
 impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> {
     #[inline]
     fn coordinate(&mut self, k: usize, input: Option<usize>, force: OfCoordinate<T>) {
-        let first = self.at.moment.simulator.n_tangent();
+        let first = self.at.point.simulator.n_tangent();
         let columns = &mut self.forces.acceleration.columns;
         columns.add(k, k, -force.eps[POSITION], -force.eps[RATE]);
         if let Some(input) = input {
@@ -260,7 +260,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
             return;
         };
         let memory = &mut *self.memory;
-        let (model, chain) = (self.at.moment.model(), &memory.carried[memory.moving].chain);
+        let (model, chain) = (self.at.point.model(), &memory.carried[memory.moving].chain);
         let slopes = &mut memory.delassus;
         slopes.differentiate(model, balance, chain, rows[0].row, normal);
         slopes.add_to(rows, &self.forces.resistance, &mut self.rows.columns);
@@ -282,10 +282,10 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
         let Some(body) = on else {
             return CarrierMotion::at_rest();
         };
-        let (moment, memory) = (at.moment, &mut *self.memory);
-        let (model, v) = (moment.model(), moment.v());
+        let (point, memory) = (at.point, &mut *self.memory);
+        let (model, v) = (point.model(), point.v());
         if kinematics.is_none() && !std::mem::replace(&mut memory.is_placed, true) {
-            forward_kinematics_into(model, moment.q(), v, &mut memory.kinematics);
+            forward_kinematics_into(model, point.q(), v, &mut memory.kinematics);
         }
         let kinematics = kinematics.unwrap_or(&memory.kinematics);
         let has_rows = at.balance().is_some() || at.is_held();

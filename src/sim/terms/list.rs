@@ -11,14 +11,14 @@ use super::stops::{StopSlopes, Stops};
 use super::term::{Term, TermSlopes};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
 /// Declares the list: the memory of all terms, and one function for each of the traits above that goes over them in order.
 macro_rules! list_terms {
     ($($name:ident: $term:ident, $slopes:ident;)*) => {
-        /// All terms at a moment.
+        /// All terms at an instant.
         #[derive(Clone, Debug)]
         pub(crate) struct Terms<T: Scalar> {
             $(pub(crate) $name: $term<T>,)*
@@ -32,30 +32,30 @@ macro_rules! list_terms {
 
         impl<P: Scalar, T: Over<P>> Term<P, T> for Terms<T> {
             #[inline]
-            fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+            fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
                 $(self.$name.add_forces(at, forces);)*
             }
 
-            fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+            fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
                 $(self.$name.add_rows(at, balance);)*
             }
 
-            fn add_references(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+            fn add_references(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
                 $(self.$name.add_references(at, balance);)*
             }
 
-            fn add_violated(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
+            fn add_violated(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
                 let mut any = false;
                 $(any |= self.$name.add_violated(at, balance, a);)*
                 any
             }
 
-            fn accept(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+            fn accept(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
                 $(self.$name.accept(at, balance);)*
             }
         }
 
-        /// The derivatives of all terms at a moment.
+        /// The derivatives of all terms at an instant.
         #[derive(Clone, Debug)]
         pub(crate) struct AllSlopes<T: Scalar> {
             $($name: $slopes<T>,)*

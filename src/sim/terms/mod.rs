@@ -9,9 +9,9 @@
 //! |---|---|---|
 //! | `drives` | inputs through motors, springs, dampers, friction | |
 //! | `frame_forces` | external forces, frame actuators | |
-//! | `constraints` | springs in place of rigid ones, at a moment | loops, welds, rods, tendons; springs over a step |
-//! | `stops` | at a moment, or linear in the velocity after the step | the same, beside a solver |
-//! | `contact` | soft, at a moment | rigid; soft over a step |
+//! | `constraints` | springs in place of rigid ones, at an instant | loops, welds, rods, tendons; springs over a step |
+//! | `stops` | at an instant, or linear in the velocity after the step | the same, beside a solver |
+//! | `contact` | soft, at an instant | rigid; soft over a step |
 //!
 //! | sink | result |
 //! |---|---|

@@ -14,13 +14,13 @@ use crate::dynamics::Kinematics;
 use crate::model::{BodyId, FrameId};
 use crate::scalar::Scalar;
 use crate::sim::balance::Balance;
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::{Force, Motion, Transform};
 
 /// Point at which terms are differentiated: an acceleration that has been found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlopePoint<'a, T: Scalar = f64> {
-    pub(crate) moment: &'a Moment<'a, f64, T>,
+    pub(crate) point: &'a EvaluationPoint<'a, f64, T>,
     /// v̇.
     pub(crate) a: &'a [T],
     pub(crate) acting: Acting<'a, T>,
@@ -33,19 +33,19 @@ pub(crate) enum Acting<'a, T: Scalar = f64> {
     All(Option<&'a Balance<T>>),
     /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
     Start(&'a [T]),
-    /// Constraints alone, of which that part of y counts that depends on the velocity after the step: that of the moment. No forces.
+    /// Constraints alone, of which that part of y counts that depends on the velocity after the step: that of the evaluation point. No forces.
     Ahead,
 }
 
 impl<'a, T: Scalar> SlopePoint<'a, T> {
     /// The acceleration with all that acts.
     pub(crate) fn of_all(
-        moment: &'a Moment<'a, f64, T>,
+        point: &'a EvaluationPoint<'a, f64, T>,
         a: &'a [T],
         balance: Option<&'a Balance<T>>,
     ) -> Self {
         let acting = Acting::All(balance);
-        Self { moment, a, acting }
+        Self { point, a, acting }
     }
 
     /// All rows and their forces; `None` where there are none.
@@ -67,7 +67,7 @@ impl<'a, T: Scalar> SlopePoint<'a, T> {
 
     /// Whether constraints hold the robot.
     pub(super) fn is_held(&self) -> bool {
-        !self.moment.simulator.constraints().is_empty()
+        !self.point.simulator.constraints().is_empty()
     }
 }
 
@@ -94,7 +94,7 @@ pub(crate) trait BodySink<T: Scalar> {
     /// Takes y of rows at fixed forces and accelerations.
     fn rows(&mut self, rows: &[BodyRow<T>], own: Own);
 
-    /// Takes changes over the step of numbers of the state of contact, or their rates at a moment, from one on.
+    /// Takes changes over the step of numbers of the state of contact, or their rates at an instant, from one on.
     fn rates(&mut self, first: usize, rates: &[OfBody<T>]);
 
     /// Takes the friction of a block.

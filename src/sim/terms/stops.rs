@@ -1,8 +1,8 @@
 //! Stops at the ends of joints.
 //!
-//! At a moment a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
+//! At an instant a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
-//! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
+//! while f > 0. Without a solver, those that would pull are released, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
 
 use std::marker::PhantomData;
@@ -17,8 +17,8 @@ use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
@@ -40,7 +40,7 @@ pub(crate) struct Stop<T> {
     coordinate: usize,
     /// The direction of its push along the coordinate.
     inward: f64,
-    /// Along that direction; zero if the stop is let go.
+    /// Along that direction; zero if the stop is released.
     force: StepForce<T>,
 }
 
@@ -62,8 +62,8 @@ impl<T: Scalar> Stop<T> {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
-    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
+    /// Releases the stop in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
+    fn release<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
     where
         T: Over<D>,
     {
@@ -78,7 +78,7 @@ impl<T: Scalar> Stop<T> {
     }
 }
 
-/// Rounds in which stops that pull are let go while the step is recorded: in the first all within reach push, in the second those that are left
+/// Rounds in which stops that pull are released while the step is recorded: in the first all within reach push, in the second those that are left
 /// mostly do.
 const RECORDED_ROUNDS: usize = 2;
 
@@ -123,7 +123,7 @@ impl<T: Scalar> Stops<T> {
     /// Finds the v̇ of a step without rows, by forward dynamics.
     pub(crate) fn accelerate<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         forces: &Forces<T>,
         aba: &mut AbaScratch<T>,
         a: &mut [T],
@@ -142,7 +142,7 @@ impl<T: Scalar> Stops<T> {
                 aba,
                 a,
             );
-            if !self.let_go(at.dt(), a, round) {
+            if !self.release(at.dt(), a, round) {
                 return;
             }
         }
@@ -161,23 +161,23 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Lets go the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// Releases the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
-    fn let_go<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
+    fn release<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
     where
         T: Over<D>,
     {
         let mut any = false;
         for stop in &mut self.ends {
-            let pull = -stop.let_go(dt, a);
+            let pull = -stop.release(dt, a);
             let may = !pull.has_value() && round < RECORDED_ROUNDS;
-            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are let go");
+            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are released");
         }
         any
     }
 
     /// All ends, as if those within reach of the step pushed.
-    fn meet<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn detect<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -195,19 +195,19 @@ impl<T: Scalar> Stops<T> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.ends.clear();
         self.rows.clear();
         if at.is_explicit() {
             let (v, tau) = (at.v(), &mut forces.tau);
             each_end(at.simulator, at.q(), |k, end| tau[k] += end.force(v[k]));
         } else if !at.has_rows() {
-            self.meet(at);
+            self.detect(at);
         }
     }
 
     /// A row for each joint beyond an end, or that would be after the step.
-    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         if !at.at_end.has_joints() {
             return;
         }
@@ -270,7 +270,7 @@ where
         sum.value
     }
 
-    /// States the force of a moment, or that of the end of the step where the stop pushes.
+    /// States the force of an instant, or that of the end of the step where the stop pushes.
     fn emit_force(
         &self,
         at: &SlopePoint<'_, T>,
@@ -278,7 +278,7 @@ where
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
         let Self { k, end, v, dt } = *self;
-        if at.moment.is_explicit() {
+        if at.point.is_explicit() {
             return out.coordinate(k, None, end.force(v));
         }
         let has_limits = matches!(at.acting, Acting::All(_));
@@ -313,7 +313,7 @@ fn solved_rows<'a, T: Scalar>(
     term: &'a Stops<T>,
 ) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
     let balance = at.balance();
-    let mut rows = (at.moment.simulator.held_rows()..)
+    let mut rows = (at.point.simulator.held_rows()..)
         .zip(&term.rows)
         .peekable();
     move |k, inward| {
@@ -327,40 +327,40 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
     type Term = Stops<T>;
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
-        let (moment, mut ends) = (at.moment, term.ends.iter());
-        let dt = moment.dt();
-        each_end(moment.simulator, moment.q(), |k, end| {
+        let (point, mut ends) = (at.point, term.ends.iter());
+        let dt = point.dt();
+        each_end(point.simulator, point.q(), |k, end| {
             let end = &moving(end);
-            let v = OfCoordinate::variable(moment.v()[k], RATE);
+            let v = OfCoordinate::variable(point.v()[k], RATE);
             MovingEnd { k, end, v, dt }.emit_force(at, ends.next(), out);
         });
     }
 
     fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
-        let (moment, mut row_of) = (at.moment, solved_rows(at, term));
-        let dt = moment.dt();
-        each_end(moment.simulator, moment.q(), |k, end| {
+        let (point, mut row_of) = (at.point, solved_rows(at, term));
+        let dt = point.dt();
+        each_end(point.simulator, point.q(), |k, end| {
             if let Some(solved) = row_of(k, end.inward) {
                 let end = &moving(end);
-                let v = OfCoordinate::variable(moment.v()[k], RATE);
+                let v = OfCoordinate::variable(point.v()[k], RATE);
                 MovingEnd { k, end, v, dt }.emit_row(solved, out);
             }
         });
     }
 
     fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
-        let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
-        let actuation = moment.simulator.actuation().filter(|_| out.has_parts());
+        let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
+        let actuation = point.simulator.actuation().filter(|_| out.has_parts());
         let Some(actuation) = actuation else { return };
-        let dt = moment.dt();
-        actuation.each_seeded_end(moment.model(), moment.q(), |k, end| {
-            let v = OfActuator::constant_of(moment.v()[k]);
+        let dt = point.dt();
+        actuation.each_seeded_end(point.model(), point.q(), |k, end| {
+            let v = OfActuator::constant_of(point.v()[k]);
             let moving = MovingEnd { k, end, v, dt };
             let slopes = moving.weighted(at, ends.next(), row_of(k, end.inward), out);
             let part = out.slots().0.actuators[k].clone();
             out.add(&part, &slopes.eps);
         });
-        if !moment.is_instant {
+        if !point.is_instant {
             emit_time_step(at, term, out);
         }
     }
@@ -368,10 +368,10 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
 
 /// States all ends over the time step.
 fn emit_time_step<T: Scalar>(at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
-    let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
-    let dt = OfCoordinate::variable(T::constant(moment.dt()), TIME_STEP);
-    each_end(moment.simulator, moment.q(), |k, end| {
-        let v = OfCoordinate::constant_of(moment.v()[k]);
+    let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
+    let dt = OfCoordinate::variable(T::constant(point.dt()), TIME_STEP);
+    each_end(point.simulator, point.q(), |k, end| {
+        let v = OfCoordinate::constant_of(point.v()[k]);
         let end = &End {
             depth: OfCoordinate::constant_of(end.depth),
             inward: end.inward,

@@ -4,26 +4,26 @@ use super::numbers::Numbers;
 use super::sink::{Sink, SlopePoint};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 
 /// A term of the balance of forces. Its working memory is the implementor.
 pub(crate) trait Term<P: Scalar, T: Over<P>> {
     /// Adds the forces that follow from the state, and the part of them that is linear in the acceleration.
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>);
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>);
 
     /// Adds the Jacobians of the rows whose forces a solver finds, with their reference accelerations and regularisation where these do not depend
     /// on M.
-    fn add_rows(&mut self, _at: &Moment<'_, P, T>, _balance: &mut Balance<T>) {}
+    fn add_rows(&mut self, _at: &EvaluationPoint<'_, P, T>, _balance: &mut Balance<T>) {}
 
     /// Adds reference accelerations and regularisation that depend on the diagonal of J M⁻¹ Jᵀ, which is known now.
-    fn add_references(&mut self, _at: &Moment<'_, P, T>, _balance: &mut Balance<T>) {}
+    fn add_references(&mut self, _at: &EvaluationPoint<'_, P, T>, _balance: &mut Balance<T>) {}
 
     /// Replaces the rows of the term by more of them where the acceleration `a` breaks its law. Returns whether there are any.
     fn add_violated(
         &mut self,
-        _at: &Moment<'_, P, T>,
+        _at: &EvaluationPoint<'_, P, T>,
         _balance: &mut Balance<T>,
         _a: &[T],
     ) -> bool {
@@ -31,7 +31,7 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
     }
 
     /// Takes the forces of its rows.
-    fn accept(&mut self, _at: &Moment<'_, P, T>, _balance: &mut Balance<T>) {}
+    fn accept(&mut self, _at: &EvaluationPoint<'_, P, T>, _balance: &mut Balance<T>) {}
 }
 
 /// Derivatives of a term at the acceleration that has been found: what it states goes to a sink. Its working memory is the implementor.

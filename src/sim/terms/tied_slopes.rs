@@ -52,7 +52,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         ties.then(|| &rows[self.first_row])
     }
 
-    /// States the row in derivatives of one joint after the other; its forces on them are constant, but for those of a spring at a moment.
+    /// States the row in derivatives of one joint after the other; its forces on them are constant, but for those of a spring at an instant.
     pub(super) fn emit_tied(&self, rows: &[ConstraintRow<T>], out: &mut impl Sink<T>) {
         let Some(row) = self.tied_row(rows) else {
             return;
@@ -81,7 +81,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     /// Hands each entry of J to `each`, with its coordinate.
     fn each_entry(&self, mut each: impl FnMut(usize, T)) {
         for TiedJoint { body, coefficient } in self.constraint.kind().joints() {
-            let body = self.at.moment.model().body(body);
+            let body = self.at.point.model().body(body);
             each(body.v, body.scaled(T::constant(coefficient)));
         }
     }
@@ -136,11 +136,11 @@ impl<T: Scalar> HeldConstraint<'_, T> {
 
     /// Adds the slopes in coefficients, and of joints that follow another one in its ratio r and its offset.
     fn add_coefficients(&self, by: &JointSlopes<T>, seen: &[T], out: &mut Numbers<'_, T>) {
-        let moment = self.at.moment;
+        let point = self.at.point;
         for (i, tied) in self.constraint.kind().joints().enumerate() {
-            let body = moment.model().body(tied.body);
-            let JointMotion { position, rate } = JointMotion::of(body, moment.q(), moment.v());
-            let (q, v) = (moment.q()[body.q], moment.v()[body.v]);
+            let body = point.model().body(tied.body);
+            let JointMotion { position, rate } = JointMotion::of(body, point.q(), point.v());
+            let (q, v) = (point.q()[body.q], point.v()[body.v]);
             let (a, mu) = (seen[body.v], out.mu()[body.v]);
             let scaled = |x: T| body.scaled(x);
             let by_coefficient =

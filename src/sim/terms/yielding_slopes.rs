@@ -1,6 +1,6 @@
-//! Derivatives in the numbers by which a constraint gives way: its largest force, and those of a spring at a moment.
+//! Derivatives in the numbers by which a constraint gives way: its largest force, and those of a spring at an instant.
 //!
-//! Over a step the latter are among the numbers of its rows. At a moment the force of a spring follows from error and rate, and acts along J.
+//! Over a step the latter are among the numbers of its rows. At an instant the force of a spring follows from error and rate, and acts along J.
 
 use super::constraint_slopes::HeldConstraint;
 use super::local::OfCoordinate;
@@ -10,11 +10,11 @@ use crate::constraint::{ConstraintKind, ConstraintRow, Hold};
 use crate::linalg::product::dot;
 use crate::scalar::{Dual, Scalar};
 
-/// Directions of stiffness, damping, bound and length of a spring at a moment.
+/// Directions of stiffness, damping, bound and length of a spring at an instant.
 const SPRING: [usize; 4] = [0, 1, 2, 3];
 
 impl<T: Scalar> HeldConstraint<'_, T> {
-    /// Adds the slopes in its largest force, and of a spring between anchors at a moment those in all its own numbers.
+    /// Adds the slopes in its largest force, and of a spring between anchors at an instant those in all its own numbers.
     pub(super) fn emit_own_numbers(&self, rows: &[ConstraintRow<T>], out: &mut Numbers<'_, T>) {
         let rows = &rows[self.first_row..][..self.constraint.rows()];
         if self.is_spring_force() {
@@ -42,7 +42,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    /// −μᵀ Jᵀ f of a spring at a moment, over its numbers.
+    /// −μᵀ Jᵀ f of a spring at an instant, over its numbers.
     fn spring_slopes(&self, rows: &[ConstraintRow<T>], out: &Numbers<'_, T>) -> OfCoordinate<T> {
         let mut sum = OfCoordinate::from(0.0);
         let (mu, Some(balance)) = (out.mu(), self.at.balance()) else {

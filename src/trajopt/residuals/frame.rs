@@ -10,7 +10,7 @@ use crate::model::FrameId;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
-use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian, compiled_here};
+use crate::trajopt::residual::{Node, Residual, ResidualJacobian, fixed_size};
 
 /// p − target, m: where the origin of a frame is in the world, 3 entries.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,15 +32,7 @@ impl FramePosition {
 }
 
 impl Residual for FramePosition {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        3
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::Configuration
-    }
+    fixed_size!(3, Configuration);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let p_WF = pose(node, x, self.frame).translation;
@@ -67,15 +59,7 @@ pub struct FrameOrientation {
 }
 
 impl Residual for FrameOrientation {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        3
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::Configuration
-    }
+    fixed_size!(3, Configuration);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let R_WF = pose(node, x, self.frame).rotation;
@@ -93,15 +77,7 @@ pub struct FramePose {
 }
 
 impl Residual for FramePose {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        SPATIAL
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::Configuration
-    }
+    fixed_size!(SPATIAL, Configuration);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let X_WF = pose(node, x, self.frame);
@@ -128,15 +104,7 @@ pub struct FrameVelocity {
 }
 
 impl Residual for FrameVelocity {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        SPATIAL
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::State
-    }
+    fixed_size!(SPATIAL, State);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.model();
@@ -166,15 +134,7 @@ pub struct FrameDistance {
 }
 
 impl Residual for FrameDistance {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        1
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::Configuration
-    }
+    fixed_size!(1, Configuration);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let other = match self.from {

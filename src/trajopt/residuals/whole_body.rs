@@ -6,7 +6,7 @@ use super::away_from;
 use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
-use crate::trajopt::residual::{Dependence, Node, Residual, compiled_here};
+use crate::trajopt::residual::{Node, Residual, fixed_size};
 
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,15 +16,7 @@ pub struct CenterOfMass {
 }
 
 impl Residual for CenterOfMass {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        3
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::Configuration
-    }
+    fixed_size!(3, Configuration);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.model();
@@ -42,15 +34,7 @@ pub struct CentroidalMomentum {
 }
 
 impl Residual for CentroidalMomentum {
-    compiled_here!();
-
-    fn dim(&self, _: &Node<'_>) -> usize {
-        SPATIAL
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Dependence::State
-    }
+    fixed_size!(SPATIAL, State);
 
     fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.model();

@@ -35,7 +35,7 @@ use crate::model::BodyId;
 use crate::sim::State;
 
 /// Longest wait until a viewer has taken everything, s: longer than a viewer on the same machine takes to start.
-const PATIENCE: Duration = Duration::from_secs(10);
+const FLUSH_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Robots on their way into the Rerun viewer, step by step.
 ///
@@ -186,7 +186,7 @@ impl RerunStream {
     /// # Errors
     /// If it does not get there.
     pub fn flush(&self) -> Result<(), RecordingError> {
-        let flushed = self.stream.flush_with_timeout(PATIENCE);
+        let flushed = self.stream.flush_with_timeout(FLUSH_TIMEOUT);
         flushed.map_err(|error| failed(&self.target, &error))
     }
 }

@@ -8,8 +8,8 @@ use super::half_step::HalfStep;
 use crate::dynamics::{AbaScratch, Calls, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::placed::add_diagonal;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{Term, Terms};
@@ -47,13 +47,16 @@ impl<T: Scalar> AccelerationScratch<T> {
     }
 
     /// Velocity forces of the middle of the last step; `None` where they are those of the state.
-    pub(super) fn half_step<P: Scalar>(&self, at: &Moment<'_, P, T>) -> Option<&HalfStep<T>> {
+    pub(super) fn half_step<P: Scalar>(
+        &self,
+        at: &EvaluationPoint<'_, P, T>,
+    ) -> Option<&HalfStep<T>> {
         at.half_step?;
         self.half_step.as_deref()
     }
 
-    /// Resistance of coordinates beside M in the last moment, without rows; empty where nothing does.
-    pub(crate) fn resistance<P: Scalar>(&self, at: &Moment<'_, P, T>) -> &[T]
+    /// Resistance of coordinates beside M at the last point, without rows; empty where nothing does.
+    pub(crate) fn resistance<P: Scalar>(&self, at: &EvaluationPoint<'_, P, T>) -> &[T]
     where
         T: Over<P>,
     {
@@ -68,7 +71,7 @@ impl<T: Scalar> AccelerationScratch<T> {
 
     /// v̇ under the forces that are there.
     #[inline]
-    fn solve<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn solve<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -79,8 +82,8 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
     }
 
-    /// Forward dynamics, with stops that may be let go and velocity forces of the middle of the step.
-    fn solve_without_rows<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    /// Forward dynamics, with stops that may be released and velocity forces of the middle of the step.
+    fn solve_without_rows<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -102,7 +105,7 @@ impl<T: Scalar> AccelerationScratch<T> {
     }
 
     /// The forces of rows by a solver, of as many rows as take part in the end.
-    fn solve_with_rows<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    fn solve_with_rows<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -130,7 +133,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         balance.rows.clear();
         terms.add_rows(at, balance);
         loop {
-            balance.whiten();
+            balance.form_delassus();
             terms.add_references(at, balance);
             balance.solve(at, a);
             if !terms.add_violated(at, balance, a) {
@@ -146,17 +149,17 @@ impl<P: Scalar> Simulator<P> {
     /// Finds v̇ and the rates of contact, and leaves them in the scratch.
     pub(crate) fn accelerate<T: Over<P>>(
         &self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         s: &mut AccelerationScratch<T>,
     ) {
         self.apply_terms(at, s);
         s.solve(at);
     }
 
-    /// The forces of all terms at a moment.
+    /// The forces of all terms at an instant.
     pub(super) fn apply_terms<'s, T: Over<P>>(
         &self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         s: &'s mut AccelerationScratch<T>,
     ) -> &'s Forces<T> {
         s.forces.clear();
@@ -167,7 +170,7 @@ impl<P: Scalar> Simulator<P> {
     /// [`accelerate`](Self::accelerate) where v̇ has been found before: only what else it leaves is found, unless it comes with more.
     pub(crate) fn accelerate_again<T: Over<P>>(
         &self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         a: &[T],
         s: &mut AccelerationScratch<T>,
     ) {

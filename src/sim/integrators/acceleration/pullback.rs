@@ -8,9 +8,9 @@ use super::rows::{AccelerationWeights, RowAdjoint};
 use crate::dynamics::{AbaScratch, Calls, ParameterSlots, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Scalar;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::half_step;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
 
@@ -51,10 +51,10 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         self.balance.slots()
     }
 
-    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
+    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at an instant.
     pub(crate) fn add(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
@@ -81,7 +81,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     }
 
     /// Whether the acceleration is a₀ of a half step: without rows and joint limits that push.
-    fn is_free(&self, at: &Moment<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
+    fn is_free(&self, at: &EvaluationPoint<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
         let has_half_step = !at.has_rows() && found.half_step(at).is_some();
         has_half_step && !found.terms.stops.any_pushes()
     }
@@ -89,7 +89,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     /// Adds the gradient of the balance of all that acts.
     fn add_balance(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
@@ -112,7 +112,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     /// Finds μ of the balance of all that acts.
     fn solve(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
@@ -128,7 +128,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     /// μ = −(M + R)⁻¹ λ
     fn solve_without_rows(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &AccelerationScratch<T>,
         lambda: &[T],
     ) {

@@ -4,9 +4,9 @@ use super::AccelerationScratch;
 use crate::contact::ROWS;
 use crate::dynamics::{Blocks, Calls};
 use crate::scalar::{Differentiable, Linear};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::integrators::half_step;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{AllSlopes, JacobianMemory, RowColumns, SlopePoint, TermSlopes, Terms};
 
@@ -39,15 +39,15 @@ impl<T: Differentiable> AccelerationColumns<T> {
         &self.balance.forces.acceleration.columns
     }
 
-    /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
+    /// ∂(m⁺ − m) of a step, or ∂ṁ at an instant, column after column.
     pub(crate) fn bristles(&self) -> &Blocks<T> {
         &self.memory.rates
     }
 
-    /// Differentiates the acceleration that has been found at a moment.
+    /// Differentiates the acceleration that has been found at an instant.
     pub(crate) fn linearize(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
     ) {
         let (own, terms, memory) = (&mut self.balance, &mut self.terms, &mut self.memory);

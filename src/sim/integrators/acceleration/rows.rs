@@ -9,16 +9,16 @@ use super::AccelerationScratch;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
 
-/// Weights of what is found at a moment.
+/// Weights of what is found at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AccelerationWeights<'a, T> {
     /// λ, of the acceleration.
     pub(crate) a: &'a [T],
-    /// Of what the step, or the rate at a moment, adds to the state of contact.
+    /// Of what the step, or the rate at an instant, adds to the state of contact.
     pub(crate) contact: &'a [T],
     /// Whether the gradient in friction is wanted.
     pub(crate) has_friction: bool,
@@ -64,7 +64,7 @@ impl<T: Scalar> RowAdjoint<T> {
     }
 
     /// Slope of what is weighted in the time step, by the smoothing of laws alone: zero for exact ones, which have no scale. There s = √(Δt / Δt₀).
-    pub(super) fn by_time_step(&self, at: &Moment<'_, f64, T>) -> T {
+    pub(super) fn by_time_step(&self, at: &EvaluationPoint<'_, f64, T>) -> T {
         let contacts = at.solved_contacts();
         let smoothed = contacts.is_some_and(|contacts| contacts.smoothing().is_some());
         match smoothed {
@@ -76,7 +76,7 @@ impl<T: Scalar> RowAdjoint<T> {
     /// Finds `λ_y` and μ.
     pub(super) fn solve(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
         mu: &mut [T],

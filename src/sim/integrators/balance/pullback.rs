@@ -42,34 +42,34 @@ impl<T: Scalar> BalanceAdjoint<T> {
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn add(
         &mut self,
-        point: &SlopePoint<'_, T>,
+        at: &SlopePoint<'_, T>,
         weights: &SlopeWeights<'_, T>,
         seen: Option<&[T]>,
         found: &Terms<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (at, model, sweep) = (point.moment, point.moment.model(), &mut self.sweep);
+        let (point, model, sweep) = (at.point, at.point.model(), &mut self.sweep);
         let weighted = Weighted {
-            q: at.q(),
-            v: at.v(),
-            a: point.a,
+            q: point.q(),
+            v: point.v(),
+            a: at.a,
             mu: weights.mu,
             external: &[],
         };
-        let has_forces = !matches!(point.acting, Acting::Ahead);
+        let has_forces = !matches!(at.acting, Acting::Ahead);
         let wants_parameters = has_forces && !out.parameters.is_empty();
         sweep.start(model, &weighted);
-        let mut sink = AdjointSink::new(point, weights, sweep, &mut self.memory, out);
+        let mut sink = AdjointSink::new(at, weights, sweep, &mut self.memory, out);
         if has_forces {
-            self.terms.emit_forces(point, found, &mut sink);
+            self.terms.emit_forces(at, found, &mut sink);
         }
         if let Some(seen) = seen {
             sink.look(seen);
-            self.terms.emit_rows(point, found, &mut sink);
+            self.terms.emit_rows(at, found, &mut sink);
         }
         if wants_parameters {
             let mut numbers = Numbers::of(&mut sink);
-            self.terms.emit_numbers(point, found, &mut numbers);
+            self.terms.emit_numbers(at, found, &mut numbers);
         }
         sink.finish();
         let mut slopes = Slopes {
@@ -80,7 +80,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
         };
         sweep.finish(model, &weighted, &mut slopes);
         if seen.is_some() {
-            add_weighted_turning(model, at.v(), &sweep.by_seen, &sweep.slots, out);
+            add_weighted_turning(model, point.v(), &sweep.by_seen, &sweep.slots, out);
         }
     }
 }

@@ -31,23 +31,23 @@ impl<T: Differentiable> BalanceColumns<T> {
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn find(
         &mut self,
-        point: &SlopePoint<'_, T>,
+        at: &SlopePoint<'_, T>,
         jacobian: Option<&[T]>,
         found: &Terms<T>,
         terms: &mut AllSlopes<T>,
         memory: &mut JacobianMemory<T>,
     ) {
-        let (at, a, Self { forces, rows }) = (point.moment, point.a, self);
-        let (model, q, v) = (at.model(), at.q(), at.v());
+        let (point, a, Self { forces, rows }) = (at.point, at.a, self);
+        let (model, q, v) = (point.model(), point.q(), point.v());
         forces.clear();
         if let Some(jacobian) = jacobian {
-            let width = at.simulator.n_tangent() + at.simulator.nu();
+            let width = point.simulator.n_tangent() + point.simulator.nu();
             rows.start(model, v, a, jacobian, width);
         }
-        let mut sink = JacobianSink::new(point, forces, rows, memory);
-        terms.emit_forces(point, found, &mut sink);
+        let mut sink = JacobianSink::new(at, forces, rows, memory);
+        terms.emit_forces(at, found, &mut sink);
         if jacobian.is_some() {
-            terms.emit_rows(point, found, &mut sink);
+            terms.emit_rows(at, found, &mut sink);
         }
         let ForceColumns {
             acceleration,

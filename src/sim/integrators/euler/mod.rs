@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use super::AccelerationScratch;
 use super::method::Step;
 use crate::scalar::{Over, Scalar};
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 pub(super) use pullback::Adjoint;
@@ -34,7 +34,7 @@ impl<T: Scalar> Step<T> for Memory<T> {
     ) where
         T: Over<P>,
     {
-        simulator.accelerate(&Moment::of_step(simulator, state, u), found);
+        simulator.accelerate(&EvaluationPoint::of_step(simulator, state, u), found);
         advance(simulator, state, found, next);
     }
 }

@@ -9,6 +9,7 @@ use crate::linalg::product::add_scaled;
 use crate::model::manifold::v_range;
 use crate::model::{Body, BodyId};
 use crate::scalar::Scalar;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
@@ -16,7 +17,6 @@ use crate::sim::integrators::joint_tangents::{
     OfNumbers, joint_step, joint_step_in_numbers, stepped_velocity,
 };
 use crate::sim::integrators::method::{Pullback, StepPoint};
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::StepSlopes;
@@ -48,14 +48,17 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (found, moment) = (&mut self.found, Moment::of_step(simulator, at.state, at.u));
+        let (found, point) = (
+            &mut self.found,
+            EvaluationPoint::of_step(simulator, at.state, at.u),
+        );
         match at.acceleration {
-            None => simulator.accelerate(&moment, found),
-            Some(a) => simulator.accelerate_again(&moment, a, found),
+            None => simulator.accelerate(&point, found),
+            Some(a) => simulator.accelerate_again(&point, a, found),
         }
         advance(simulator, at.state, found, &mut self.next);
         let by_contact = &adjoint[2 * simulator.model().nv()..];
-        self.add_joint_steps(&moment, adjoint, out);
+        self.add_joint_steps(&point, adjoint, out);
         // m⁺ = m + (m⁺ − m)
         add_scaled(out.contact, by_contact, T::one());
         let of_acceleration = AccelerationWeights {
@@ -64,7 +67,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
             has_friction: out.has_parts,
         };
         let found = &mut self.found;
-        (self.acceleration).add(&moment, found, &of_acceleration, out);
+        (self.acceleration).add(&point, found, &of_acceleration, out);
     }
 }
 
@@ -72,7 +75,7 @@ impl<T: Scalar> Adjoint<T> {
     /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
     fn add_joint_steps(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
@@ -108,7 +111,7 @@ impl<T: Scalar> Adjoint<T> {
 
 /// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.
 struct Curved<'a, T: Scalar> {
-    at: &'a Moment<'a, f64, T>,
+    at: &'a EvaluationPoint<'a, f64, T>,
     a: &'a [T],
     next: &'a State<T>,
     /// Weights of q⁺ and v⁺.

@@ -8,10 +8,10 @@ use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::integrators::method::{Pushforward, StepColumns, StepPoint};
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -39,7 +39,7 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
         out: &mut StepColumns<'_, T>,
     ) {
         let (found, next, columns) = (&mut self.found, &mut self.next, &mut self.acceleration);
-        let at = Moment::of_step(simulator, at.state, at.u);
+        let at = EvaluationPoint::of_step(simulator, at.state, at.u);
         simulator.accelerate(&at, found);
         advance(simulator, at.state, found, next);
         columns.linearize(&at, found);
@@ -100,7 +100,7 @@ fn bristle_rows<T: Scalar>(
 
 /// The rows of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δv, δa).
 fn curved_rows<T: Scalar>(
-    at: &Moment<'_, f64, T>,
+    at: &EvaluationPoint<'_, f64, T>,
     a: &[T],
     next: &State<T>,
     columns: &Blocks<T>,

@@ -1,7 +1,7 @@
 //! The velocity after a step with a₀, at which constraints that are asked to look ahead state half of their bias.
 
 use crate::scalar::Scalar;
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -19,17 +19,17 @@ impl<T: Scalar> Ahead<T> {
         }
     }
 
-    /// The moment of it.
+    /// The point of evaluation there.
     ///
     /// * `seen` – ã₀
-    pub(super) fn moment<'a>(
+    pub(super) fn point<'a>(
         &'a mut self,
-        at: &Moment<'a, f64, T>,
+        at: &EvaluationPoint<'a, f64, T>,
         seen: &[T],
-    ) -> Moment<'a, f64, T> {
+    ) -> EvaluationPoint<'a, f64, T> {
         self.state.q.copy_from(&at.state.q);
         let stepped = self.state.v.iter_mut().zip(at.v()).zip(seen);
         stepped.for_each(|((next, &v), &a)| *next = v + a * at.dt());
-        Moment::instant(at.simulator, &self.state, at.u)
+        EvaluationPoint::instant(at.simulator, &self.state, at.u)
     }
 }

@@ -22,9 +22,9 @@ use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::bilateral::Bilateral;
 use crate::sim::integrators::tree_lu::TreeLu;
-use crate::sim::moment::Moment;
 use crate::sim::placed::add_diagonal;
 use crate::spatial::linear::cross;
 
@@ -157,7 +157,7 @@ impl<T: Scalar> Gyroscopic<T> {
     /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a₀; empty for none
     pub(in crate::sim::integrators) fn correct<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         resistance: &[T],
         mass: &mut DMatrix<T>,
         forces: &mut [T],

@@ -1,6 +1,6 @@
 //! The half step: Coriolis and centrifugal forces of the middle of a step of Euler, when they are taken, and how.
 //!
-//! All of the scheme is here but for what it has to ask of others: a [`Moment`] says by how much of the acceleration these forces are ahead; constraints
+//! All of the scheme is here but for what it has to ask of others: a [`EvaluationPoint`] says by how much of the acceleration these forces are ahead; constraints
 //! state their rows along the velocity of the start of a step and at that after it, since the formula of their bias is theirs
 //! ([`Acting`](crate::sim::terms::Acting)); joint limits are left out of a₀.
 
@@ -12,9 +12,9 @@ mod pushforward;
 use nalgebra::DMatrix;
 
 use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
 use crate::sim::integrator::Integrator;
-use crate::sim::moment::Moment;
 use crate::sim::placed::Placed;
 use crate::sim::simulator::Simulator;
 use gyroscopic::Gyroscopic;
@@ -48,8 +48,11 @@ impl<T: Scalar> HalfStep<T> {
     }
 
     /// [`Gyroscopic::correct`] of joint forces, for robots without rows.
-    pub(super) fn correct<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>)
-    where
+    pub(super) fn correct<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        forces: &mut Forces<T>,
+    ) where
         T: Over<P>,
     {
         let (placed, mass) = &mut **self.own.get_or_insert_with(|| own(at.simulator));
@@ -69,7 +72,7 @@ fn own<P: Scalar, T: Scalar>(simulator: &Simulator<P>) -> Box<(Placed<T>, DMatri
 }
 
 /// By how much of a₀ the velocity is that of the middle, s.
-fn half_step<P, T: Scalar>(at: &Moment<'_, P, T>) -> T {
+fn half_step<P, T: Scalar>(at: &EvaluationPoint<'_, P, T>) -> T {
     at.half_step.unwrap_or(T::zero())
 }
 
@@ -77,7 +80,7 @@ fn half_step<P, T: Scalar>(at: &Moment<'_, P, T>) -> T {
 ///
 /// * `v` – working memory
 fn each_slope<T: Scalar>(
-    at: &Moment<'_, f64, T>,
+    at: &EvaluationPoint<'_, f64, T>,
     v: &mut [Dual<T, 1>],
     mut each: impl FnMut(usize, T),
 ) {
@@ -98,7 +101,7 @@ fn each_slope<T: Scalar>(
 /// The derivative of the half step in the time step.
 ///
 /// * `v` – working memory
-fn slope_in_time<T: Scalar>(at: &Moment<'_, f64, T>, v: &mut [Dual<T, 1>]) -> T {
+fn slope_in_time<T: Scalar>(at: &EvaluationPoint<'_, f64, T>, v: &mut [Dual<T, 1>]) -> T {
     let lifted = v.iter_mut().zip(at.v());
     lifted.for_each(|(out, &v)| *out = Dual::constant_of(v));
     let dt = Dual::variable(T::constant(at.dt()), 0);
@@ -121,7 +124,7 @@ impl<P: Scalar> Simulator<P> {
             Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => None,
             _ if self.always_in_the_middle() => Some(half.into()),
             _ if is_slow(slow(dt), v) => None,
-            _ => Some(self.whirl(slow(dt), v) * half),
+            _ => Some(self.gyroscopic_share(slow(dt), v) * half),
         }
     }
 
@@ -142,7 +145,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// From 0 to 1 as the fastest coordinate of all that turn goes from slow to fast, s = 3 x² − 2 x³.
-    fn whirl<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
+    fn gyroscopic_share<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
         let mut fastest = T::zero();
         for k in self.turning() {
             fastest = fastest.max(v[k].abs());

@@ -17,8 +17,8 @@ use crate::joint::Joint as _;
 use crate::linalg::product::{add_scaled, dot};
 use crate::model::Model;
 use crate::scalar::{Dual, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
     Acting, SlopePoint, SlopeWeights, StepSlopes, Terms, add_weighted_turning, turned_into,
@@ -74,7 +74,7 @@ struct HeldAdjoint<T: Scalar> {
     by_seen: Vec<T>,
     /// Of the rows that hold it.
     by_rows: Vec<T>,
-    /// ã₀, and ã of the moment ahead.
+    /// ã₀, and ã of the point ahead.
     seen: Vec<T>,
     seen_ahead: Vec<T>,
 }
@@ -98,17 +98,17 @@ impl<T: Scalar> HeldAdjoint<T> {
     /// * `by_y` – `λ_y`
     fn look_ahead(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         by_y: &[T],
         terms: &Terms<T>,
         balance: &mut BalanceAdjoint<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
         let (rest, by_next_v) = (&self.rest[..], &mut self.by_next_v);
-        let moment = self.ahead.moment(at, &self.seen);
-        turned_into(at.model(), moment.v(), rest, &mut self.seen_ahead);
+        let point = self.ahead.point(at, &self.seen);
+        turned_into(at.model(), point.v(), rest, &mut self.seen_ahead);
         let point = SlopePoint {
-            moment: &moment,
+            point: &point,
             a: rest,
             acting: Acting::Ahead,
         };
@@ -168,7 +168,7 @@ impl<T: Scalar> Adjoint<T> {
     /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the state of contact altogether.
     pub(crate) fn add(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         change: &Change<'_, T>,
         balance: &mut BalanceAdjoint<T>,
         out: &mut StepSlopes<'_, T>,
@@ -192,7 +192,7 @@ impl<T: Scalar> Adjoint<T> {
     }
 
     /// Weights of a₀: λ, or s Cᵀ μ₁.
-    fn start(&mut self, at: &Moment<'_, f64, T>, change: &Change<'_, T>) {
+    fn start(&mut self, at: &EvaluationPoint<'_, f64, T>, change: &Change<'_, T>) {
         match change.weights {
             Weights::All(lambda, _) => {
                 self.sum.fill(T::zero());
@@ -212,14 +212,14 @@ impl<T: Scalar> Adjoint<T> {
     /// Adds the gradient of the balance at a₀.
     fn add_balance(
         &self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         change: &Change<'_, T>,
         balance: &mut BalanceAdjoint<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
         let (gyroscopic, held) = (&change.half_step.gyroscopic, self.held.as_deref());
         let point = SlopePoint {
-            moment: at,
+            point: at,
             a: &gyroscopic.a,
             acting: Acting::Start(&gyroscopic.bilateral.forces),
         };
@@ -239,7 +239,7 @@ impl<T: Scalar> Adjoint<T> {
     /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀.
     fn add_velocity_forces(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
         out: &mut StepSlopes<'_, T>,
     ) {

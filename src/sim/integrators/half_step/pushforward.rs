@@ -19,8 +19,8 @@ use crate::dynamics::{
 };
 use crate::model::Model;
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
     Acting, AllSlopes, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes, Terms,
@@ -69,7 +69,7 @@ impl<T: Differentiable> AheadColumns<T> {
     }
 
     /// Adds ∂y = ∂y/∂q δq + ∂y/∂v⁺ (δv + Δt δã₀).
-    fn add_to(&mut self, at: &Moment<'_, f64, T>, out: &mut Blocks<T>) {
+    fn add_to(&mut self, at: &EvaluationPoint<'_, f64, T>, out: &mut Blocks<T>) {
         let (model, nv) = (at.model(), at.model().nv());
         let width = nv.max(1);
         for (row, by_seen) in self.by_seen.chunks_exact_mut(width).enumerate() {
@@ -115,7 +115,7 @@ impl<T: Differentiable> Columns<T> {
     /// Finds δG.
     pub(crate) fn find(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         half_step: &HalfStep<T>,
         found: &Terms<T>,
         terms: &mut AllSlopes<T>,
@@ -123,7 +123,7 @@ impl<T: Differentiable> Columns<T> {
     ) {
         let gyroscopic = &half_step.gyroscopic;
         let point = SlopePoint {
-            moment: at,
+            point: at,
             a: &gyroscopic.a,
             acting: Acting::Start(&gyroscopic.bilateral.forces),
         };
@@ -137,7 +137,7 @@ impl<T: Differentiable> Columns<T> {
     /// Finds what constraints see of the velocity after the step.
     fn look_ahead(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         found: &Terms<T>,
         terms: &mut AllSlopes<T>,
         memory: &mut JacobianMemory<T>,
@@ -147,7 +147,7 @@ impl<T: Differentiable> Columns<T> {
         let width = at.simulator.n_tangent() + at.simulator.nu();
         ahead.rows.columns.resize(at.simulator.held_rows(), width);
         let point = SlopePoint {
-            moment: &ahead.point.moment(at, &rows.seen),
+            point: &ahead.point.point(at, &rows.seen),
             a: &self.at_rest,
             acting: Acting::Ahead,
         };
@@ -158,7 +158,7 @@ impl<T: Differentiable> Columns<T> {
     /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
     pub(crate) fn add_to(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        at: &EvaluationPoint<'_, f64, T>,
         forces: &mut Blocks<T>,
         rows: &mut Blocks<T>,
     ) {
@@ -169,7 +169,7 @@ impl<T: Differentiable> Columns<T> {
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
-    fn differentiate(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
+    fn differentiate(&mut self, at: &EvaluationPoint<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (model, nv) = (at.model(), at.model().nv());
         self.direct.clear();
         for side in [1.0, -1.0] {
@@ -207,7 +207,7 @@ impl<T: Differentiable> Columns<T> {
     }
 
     /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
-    fn follow(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
+    fn follow(&mut self, at: &EvaluationPoint<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (s, product) = (half_step(at), &mut self.memory);
         let BalanceColumns { forces, rows } = &mut self.balance;
         let mut rows = rows.columns.blocks_mut();

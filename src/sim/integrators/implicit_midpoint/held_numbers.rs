@@ -10,10 +10,10 @@ use super::weights::Weights;
 use crate::constraint::{ConstraintRow, Hold};
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::method::StepPoint;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::{Acting, SlopePoint, SlopeWeights, StepSlopes};
@@ -110,12 +110,12 @@ impl<T: Differentiable> HeldNumbers<T> {
         out: &mut StepSlopes<'_, T>,
     ) {
         self.state.q.copy_from(&at.q);
-        let moment = Moment::instant(simulator, &self.state, u);
-        simulator.apply_terms(&moment, &mut self.found);
+        let at_rest = EvaluationPoint::instant(simulator, &self.state, u);
+        simulator.apply_terms(&at_rest, &mut self.found);
         let accelerations = [at.v.as_slice(), &self.rest];
         for (a, own) in accelerations.into_iter().zip(&self.weights) {
             let point = SlopePoint {
-                moment: &moment,
+                point: &at_rest,
                 a,
                 acting: Acting::Start(&own.forces),
             };

@@ -12,9 +12,9 @@ use super::weights::Weights;
 use crate::dynamics::{EnergySlopes, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Differentiable, Dual, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::method::StepPoint;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
@@ -134,7 +134,7 @@ impl<T: Differentiable> NumberSlopes<T> {
         taken: &TakenStep<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let moment = Moment::instant(simulator, &taken.point().state, at.u);
+        let moment = EvaluationPoint::instant(simulator, &taken.point().state, at.u);
         let point = SlopePoint::of_all(&moment, &self.rest, None);
         let weights = SlopeWeights {
             mu: &self.minus,

@@ -16,8 +16,8 @@ use crate::dynamics::{
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::{Force, Motion, Transform};
@@ -186,7 +186,7 @@ impl<T: Scalar> Midpoint<T> {
         self.kinetic
             .find(model, q, v, &mut self.momentum, &mut self.force);
         add_armature(model, v, &mut self.momentum);
-        let applied = simulator.apply_terms(&Moment::instant(simulator, mid, u), found);
+        let applied = simulator.apply_terms(&EvaluationPoint::instant(simulator, mid, u), found);
         let (rest, resisting) = (&self.rest, &mut self.scratch);
         let bodies = &applied.bodies;
         inverse_dynamics_into(model, q, rest, rest, bodies, &mut self.rnea, resisting);

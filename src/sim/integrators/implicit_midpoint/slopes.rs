@@ -11,8 +11,8 @@ use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{CHUNK, Differentiable, Dual, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::{
@@ -206,7 +206,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
         found: &AccelerationScratch<T>,
     ) {
         let (model, mid, rest) = (simulator.model(), &point.state, &self.rest);
-        let moment = Moment::instant(simulator, mid, u);
+        let moment = EvaluationPoint::instant(simulator, mid, u);
         let at = SlopePoint::of_all(&moment, rest, None);
         let (forces, memory) = (&mut self.forces, &mut self.memory);
         forces.clear();

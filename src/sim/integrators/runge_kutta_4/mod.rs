@@ -14,7 +14,7 @@ use nalgebra::DVector;
 use super::AccelerationScratch;
 use super::method::Step;
 use crate::scalar::{Over, Scalar};
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 pub(super) use pullback::Adjoint;
@@ -105,7 +105,7 @@ impl<T: Scalar> Memory<T> {
         let (offset, v) = (self.offset.as_slice(), self.state.v.as_slice());
         let rate = self.rate.as_mut_slice();
         simulator.model().tangent_rate_into(offset, v, rate);
-        simulator.accelerate(&Moment::instant(simulator, &self.state, u), found);
+        simulator.accelerate(&EvaluationPoint::instant(simulator, &self.state, u), found);
     }
 
     /// Adds the rates to their sums, and goes on to the next stage: the start, moved on by the rates for some time.

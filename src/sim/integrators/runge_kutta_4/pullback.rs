@@ -4,12 +4,12 @@ use super::{Memory, STAGES, times};
 use crate::dynamics::Calls;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
 use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
 use crate::sim::integrators::method::{Pullback, Step, StepPoint};
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::StepSlopes;
@@ -138,8 +138,8 @@ impl<T: Scalar> Adjoint<T> {
             parameters: &mut *out.parameters,
             has_parts: out.has_parts,
         };
-        let moment = Moment::instant(simulator, &own.state, at.u);
-        (self.acceleration).add(&moment, &mut own.found, &of_rates, &mut slopes);
+        let point = EvaluationPoint::instant(simulator, &own.state, at.u);
+        (self.acceleration).add(&point, &mut own.found, &of_rates, &mut slopes);
         let v = own.state.v.as_slice();
         add_tangent_rate(model, &own.offset, v, by_rate, by_offset, by_v);
         let (offset, end) = (&own.offset[..], own.state.q.as_slice());

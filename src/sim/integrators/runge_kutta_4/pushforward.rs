@@ -1,7 +1,7 @@
 //! Jacobians of a step of Runge and Kutta: the chain rule over its stages.
 //!
 //! A stage is the state x = (q ⊕ c Δt q̇, v + c Δt v̇, m + c Δt ṁ) with the rates of the stage before it, and has rates of its own. Those of v and m
-//! have the Jacobians of the acceleration at a moment; that of the offset from q, and the way from an offset to the tangent space at the
+//! have the Jacobians of the acceleration at an instant; that of the offset from q, and the way from an offset to the tangent space at the
 //! stage, belong to each joint alone.
 
 use nalgebra::DMatrix;
@@ -11,10 +11,10 @@ use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::{Body, Model};
 use crate::scalar::{Differentiable, Scalar, is_nothing};
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{JointTangent, integrated, tangent_rate};
 use crate::sim::integrators::method::{Pushforward, Step, StepColumns, StepPoint};
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -96,7 +96,7 @@ impl<T: Differentiable> Columns<T> {
             add_rows(body, &of_rate, Part::First, &self.offset, of_offset);
             add_rows(body, &of_rate, Part::Second, &self.stage[1], of_offset);
         }
-        let stage = Moment::instant(simulator, &self.stages.state, u);
+        let stage = EvaluationPoint::instant(simulator, &self.stages.state, u);
         self.acceleration.linearize(&stage, &mut self.found);
         copy(self.acceleration.minus_a(), -1.0, &mut self.local);
         chain(&self.local, &self.stage, of_v);

@@ -38,11 +38,11 @@ impl<T: Scalar> PointPlace<'_, T> {
         let (index, kinematics) = (self.index, &self.term.kinematics);
         let on = Some(contacts.points()[index].body);
         let (X_WB, V_B) = (kinematics.pose(on), kinematics.velocity(on));
-        let moment = self.at.moment;
+        let point = self.at.point;
         let point = LinearizedPoint::over_numbers(
             contacts,
-            moment.simulator,
-            moment.state,
+            point.simulator,
+            point.state,
             index,
             &X_WB,
             &V_B,

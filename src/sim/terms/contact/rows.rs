@@ -1,4 +1,4 @@
-//! Contact of points with the ground: soft at a moment, where forces follow from the state; else rows whose forces a solver finds.
+//! Contact of points with the ground: soft at an instant, where forces follow from the state; else rows whose forces a solver finds.
 
 use nalgebra::Vector3;
 
@@ -11,15 +11,15 @@ use crate::contact::{
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::moment::Moment;
 use crate::sim::rows::Mark;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::term::Term;
 use crate::spatial::Force;
 use crate::spatial::linear::{dot, scale};
 
-/// Contact at a moment: empty where there is none.
+/// Contact at an instant: empty where there is none.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact<T> {
     pub(crate) kinematics: Kinematics<T>,
@@ -115,7 +115,7 @@ impl<T: Scalar> Contact<T> {
     /// Forces of soft contact on points and bodies at a state.
     fn push<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         contacts: &Contacts<P>,
         bodies: &mut [Force<T>],
     ) where
@@ -139,7 +139,7 @@ impl<T: Scalar> Contact<T> {
     }
 
     /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
-    fn update_bristles<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>)
+    fn update_bristles<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, contacts: &Contacts<P>)
     where
         T: Over<P>,
     {
@@ -164,7 +164,7 @@ impl<T: Scalar> Contact<T> {
     /// Which points could touch within the step; where some stand for all, those take part that would go into the ground by themselves.
     fn choose<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         contacts: &Contacts<P>,
         balance: &Balance<T>,
     ) where
@@ -187,7 +187,12 @@ impl<T: Scalar> Contact<T> {
     }
 
     /// Lets points take part that an acceleration would leave slower than their law allows; whether there are any.
-    fn grow<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>, a: &[T]) -> bool
+    fn grow<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        contacts: &Contacts<P>,
+        a: &[T],
+    ) -> bool
     where
         T: Over<P>,
     {
@@ -205,7 +210,7 @@ impl<T: Scalar> Contact<T> {
     /// J of the points that take part.
     fn add_jacobians<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
+        at: &EvaluationPoint<'_, P, T>,
         contacts: &Contacts<P>,
         balance: &mut Balance<T>,
     ) where
@@ -234,7 +239,7 @@ impl<T: Scalar> Contact<T> {
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
     #[inline]
-    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.working.clear();
         self.axes.clear();
         if let Some(contacts) = at.explicit_contacts() {
@@ -242,7 +247,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         }
     }
 
-    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
@@ -255,7 +260,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         self.add_jacobians(at, contacts, balance);
     }
 
-    fn add_references(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    fn add_references(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
@@ -282,7 +287,12 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         }
     }
 
-    fn add_violated(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
+    fn add_violated(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        balance: &mut Balance<T>,
+        a: &[T],
+    ) -> bool {
         let some = at.solved_contacts().filter(|c| c.use_working_set());
         let Some(contacts) = some else { return false };
         let any = self.grow(at, contacts, a);
@@ -293,7 +303,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
     }
 
     /// Forces on points in the world, and how bristles move under them.
-    fn accept(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+    fn accept(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
@@ -319,8 +329,8 @@ mod tests {
     use crate::contact::{ContactLaw, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain};
     use crate::dynamics::Calls;
     use crate::model::Model;
+    use crate::sim::evaluation_point::AtEnd;
     use crate::sim::integrators::AccelerationScratch;
-    use crate::sim::moment::AtEnd;
     use crate::sim::state::State;
     use crate::{Integrator, Simulator};
 
@@ -343,7 +353,10 @@ mod tests {
     fn delassus_diagonal_of_a_corner_equals_its_closed_form() {
         let (simulator, state) = standing(ContactLaw::Rigid(Rigid::default()), 1e-4);
         let mut found = AccelerationScratch::new(&simulator, Calls::One);
-        simulator.accelerate(&Moment::of_step(&simulator, &state, &[]), &mut found);
+        simulator.accelerate(
+            &EvaluationPoint::of_step(&simulator, &state, &[]),
+            &mut found,
+        );
         let solved = found.balance.as_ref().expect("a solver");
         assert_eq!(found.terms.contact.touching().len(), 4);
         let (x, y, z): (f64, f64, f64) = (0.18, 0.12, 0.06);
@@ -369,8 +382,8 @@ mod tests {
         for (law, explicit) in [(soft, false), (relaxed, true)] {
             let (simulator, state) = standing(law, 0.0);
             let solved = |at_end| {
-                let instant = Moment::instant(&simulator, &state, &[]);
-                let at = Moment { at_end, ..instant };
+                let instant = EvaluationPoint::instant(&simulator, &state, &[]);
+                let at = EvaluationPoint { at_end, ..instant };
                 at.solved_contacts().is_some()
             };
             for at_end in [AtEnd::Nothing, AtEnd::Joints] {
@@ -395,7 +408,10 @@ mod tests {
         let mut term = Contact::new(&simulator);
         let mut forces = Forces::new(&simulator);
         forces.bodies[0] = Force::new(Vector3::x(), Vector3::zeros());
-        term.add_forces(&Moment::instant(&simulator, &state, &[]), &mut forces);
+        term.add_forces(
+            &EvaluationPoint::instant(&simulator, &state, &[]),
+            &mut forces,
+        );
         let expected = Force::new(Vector3::new(1.0, 0.0, 20.0), Vector3::zeros());
         let found = forces.bodies[0].to_array();
         let mut both = found.iter().zip(expected.to_array());
@@ -407,7 +423,10 @@ mod tests {
             .position(|f| f.z > 0.0)
             .expect("a lower corner");
         state.contact[ROWS * lower] = 2e-3;
-        term.add_forces(&Moment::instant(&simulator, &state, &[]), &mut forces);
+        term.add_forces(
+            &EvaluationPoint::instant(&simulator, &state, &[]),
+            &mut forces,
+        );
         assert!((term.forces[lower].x + 1.0).abs() < 1e-12);
     }
 }

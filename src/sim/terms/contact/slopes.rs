@@ -13,7 +13,7 @@ use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, ROWS};
 use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
-use crate::sim::moment::Moment;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::local::OfBody;
 use crate::sim::terms::numbers::Numbers;
@@ -83,7 +83,7 @@ fn own_of(contacts: &Contacts, index: usize) -> Own {
 /// States force and change of the bristle of a point, as its law gives them by itself; nothing where only a solver finds them.
 fn emit_explicit<P: Scalar, T: Scalar>(
     point: &LinearizedPoint<'_, P, T>,
-    at: &Moment<'_, f64, T>,
+    at: &EvaluationPoint<'_, f64, T>,
     contacts: &Contacts,
     index: usize,
     out: &mut impl BodySink<T>,
@@ -109,7 +109,7 @@ fn turned_point<'a, T: Scalar>(
     out: &mut impl Sink<T>,
 ) -> LinearizedPoint<'a, f64, T> {
     let motion = out.turn_to(at, Some(body), Some(&term.kinematics));
-    let (simulator, state) = (at.moment.simulator, at.moment.state);
+    let (simulator, state) = (at.point.simulator, at.point.state);
     LinearizedPoint::new(simulator, state, index, &motion.X_WB, &motion.V)
 }
 
@@ -121,10 +121,10 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
     }
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
-        if let Some(contacts) = at.moment.explicit_contacts() {
+        if let Some(contacts) = at.point.explicit_contacts() {
             for (index, place) in contacts.points().iter().enumerate() {
                 let point = turned_point(at, term, place.body, index, out);
-                emit_explicit(&point, at.moment, contacts, index, out);
+                emit_explicit(&point, at.point, contacts, index, out);
             }
         }
     }
@@ -142,16 +142,16 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         term: &Contact<T>,
         out: &mut Numbers<'_, T>,
     ) {
-        let contacts = at.moment.simulator.contacts().filter(|_| out.has_parts());
+        let contacts = at.point.simulator.contacts().filter(|_| out.has_parts());
         let Some(contacts) = contacts else { return };
         let own = self.numbers.take();
         let own = own.filter(|own| own.are_of(contacts));
         let mut numbers = own.unwrap_or_else(|| OverNumbers::new(contacts));
-        if at.moment.explicit_contacts().is_some() {
+        if at.point.explicit_contacts().is_some() {
             for index in 0..contacts.points().len() {
                 let place = PointPlace { at, term, index };
                 numbers.add(&place, out, &|point, out| {
-                    emit_explicit(point, at.moment, contacts, index, out);
+                    emit_explicit(point, at.point, contacts, index, out);
                 });
             }
         }
@@ -171,14 +171,14 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         term: &Contact<T>,
         each: &mut dyn FnMut(usize, usize, T),
     ) {
-        let bristles = at.moment.solved_contacts().filter(|c| c.have_bristles());
+        let bristles = at.point.solved_contacts().filter(|c| c.have_bristles());
         let Some((contacts, balance)) = bristles.zip(at.balance()) else {
             return;
         };
         let first = balance.rows().count() - ROWS * term.touching().len();
         for (of, &index) in term.touching().iter().enumerate() {
             for across in 1..ROWS {
-                let step = term.bristle_by_force(contacts, of, across, at.moment.dt());
+                let step = term.bristle_by_force(contacts, of, across, at.point.dt());
                 for (k, &slope) in step.iter().enumerate() {
                     each(ROWS * index + k, first + ROWS * of + across, slope);
                 }

@@ -32,7 +32,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
     term: &'a Contact<T>,
     mut each: impl FnMut(SolvedPoint<'a, T>),
 ) {
-    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance()) else {
+    let Some((contacts, balance)) = at.point.solved_contacts().zip(at.balance()) else {
         return;
     };
     let (solved, touching) = (balance.rows(), term.touching());

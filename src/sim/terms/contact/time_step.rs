@@ -25,9 +25,9 @@ pub(super) fn emit_time_step<T: Scalar>(
     term: &Contact<T>,
     out: &mut Numbers<'_, T>,
 ) {
-    let dt = Timed::variable(T::constant(at.moment.dt()), TIME_STEP);
+    let dt = Timed::variable(T::constant(at.point.dt()), TIME_STEP);
     let mut sum = out.sum(None);
-    if at.moment.explicit_contacts().is_some() && !at.moment.is_instant {
+    if at.point.explicit_contacts().is_some() && !at.point.is_instant {
         for (i, rate) in term.bristle_rates().iter().enumerate() {
             let rate = BristleRate {
                 deflection: constant(&rate.deflection),
@@ -64,7 +64,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
         dt: Timed<T>,
     ) -> Self {
         let state = &term.points[solved.index];
-        let bristles = at.moment.state.contact.as_slice().as_chunks::<ROWS>().0;
+        let bristles = at.point.state.contact.as_slice().as_chunks::<ROWS>().0;
         let deflection = bristles.get(solved.index);
         Self {
             contacts,

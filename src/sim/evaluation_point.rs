@@ -10,7 +10,7 @@ use crate::scalar::{Over, Scalar};
 /// Which forces of a step are those at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AtEnd {
-    /// None: all are those of its start, or of a moment.
+    /// None: all are those of its start, or of an instant.
     Nothing,
     /// Those of joints: dampers, springs, dry friction, speed limits, stops.
     Joints,
@@ -30,7 +30,7 @@ impl AtEnd {
 
 /// Inputs of the balance of forces.
 #[derive(Debug)]
-pub(crate) struct Moment<'a, P, T: Scalar> {
+pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     pub(crate) simulator: &'a Simulator<P>,
     pub(crate) state: &'a State<T>,
     /// The input, length `nu`.
@@ -42,7 +42,7 @@ pub(crate) struct Moment<'a, P, T: Scalar> {
     pub(crate) half_step: Option<T>,
 }
 
-impl<'a, P: Scalar, T: Over<P>> Moment<'a, P, T> {
+impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
     /// All forces as they are at a state.
     pub(crate) fn instant(simulator: &'a Simulator<P>, state: &'a State<T>, u: &'a [T]) -> Self {
         Self {

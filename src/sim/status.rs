@@ -1,0 +1,116 @@
+//! Whether a trajectory goes on after a step: one judgement for a rollout and for the lanes of a batch.
+
+use std::ops::Range;
+
+use super::state::State;
+use crate::cone::Status;
+use crate::scalar::Scalar;
+
+/// Status of a rollout at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RolloutStatus {
+    /// All steps were taken.
+    Completed,
+    /// The input of this step was not finite; the trajectory ends at the state that it was computed for.
+    NonFiniteInput {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+    /// This step led to a state that is not finite, or faster than the [bound](super::Simulator::with_divergence_bound); the trajectory ends before
+    /// it.
+    Diverged {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+    /// The state after this step, and in a batch the states of all trajectories, would need more memory than the [limit](crate::memory); the
+    /// trajectory ends before it.
+    OutOfMemory {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+}
+
+/// A step in which the solver of the forces of contact and constraints failed. The trajectory goes on with the best forces that it found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SolverFailure {
+    /// Index of the step, from 0.
+    pub step: usize,
+    /// Status of the solver: worse than [`Acceptable`](Status::Acceptable).
+    pub status: Status,
+}
+
+impl SolverFailure {
+    /// Notes the failure of a step, if it is one, and the first.
+    #[inline]
+    pub(super) fn note(first: &mut Option<Self>, step: usize, status: Status) {
+        if first.is_none() && status > Status::Acceptable {
+            *first = Some(Self { step, status });
+        }
+    }
+}
+
+impl RolloutStatus {
+    /// Status of a trajectory that ends before a step, by the input in some of these lanes; `None` where it goes on in all.
+    #[inline]
+    pub(crate) fn before<T: Scalar>(step: usize, u: &[T], lanes: Range<usize>) -> Option<Self> {
+        (!are_finite(u, lanes)).then_some(Self::NonFiniteInput { step })
+    }
+
+    /// Status of a trajectory that ends with a step, by the state after it in some of these lanes; `None` where it goes on in all.
+    ///
+    /// * `bound` – [`Simulator::divergence_bound`](super::Simulator::divergence_bound)
+    #[inline]
+    pub(crate) fn after<T: Scalar>(
+        step: usize,
+        next: &State<T>,
+        bound: f64,
+        mut lanes: Range<usize>,
+    ) -> Option<Self> {
+        let finite = are_finite(next.numbers(), lanes.clone());
+        let speed = (next.v.iter()).fold(T::zero(), |speed, v| speed.max(v.abs()));
+        let goes_on = finite && lanes.all(|lane| speed.value(lane) <= bound);
+        (!goes_on).then_some(Self::Diverged { step })
+    }
+}
+
+/// Whether all numbers are finite in some lanes: a product with zero is zero but for what is not finite.
+#[inline]
+fn are_finite<'a, T: Scalar>(
+    numbers: impl IntoIterator<Item = &'a T>,
+    mut lanes: Range<usize>,
+) -> bool {
+    let sum = (numbers.into_iter()).fold(T::zero(), |sum, &x| sum + x * 0.0);
+    lanes.all(|lane| sum.value(lane) == 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Lanes;
+    use nalgebra::DVector;
+
+    #[test]
+    fn each_lane_ends_by_its_own_numbers_and_all_of_them_by_any() {
+        let one = |x: [f64; 4]| DVector::from_element(1, Lanes(x));
+        let next = State {
+            q: one([0.0, f64::NAN, 0.0, 0.0]),
+            v: one([-5.0, 0.0, f64::NEG_INFINITY, 5.1]),
+            contact: one([0.0; 4]),
+        };
+        let after = |lanes| RolloutStatus::after(7, &next, 5.0, lanes).is_none();
+        assert_eq!(
+            [0, 1, 2, 3].map(|k| after(k..k + 1)),
+            [true, false, false, false]
+        );
+        assert!(!after(0..4));
+        let u = one([1e300, f64::INFINITY, 0.0, f64::NAN]);
+        let before = |lanes| RolloutStatus::before(7, u.as_slice(), lanes).is_none();
+        assert_eq!(
+            [0, 1, 2, 3].map(|k| before(k..k + 1)),
+            [true, false, true, false]
+        );
+        assert!(!before(0..4));
+    }
+}
