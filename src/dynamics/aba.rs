@@ -161,13 +161,28 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
+    // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
+    if let (JointKind::Floating, None) = (joint, parent) {
+        return eliminate_base(tree, i, tau, A_W, s);
+    }
     T::vectorized(
         #[inline(always)]
-        || match (joint, parent) {
-            // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
-            (JointKind::Floating, None) => eliminate(tree, i, Floating, None, tau, A_W, s),
-            _ => eliminate(tree, i, joint, parent, tau, A_W, s),
-        },
+        || eliminate(tree, i, joint, parent, tau, A_W, s),
+    );
+}
+
+/// A floating base: by itself, as without optimisation each of these takes half a megabyte of the stack.
+#[inline(never)]
+fn eliminate_base<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    i: usize,
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || eliminate(tree, i, Floating, None, tau, A_W, s),
     );
 }
 
