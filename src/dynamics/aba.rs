@@ -151,7 +151,7 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
     }
 }
 
-#[inline(never)]
+/// Two functions, as without optimisation each needs much of the stack.
 fn eliminate_rare<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     i: usize,
@@ -161,17 +161,13 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
-    // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
-    if let (JointKind::Floating, None) = (joint, parent) {
-        return eliminate_base(tree, i, tau, A_W, s);
+    match (joint, parent) {
+        // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
+        (JointKind::Floating, None) => eliminate_base(tree, i, tau, A_W, s),
+        _ => eliminate_any(tree, i, joint, parent, tau, A_W, s),
     }
-    T::vectorized(
-        #[inline(always)]
-        || eliminate(tree, i, joint, parent, tau, A_W, s),
-    );
 }
 
-/// A floating base: by itself, as without optimisation each of these takes half a megabyte of the stack.
 #[inline(never)]
 fn eliminate_base<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
@@ -183,6 +179,22 @@ fn eliminate_base<P: Scalar, T: Over<P>>(
     T::vectorized(
         #[inline(always)]
         || eliminate(tree, i, Floating, None, tau, A_W, s),
+    );
+}
+
+#[inline(never)]
+fn eliminate_any<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    i: usize,
+    joint: JointKind,
+    parent: Option<BodyId>,
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || eliminate(tree, i, joint, parent, tau, A_W, s),
     );
 }
 
