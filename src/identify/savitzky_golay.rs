@@ -223,5 +223,9 @@ mod tests {
         assert!(SavitzkyGolay::new(1, 3).is_err());
         assert!(SavitzkyGolay::new(10, 1).is_err());
         assert!(SavitzkyGolay::new(10, 9).is_err());
+        for half_width in [1 << 60, usize::MAX] {
+            let text = SavitzkyGolay::new(half_width, 2).unwrap_err().to_string();
+            assert!(text.starts_with("filter: filters over"), "{text}");
+        }
     }
 }

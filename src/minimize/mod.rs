@@ -258,6 +258,26 @@ mod tests {
     }
 
     #[test]
+    fn all_gradients_are_remembered_and_no_more_are_reserved() {
+        let valley = Differentiated(Valley { scale: 1.0 });
+        let of = |memory, max_iterations| {
+            let options = MinimizeOptions {
+                memory,
+                max_iterations,
+                ..MinimizeOptions::default()
+            };
+            minimize(&valley, &[-1.2, 1.0], Minimizer::Lbfgs, &options)
+        };
+        assert_eq!(of(usize::MAX, 500), of(500, 500));
+        let endless = std::panic::catch_unwind(|| of(usize::MAX, usize::MAX));
+        let text = endless.unwrap_err().downcast::<String>().unwrap();
+        assert!(
+            text.contains("gradients that L-BFGS remembers need"),
+            "{text}"
+        );
+    }
+
+    #[test]
     fn start_that_is_not_finite_is_reported() {
         for start in [f64::NAN, f64::INFINITY, 1e200] {
             let found = minimize(

@@ -438,4 +438,10 @@ mod tests {
             assert_eq!(short(x), expected);
         }
     }
+
+    #[test]
+    #[should_panic(expected = "4294967295 × 4294967295 pixels need")]
+    fn size_that_memory_has_no_room_for_is_refused() {
+        let _ = Plot::new("wide").with_size(u32::MAX, u32::MAX);
+    }
 }

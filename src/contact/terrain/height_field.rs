@@ -378,3 +378,15 @@ fn ratios(n: usize) -> Vec<f64> {
     let next = |before: &f64| Some(1.0 / (4.0 - before));
     std::iter::successors(Some(0.0), next).take(n).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "grids of 18446744073709551615 × 3 heights need")]
+    fn grid_that_memory_has_no_room_for_is_refused_by_name() {
+        check_memory([2, 3]);
+        check_memory([usize::MAX, 3]);
+    }
+}
