@@ -61,7 +61,7 @@ pub struct MinimizeOptions {
     /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is
     /// below zero. 1e-7 by default; larger stops earlier.
     pub tolerance: f64,
-    /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
+    /// Gradients that L-BFGS remembers, 10 by default, and not more than there are iterations; more need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the variables; 100 by default.
     pub radius: f64,
@@ -113,7 +113,7 @@ impl Minimum {
 /// * `start` – variables of the start, as many as the function takes
 ///
 /// # Panics
-/// If an option is out of its range.
+/// If an option is out of its range, or what L-BFGS remembers would need more memory than the [limit](crate::memory).
 ///
 /// # Examples
 /// ```

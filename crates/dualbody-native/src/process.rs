@@ -1,9 +1,11 @@
 //! Compilers as processes that a [`StopSignal`] ends, and the end of this program too.
 //!
-//! A compiler starts others: that of C, the assembler, the linker. They live on when it alone is killed, and on a signal that it could pass on too; so
-//! they are a group of processes, killed as a whole. A terminal's Ctrl-C does not reach this group, and a program that it ends cannot kill the group any
-//! more. So a shell stands by, in a group of its own, which reads from a pipe: it kills the compilers unless it reads that they are done, when the
-//! program says so or ends in whatever way, for then the pipe is closed.
+//! The command `cc` starts other programs: the compiler proper, the assembler, the linker. These go on when `cc` is killed, and GCC does not end them when
+//! it is asked to terminate. So all of them are one group of processes, which is killed as a whole.
+//!
+//! A terminal's Ctrl-C does not reach this group, and the program that Ctrl-C ends cannot kill it any more. So a shell in a third group reads from a pipe
+//! of the program. It kills the group unless it reads that the compiler is done: when the program says so, and when the program ends in whatever way,
+//! which closes the pipe.
 
 use std::io;
 use std::process::{Child, Command, Output, Stdio};
@@ -27,8 +29,8 @@ pub(crate) fn output(command: &mut Command) -> io::Result<Option<Output>> {
     }
     let (group, child) = Group::start(command)?;
     let (sender, receiver) = mpsc::channel();
-    // Nobody waits for what this sends where killed processes do not end.
-    thread::spawn(move || sender.send(child.wait_with_output()));
+    // Nobody waits for what this sends where killed processes do not end. Without a thread the group is dropped, which ends it.
+    thread::Builder::new().spawn(move || sender.send(child.wait_with_output()))?;
     loop {
         match receiver.recv_timeout(LOOK) {
             Ok(output) => {
@@ -46,7 +48,7 @@ pub(crate) fn output(command: &mut Command) -> io::Result<Option<Output>> {
     }
 }
 
-/// A process with all that it starts.
+/// A process with all that it starts. On Unix it ends when this is dropped without a word.
 struct Group {
     /// The shell that stands by.
     #[cfg(unix)]
