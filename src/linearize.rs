@@ -33,6 +33,7 @@ use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
+use crate::memory;
 use crate::scalar::{Differentiable, Scalar};
 use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepPoint};
 pub use rate::RateScratch;
@@ -57,8 +58,16 @@ pub struct Linearization<T: Scalar = f64> {
 
 impl<T: Scalar> Linearization<T> {
     /// Memory for the Jacobians of a simulator.
+    ///
+    /// # Panics
+    /// If they would need more memory than the [limit](crate::memory): bristles of soft contact are three coordinates of the state for each point.
     pub fn zeros(simulator: &Simulator) -> Self {
         let n = simulator.n_tangent();
+        let numbers = n.saturating_mul(n.saturating_add(simulator.nu()));
+        let what = format_args!("Jacobians of {n} coordinates of the state");
+        if let Err(error) = memory::check(what, numbers.saturating_mul(size_of::<T>())) {
+            panic!("{error}");
+        }
         Self {
             a: DMatrix::zeros(n, n),
             b: DMatrix::zeros(n, simulator.nu()),

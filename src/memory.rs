@@ -1,4 +1,5 @@
-//! The limit of memory of results whose size a caller chooses: steps of a rollout, states of a batch, stages of a problem.
+//! The limit of memory of results whose size a caller chooses: steps of a rollout, states of a batch, stages of a problem, points of contact, nodes of
+//! a grid.
 //!
 //! An operating system promises more memory than there is, and ends a program that uses it. So what would need more than a limit is refused
 //! before any work:
@@ -9,12 +10,16 @@
 //! | a batch of rollouts | ends before the first step, with the same status of each |
 //! | a gradient of a rollout | ends before the first step, with the same status; fewer [checkpoints](crate::linearize::Checkpoints) need less |
 //! | a problem of `trajopt` | `Problem::check_memory` is an error; solvers of it panic with its message |
+//! | contact points | [`Contacts::try_with_meshes`](crate::contact::Contacts::try_with_meshes) and `try_with_options` are errors; constructors without `try` panic with their message |
+//! | forces of contact points in a step | [`Contacts::check_memory`](crate::contact::Contacts::check_memory) is an error; a simulator of them panics with its message |
+//! | a grid of heights, Jacobians of a step, a random tree, a plot, gradients that L-BFGS remembers | a panic with the message, before any work |
+//! | samples of a filter, harmonics of a motion for identification | an `IdentifyError` |
 //!
 //! The limit is of the whole program: that of [`set_limit`], or else the memory of the machine or of the program's control group. It holds for
 //! each result by itself, and does not count what there already is.
 //!
 //! # Examples
-//! ```
+//! ```standalone_crate
 //! use dualbody::{Simulator, State, memory, model::samples, sim::RolloutStatus};
 //!
 //! memory::set_limit(Some(100_000));

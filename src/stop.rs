@@ -13,7 +13,8 @@ thread_local! {
 /// and what identification runs of these, within [`watch`](Self::watch). They return the best that they have, with a status that says so.
 ///
 /// Copies are the same signal. They may be set from another thread, or from a function that the work calls, its report say. Looked at
-/// between steps of a rollout, evaluations and iterations: a fraction of a second for all but very large problems.
+/// between steps of a rollout, evaluations and iterations: a fraction of a second for all but very large problems. C compilers of `dualbody-native` end
+/// likewise.
 ///
 /// # Examples
 /// ```
@@ -63,6 +64,21 @@ impl StopSignal {
         let mut signals = watched();
         signals.push(self.clone());
         watching(&signals, work)
+    }
+
+    /// The signals of all [`watch`](Self::watch) that this thread is in: for work of other crates that takes long. It ends once one of them is set.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::StopSignal;
+    ///
+    /// let signal = StopSignal::new();
+    /// signal.stop();
+    /// assert!(signal.watch(|| StopSignal::watched()[0].is_set()));
+    /// assert!(StopSignal::watched().is_empty());
+    /// ```
+    pub fn watched() -> Vec<Self> {
+        watched()
     }
 }
 

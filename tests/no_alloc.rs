@@ -183,6 +183,22 @@ fn dynamics_do_not_allocate() {
 }
 
 #[test]
+fn bases_of_states_are_read_and_set_without_allocation() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
+    let model = Model::from_urdf_file(file).expect("a robot");
+    let mut state: State = State::neutral(&model);
+    without_allocation("the base", || {
+        for representation in [Representation::Mixed, Representation::Inertial] {
+            let pose = state.base_pose(&model).expect("a floating base");
+            state.set_base_pose(&model, &pose);
+            let velocity = state.base_velocity(&model, representation);
+            let velocity = velocity.expect("a floating base");
+            state.set_base_velocity(&model, &velocity, representation);
+        }
+    });
+}
+
+#[test]
 fn derivatives_of_dynamics_do_not_allocate() {
     for model in &models() {
         let (q, v) = (model.neutral(), vec![0.1; model.nv()]);

@@ -57,16 +57,20 @@ class Terrain:
 
         Between the nodes the ground is a spline with two continuous derivatives, so that slopes and normals come from the heights: within, heights
         are off by the order of spacing⁴ and slopes by that of spacing³; near the border, where the spline is straight, by spacing² and spacing. The
-        function is called once, here. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each
+        function is called once, here; a MemoryError says where the grid would not fit. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each
         step that touches it. Beyond the ranges the ground is level at the height of the border.
         """
         import numpy as np
 
         if not spacing > 0.0:
             raise ValueError(f"spacing is {spacing}, expected a positive length")
-        counts = [int(np.ceil((upper - lower) / spacing)) + 1 for lower, upper in (x, y)]
-        if min(counts) < 2:
+        cells = [np.ceil((upper - lower) / spacing) for lower, upper in (x, y)]
+        if not min(cells) >= 1:
             raise ValueError(f"the ranges x {x} and y {y} are empty")
+        if not np.isfinite(cells).all():
+            raise ValueError(f"the ranges x {x} and y {y} have no end at a spacing of {spacing}")
+        counts = [int(cell) + 1 for cell in cells]
+        _dualbody._check_grid(*counts)
         axes: list[Array] = [lower + spacing * np.arange(count, dtype=np.float64) for (lower, _), count in zip((x, y), counts, strict=True)]
         heights = np.broadcast_to(np.asarray(height(*np.meshgrid(*axes, indexing="ij")), float), tuple(counts))
         return HeightField((x[0], y[0]), (spacing, spacing), heights)
@@ -108,11 +112,12 @@ class HeightField(Terrain):
     def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
         import numpy as np
 
-        heights = np.asarray(self.heights, dtype=float)
+        heights = np.asarray(self.heights)
         if heights.ndim != 2:
             raise ValueError(f"heights has the shape {heights.shape}, expected a grid")
         nx, ny = heights.shape
-        return "height_field", [*self.origin, *self.spacing, *_order(heights)], (nx, ny)
+        _dualbody._check_grid(nx, ny)
+        return "height_field", [*self.origin, *self.spacing, *_order(heights.astype(float, copy=False))], (nx, ny)
 
 
 def _order(heights: Any) -> list[float]:

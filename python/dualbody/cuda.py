@@ -1,7 +1,8 @@
 """Many states of a robot, or of variants of it, on an NVIDIA GPU: steps, rollouts, Jacobians and gradients, in double or single precision.
 
 The step is recorded for the robot, written as CUDA, compiled by NVRTC, and kept in a folder of the user's caches. Arrays are those of
-`dualbody.Simulator`, with one row for each state. Needs a package that is built with it,
+`dualbody.Simulator`, with one row for each state. Ctrl-C ends compilation before the next kernel: NVRTC cannot be interrupted. Needs a package
+that is built with it,
 
     MATURIN_PEP517_ARGS="--features cuda" pip install ./python
 

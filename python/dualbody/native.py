@@ -7,8 +7,9 @@
 True
 
 What is compiled is kept in a folder of the user's caches, and found again by its text, the compiler and the machine: nothing is compiled
-twice. Whoever may write to that folder may change what the program does. It pays for small robots whose steps are taken one by one, or many
-at once in other loops than those of `Simulator.rollout`, which runs on vector registers.
+twice. Ctrl-C, and the end of the program, end the compiler with all that it has started. Whoever may write to that folder may change what
+the program does. It pays for small robots whose steps are taken one by one, or many at once in other loops than those of
+`Simulator.rollout`, which runs on vector registers.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ use dualbody::scalar::traced::{BrokenCondition, Graph, Port};
 use dualbody_python_trace as trace;
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
+use crate::arrays::{Array, Rows, argument, numbers_mut, room};
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
 use crate::simulator::PySimulator;
@@ -62,7 +62,7 @@ pub(crate) fn each_row<'py>(
     mut one: impl FnMut(&[f64], &mut [f64]) -> Result<(), BrokenCondition> + Send,
 ) -> PyResult<Array<'py>> {
     let rows = Rows::read(&argument("inputs", inputs, &[n]))?;
-    let array = empty(inputs.py(), &[rows.batch(), &[m]].concat());
+    let array = room(inputs.py(), &[rows.batch(), &[m]].concat())?;
     let (given, out) = (rows.as_slice(), numbers_mut(&array));
     let count: usize = rows.batch().iter().product();
     let all = || {

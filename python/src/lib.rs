@@ -94,7 +94,7 @@ mod _dualbody {
     #[pymodule_export]
     use super::least_squares::{_least_squares, _loss};
     #[pymodule_export]
-    use super::limits::{memory_limit, set_memory_limit};
+    use super::limits::{_check_grid, memory_limit, set_memory_limit};
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use crate::arrays::Array;
 use crate::codegen::{PyGraph, each_row};
 use crate::compiler::compiler_of;
-use crate::errors::{OrRaise, guarded};
+use crate::errors::OrRaise;
+use crate::threads::stopped;
 
 /// A graph as a function that the system's C compiler has compiled.
 #[pyclass(frozen, name = "NativeFunction", module = "dualbody.native")]
@@ -16,7 +17,7 @@ pub(crate) struct PyNativeFunction {
 
 #[pymethods]
 impl PyNativeFunction {
-    /// Compiles a Graph under a name, an identifier of C, or finds it compiled. An OSError says why it cannot be.
+    /// Compiles a Graph under a name, an identifier of C, or finds it compiled. An OSError says why it cannot be. Ctrl-C ends the compiler.
     #[new]
     #[pyo3(signature = (graph, name, compiler=None))]
     fn new(
@@ -26,7 +27,7 @@ impl PyNativeFunction {
     ) -> PyResult<Self> {
         let (py, compiler) = (graph.py(), compiler_of(compiler)?);
         let graph = &graph.get().graph;
-        let made = py.detach(|| guarded(|| NativeFunction::new(graph, name, &compiler)))?;
+        let made = stopped(py, || NativeFunction::new(graph, name, &compiler))?;
         Ok(Self {
             function: made.or_raise()?,
         })

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
+use std::{io, thread};
 
 use dualbody::StopSignal;
 use pyo3::prelude::*;
@@ -14,6 +15,10 @@ use crate::errors::{guarded, value_error};
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
 static POOL: Mutex<Option<Pool>> = Mutex::new(None);
+
+/// Bytes of the stack of a thread: those of a program's first thread, as steps of batches need more than the 2 MiB of others where they are compiled without
+/// optimisation. They are addresses; memory is what is used of them.
+const STACK: usize = 8 << 20;
 
 #[derive(Clone)]
 struct Pool {
@@ -44,7 +49,8 @@ pub(crate) fn pool() -> PyResult<Arc<ThreadPool>> {
     {
         return Ok(known.pool.clone());
     }
-    let pool = ThreadPoolBuilder::new().num_threads(wanted).build();
+    let pool = ThreadPoolBuilder::new().num_threads(wanted);
+    let pool = pool.stack_size(STACK).build();
     let pool = Arc::new(pool.map_err(value_error)?);
     let new = Pool {
         process,
@@ -105,6 +111,22 @@ pub(crate) fn on_pool_watched<R: Send>(
     work: impl FnOnce(&Watch) -> R + Send,
 ) -> PyResult<R> {
     let pool = pool()?;
+    watched(py, progress, move |watch| {
+        pool.install(|| watch.stop.watch(|| work(watch)))
+    })
+}
+
+/// Runs work that waits for other programs, such as compilers, which Ctrl-C ends: a thread of the pool would do nothing else meanwhile.
+pub(crate) fn stopped<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> PyResult<R> {
+    watched(py, None, |watch| watch.stop.watch(work))
+}
+
+/// Runs work on a thread of its own, without the interpreter lock, and looks at signals and after its progress until it ends.
+fn watched<R: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Watch) -> R + Send,
+) -> PyResult<R> {
     let watch = Watch {
         counts: progress.is_some(),
         ..Watch::default()
@@ -119,15 +141,17 @@ pub(crate) fn on_pool_watched<R: Send>(
                 .map_or(Ok(()), |f| f.call1(py, (done,)).map(|_| ()))
         })
     };
-    let (out, looked) = py.detach(|| {
-        std::thread::scope(|scope| {
+    let ended = py.detach(|| {
+        thread::scope(|scope| {
             let (sender, receiver) = mpsc::channel();
             let watch = &watch;
-            let worker = scope.spawn(move || {
-                let out = guarded(|| pool.install(|| watch.stop.watch(|| work(watch))));
+            let serve = move || {
+                let out = guarded(|| work(watch));
                 let _ = sender.send(());
                 out
-            });
+            };
+            let worker = thread::Builder::new().stack_size(STACK);
+            let worker = worker.spawn_scoped(scope, serve)?;
             let mut looked = Ok(());
             while let Err(mpsc::RecvTimeoutError::Timeout) = receiver.recv_timeout(LOOK) {
                 if looked.is_ok() {
@@ -137,11 +161,12 @@ pub(crate) fn on_pool_watched<R: Send>(
                     }
                 }
             }
-            (worker.join(), looked)
+            Ok::<_, io::Error>((worker.join(), looked))
         })
     });
+    let (out, looked) = ended.map_err(value_error)?;
     looked?;
-    let out = out.map_err(|_| value_error("the work on the pool ended early"))?;
+    let out = out.map_err(|_| value_error("the work on its thread ended early"))?;
     look()?;
     out
 }

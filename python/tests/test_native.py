@@ -5,7 +5,11 @@ from __future__ import annotations
 import os
 import pickle
 import shutil
+import signal
+import subprocess
+import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -142,3 +146,57 @@ def test_a_step_that_decides_on_values_is_an_error(tmp_path: Path) -> None:
     touching = db.Simulator(db.Model.from_urdf(asset("quadruped")), time_step=1e-3, contacts=Contacts(law=Rigid()))
     with pytest.raises(ValueError):
         NativeSimulator.or_own(touching, Compiler(cache=tmp_path))
+
+
+#: A compiler that starts a process, as compilers do, which writes into a file for ever.
+ENDLESS = """#!/bin/sh
+case "$*" in *-dM*) exit 0;; esac
+: > half.o
+while :; do echo tick >> '{ticks}'; sleep 0.02; done &
+wait
+"""
+
+COMPILE = """
+import dualbody as db
+from dualbody import codegen
+from dualbody.native import Compiler, NativeFunction, NativeSimulator
+pole = db.Simulator(db.samples.cartpole(), time_step=0.01)
+compiler = Compiler({command!r}, cache={cache!r})
+try:
+    {make}
+    print("finished")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="sends a signal")
+@pytest.mark.parametrize(
+    ("make", "end"),
+    [
+        ("NativeFunction(codegen.step(pole), 'pole', compiler)", signal.SIGINT),
+        ("NativeSimulator(pole, compiler)", signal.SIGINT),
+        ("NativeSimulator.or_own(pole, compiler)", signal.SIGINT),
+        ("NativeSimulator(pole, compiler)", signal.SIGKILL),
+    ],
+)
+def test_ctrl_c_and_the_end_of_the_program_end_compilers(tmp_path: Path, make: str, end: signal.Signals) -> None:
+    script, ticks, cache = (tmp_path / name for name in ("cc", "ticks", "cache"))
+    script.write_text(ENDLESS.format(ticks=ticks))
+    script.chmod(0o700)
+    code = COMPILE.format(command=str(script), cache=str(cache), make=make)
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env={**os.environ})
+    while not ticks.exists() and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(end)
+    started = time.monotonic()
+    said = process.communicate(timeout=60)[0]
+    # Much less on a machine that does nothing else.
+    assert time.monotonic() - started < 10
+    if end == signal.SIGINT:
+        assert said == "interrupted\n" and list(cache.iterdir()) == []
+    else:
+        time.sleep(1.0)
+    left = ticks.stat().st_size
+    time.sleep(0.3)
+    assert ticks.stat().st_size == left > 0

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from conftest import ASSETS, asset
 
 import dualbody as db
-from dualbody.contact import Contacts, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain
+from dualbody.contact import Contacts, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, SolverOptions, Terrain
 from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
 
 DT = 0.01
@@ -153,6 +155,48 @@ def test_centres_of_contact_points_are_those_of_the_link() -> None:
     ((link, center, _),) = db.Simulator(db.Model.from_urdf(text), contacts=contacts).contact_points
     assert link == "foot"
     np.testing.assert_allclose(center, (0.3, 0, 0), atol=1e-15)
+
+
+def test_grids_and_points_that_memory_has_no_room_for_are_refused_by_name() -> None:
+    with pytest.raises(MemoryError, match="grids of .* heights need .*set_memory_limit"):
+        Terrain.function(lambda x, y: 0 * x, (0.0, 1e3), (0.0, 1e3), 1e-7)
+    with pytest.raises(ValueError, match="have no end"):
+        Terrain.function(lambda x, y: 0 * x, (0.0, np.inf), (0.0, 1.0), 0.1)
+    # Views that repeat one number take no memory, what is made of them does.
+    wide = HeightField((0.0, 0.0), (1.0, 1.0), np.broadcast_to(0, (10**6, 10**6)))
+    with pytest.raises(MemoryError, match="grids of 1000000 × 1000000 heights"):
+        wide.surface(0.5, 0.5)
+    model = db.Model.from_urdf(asset("box"))
+    contacts = Contacts(Terrain.flat(), Rigid())
+    few = dataclasses.replace(contacts, solver=SolverOptions(1e-12, 200, points=4))
+    try:
+        db.set_memory_limit(500)
+        with pytest.raises(MemoryError, match="8 contact points need"):
+            db.Simulator(model, contacts=contacts)
+        # Three matrices of 24 rows.
+        db.set_memory_limit(10_000)
+        with pytest.raises(MemoryError, match="forces of 8 contact points in a step need 1.4e4 bytes"):
+            db.Simulator(model, contacts=contacts)
+        assert len(db.Simulator(model, contacts=few).contact_points) == 8
+    finally:
+        db.set_memory_limit(None)
+
+
+def test_batches_that_memory_has_no_room_for_are_refused_by_name(pole: db.Simulator) -> None:
+    arm, many = db.samples.arm(), np.broadcast_to(0.0, (10**12, 7))
+    with pytest.raises(MemoryError, match=r"copies of q of the shape \[1000000000000, 7\]"):
+        db.mass_matrix(arm, many)
+    with pytest.raises(ValueError, match="1000000000000000 random links need"):
+        db.samples.random_tree(10**15, 0)
+    try:
+        db.set_memory_limit(100_000)
+        with pytest.raises(MemoryError, match=r"results of the shape \[300, 7, 7\] need 1.2e5 bytes"):
+            db.mass_matrix(arm, np.zeros((300, 7)))
+        with pytest.raises(MemoryError, match=r"results of the shape \[1000, 4, 4\]"):
+            pole.linearize(np.zeros((1000, 2)), np.zeros((1000, 2)))
+        assert db.mass_matrix(arm, np.zeros((200, 7))).shape == (200, 7, 7)
+    finally:
+        db.set_memory_limit(None)
 
 
 def test_more_steps_than_memory_holds_are_refused_before_any_work(pole: db.Simulator) -> None:

@@ -10,7 +10,8 @@ use super::shapes::{ContactOptions, MeshHulls, ShapeWithoutPoints, points_of};
 use super::smoothing::Smoothing;
 use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
-use crate::error::UnknownName;
+use crate::error::{OutOfMemory, UnknownName};
+use crate::memory;
 use crate::model::{Generation, Model, Structure};
 use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Over, Scalar};
@@ -44,7 +45,7 @@ impl Contacts<f64> {
     /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
     ///
     /// # Panics
-    /// As [`new`](Self::new).
+    /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`try_with_meshes`](Self::try_with_meshes).
     ///
     /// # Examples
     /// ```
@@ -76,10 +77,28 @@ impl Contacts<f64> {
         options: &ContactOptions,
         meshes: &mut dyn MeshHulls,
     ) -> Self {
+        let made = Self::try_with_meshes(model, terrain, law, options, meshes);
+        made.unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// [`with_meshes`](Self::with_meshes) for robots from elsewhere, whose shapes may have more points than there is memory for.
+    ///
+    /// # Errors
+    /// If the points would need more memory than the [limit](crate::memory).
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn try_with_meshes(
+        model: &Model,
+        terrain: Terrain,
+        law: ContactLaw,
+        options: &ContactOptions,
+        meshes: &mut dyn MeshHulls,
+    ) -> Result<Self, OutOfMemory> {
         law.check();
         terrain.check_numbers();
-        let shapes = points_of(model, options, meshes);
-        Self {
+        let shapes = points_of(model, options, meshes)?;
+        Ok(Self {
             laws: PointLaws::repeated(law, shapes.points.len()),
             structure: model.structure(),
             terrain,
@@ -89,7 +108,7 @@ impl Contacts<f64> {
             shapes_without_points: shapes.shapes_without_points,
             mesh_remarks: meshes.remarks(),
             generation: Generation::next(),
-        }
+        })
     }
 
     /// Keeps the points of these links only.
@@ -276,6 +295,33 @@ impl<P: Scalar> Contacts<P> {
         }
         self.generation = Generation::next();
         Ok(self)
+    }
+
+    /// Checks that there is memory for the forces of as many points as may take part in a step, which a solver finds together: it grows with the square
+    /// of [`SolverOptions::points`], or of the number of points where there are fewer.
+    ///
+    /// # Errors
+    /// If they would need more memory than the [limit](crate::memory). [`Simulator::with_contacts`](crate::Simulator::with_contacts) panics with the
+    /// message.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{contact::{ContactLaw, Contacts, Rigid, Terrain}, model::samples};
+    ///
+    /// let contacts = Contacts::new(&samples::cartpole(), Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
+    /// assert!(contacts.check_memory().is_ok());
+    /// ```
+    pub fn check_memory(&self) -> Result<(), OutOfMemory> {
+        /// Of the rows of a step, its equations, and their factors.
+        const MATRICES: usize = 3;
+        let points = self.points.len().min(self.solver.points);
+        let rows = points.saturating_mul(ROWS);
+        let bytes = rows.saturating_mul(rows);
+        let bytes = bytes.saturating_mul(MATRICES * size_of::<f64>());
+        memory::check(
+            format_args!("forces of {points} contact points in a step"),
+            bytes,
+        )
     }
 
     /// The points, link after link.

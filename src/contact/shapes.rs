@@ -7,13 +7,18 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
+use super::laws::ContactLaw;
 use super::point::{ContactPoint, Feature};
+use crate::error::OutOfMemory;
+use crate::memory;
 use crate::model::{Collision, Geometry, Model};
 use crate::spatial::Transform;
 use crate::spatial::geometry::thinned;
 
 /// Points on each rim of a cylinder: enough to stand on.
 const RIM_POINTS: usize = 3;
+/// Bytes of a point with its law.
+const POINT_BYTES: usize = size_of::<ContactPoint>() + size_of::<ContactLaw>();
 
 /// Options of the contact points that stand for shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,11 +87,14 @@ pub(super) struct ShapePoints {
 }
 
 /// The points of all collision shapes of a robot. What is fixed to the world touches nothing.
+///
+/// # Errors
+/// If they would need more memory than the [limit](crate::memory): a mesh of many vertices may be that of many shapes.
 pub(super) fn points_of(
     model: &Model,
     options: &ContactOptions,
     meshes: &mut dyn MeshHulls,
-) -> ShapePoints {
+) -> Result<ShapePoints, OutOfMemory> {
     let (mut points, mut shapes_without_points) = (Vec::new(), Vec::new());
     for link in model.links() {
         let frame = &model.frames()[link.frame.0];
@@ -100,7 +108,9 @@ pub(super) fn points_of(
                 });
             }
             let X_BS = frame.placement * shape.placement;
-            let placed = found.unwrap_or_default().into_iter();
+            let found = found.unwrap_or_default();
+            check_memory(points.len() + found.len())?;
+            let placed = found.into_iter();
             points.extend(placed.map(|(center, feature)| ContactPoint {
                 link: link.frame,
                 body,
@@ -109,10 +119,16 @@ pub(super) fn points_of(
             }));
         }
     }
-    ShapePoints {
+    Ok(ShapePoints {
         points,
         shapes_without_points,
-    }
+    })
+}
+
+/// Refuses more points than there is memory for.
+fn check_memory(points: usize) -> Result<(), OutOfMemory> {
+    let bytes = points.saturating_mul(POINT_BYTES);
+    memory::check(format_args!("{points} contact points"), bytes)
 }
 
 fn turned(X_BS: &Transform<f64>, feature: Feature) -> Feature {
@@ -184,4 +200,17 @@ fn corners(size: &[f64; 3]) -> [Vector3<f64>; 8] {
         let side = |axis: usize| if k >> axis & 1 == 0 { -0.5 } else { 0.5 };
         Vector3::new(side(0) * size[0], side(1) * size[1], side(2) * size[2])
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_points_than_memory_has_room_for_are_refused_by_name() {
+        assert!(check_memory(64).is_ok());
+        let text = check_memory(usize::MAX).unwrap_err().to_string();
+        let begin = format!("{} contact points need", usize::MAX);
+        assert!(text.starts_with(&begin), "{text}");
+    }
 }

@@ -48,7 +48,8 @@ pub struct SolverOptions {
     /// of each link at once. So all obey the law, and more only spread the same load over more points, at a higher cost.
     pub points_per_link: usize,
     /// Most points of a robot that take part in a step; default 256, for which memory is set aside. Of more, those come first that lack most
-    /// of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). Rows need the square of it.
+    /// of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). Rows need the square of
+    /// it: [`Contacts::check_memory`](super::Contacts::check_memory).
     pub points: usize,
 }
 

@@ -151,8 +151,39 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
     }
 }
 
-#[inline(never)]
+/// Two functions, as without optimisation each needs much of the stack.
 fn eliminate_rare<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    i: usize,
+    joint: JointKind,
+    parent: Option<BodyId>,
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    match (joint, parent) {
+        // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
+        (JointKind::Floating, None) => eliminate_base(tree, i, tau, A_W, s),
+        _ => eliminate_any(tree, i, joint, parent, tau, A_W, s),
+    }
+}
+
+#[inline(never)]
+fn eliminate_base<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    i: usize,
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || eliminate(tree, i, Floating, None, tau, A_W, s),
+    );
+}
+
+#[inline(never)]
+fn eliminate_any<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     i: usize,
     joint: JointKind,
@@ -163,11 +194,7 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || match (joint, parent) {
-            // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
-            (JointKind::Floating, None) => eliminate(tree, i, Floating, None, tau, A_W, s),
-            _ => eliminate(tree, i, joint, parent, tau, A_W, s),
-        },
+        || eliminate(tree, i, joint, parent, tau, A_W, s),
     );
 }
 

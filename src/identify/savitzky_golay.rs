@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentifyError;
+use crate::memory;
 
 /// Least squares fit of a polynomial about each sample.
 ///
@@ -41,20 +42,21 @@ impl SavitzkyGolay {
     ///
     /// # Errors
     /// Unless the degree is at least 2, so that there is a curvature, and less than the number of samples; or if the degree is above 8, from where on the
-    /// fit loses digits.
+    /// fit loses digits. If the samples would need more memory than the [limit](crate::memory).
     pub fn new(half_width: usize, degree: usize) -> Result<Self, IdentifyError> {
         const MOST: usize = 8;
-        if !(2..=MOST).contains(&degree) || degree > 2 * half_width {
+        let samples = half_width.saturating_mul(2).saturating_add(1);
+        if !(2..=MOST).contains(&degree) || degree >= samples {
             return Err(IdentifyError::Filter {
                 reason: format!(
-                    "a polynomial of degree {degree} over {} samples; the degree is from 2 to {MOST}, and less than the number of samples",
-                    2 * half_width + 1
+                    "a polynomial of degree {degree} over {samples} samples; the degree is from 2 to {MOST}, and less than the number of samples"
                 ),
             });
         }
+        check_memory(samples, degree)?;
         let m = half_width as f64;
         // Powers of numbers within 1.
-        let powers = DMatrix::from_fn(2 * half_width + 1, degree + 1, |i, k| {
+        let powers = DMatrix::from_fn(samples, degree + 1, |i, k| {
             ((i as f64 - m) / m).powi(k as i32)
         });
         let qr = powers.qr();
@@ -130,6 +132,15 @@ impl SavitzkyGolay {
             scale * products.sum::<f64>()
         }));
     }
+}
+
+/// Refuses a filter whose fit has no memory: its powers, and their two factors.
+fn check_memory(samples: usize, degree: usize) -> Result<(), IdentifyError> {
+    let bytes = samples.saturating_mul(3 * (degree + 1) * size_of::<f64>());
+    let checked = memory::check(format_args!("filters over {samples} samples"), bytes);
+    checked.map_err(|error| IdentifyError::Filter {
+        reason: error.to_string(),
+    })
 }
 
 #[cfg(test)]
@@ -212,5 +223,9 @@ mod tests {
         assert!(SavitzkyGolay::new(1, 3).is_err());
         assert!(SavitzkyGolay::new(10, 1).is_err());
         assert!(SavitzkyGolay::new(10, 9).is_err());
+        for half_width in [1 << 60, usize::MAX] {
+            let text = SavitzkyGolay::new(half_width, 2).unwrap_err().to_string();
+            assert!(text.starts_with("filter: filters over"), "{text}");
+        }
     }
 }

@@ -36,6 +36,14 @@ pub(super) struct Series {
 }
 
 impl Series {
+    /// Memory of a series of so many harmonics.
+    pub(super) fn bytes(harmonics: usize) -> usize {
+        let rows = harmonics.saturating_mul(3 * MOMENTS);
+        let numbers = rows.saturating_mul(harmonics.saturating_mul(2));
+        // In two units.
+        numbers.saturating_mul(2 * size_of::<f64>())
+    }
+
     pub(super) fn new(period: f64, harmonics: usize, bounds: Bounds) -> Self {
         let moments = MOMENTS * harmonics;
         let mut basis = DMatrix::zeros(3 * moments, 2 * harmonics);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
 use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
+use crate::error::OutOfMemory;
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
 
@@ -13,7 +14,7 @@ impl Contacts<f64> {
     /// # Panics
     /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an
     /// impedance not within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a
-    /// height not finite.
+    /// height not finite. If the points would need more memory than the [limit](crate::memory).
     ///
     /// # Examples
     /// ```
@@ -44,6 +45,22 @@ impl Contacts<f64> {
         options: &ContactOptions,
     ) -> Self {
         Self::with_meshes(model, terrain, law, options, &mut Hulls::default())
+    }
+
+    /// [`with_options`](Self::with_options) for robots from elsewhere, whose shapes may have more points than there is memory for.
+    ///
+    /// # Errors
+    /// If the points would need more memory than the [limit](crate::memory).
+    ///
+    /// # Panics
+    /// If a number of the law or of the terrain makes no sense, as in [`new`](Self::new).
+    pub fn try_with_options(
+        model: &Model,
+        terrain: Terrain,
+        law: ContactLaw,
+        options: &ContactOptions,
+    ) -> Result<Self, OutOfMemory> {
+        Self::try_with_meshes(model, terrain, law, options, &mut Hulls::default())
     }
 }
 

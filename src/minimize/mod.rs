@@ -61,7 +61,7 @@ pub struct MinimizeOptions {
     /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is
     /// below zero. 1e-7 by default; larger stops earlier.
     pub tolerance: f64,
-    /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
+    /// Gradients that L-BFGS remembers, 10 by default, and not more than there are iterations; more need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the variables; 100 by default.
     pub radius: f64,
@@ -113,7 +113,7 @@ impl Minimum {
 /// * `start` – variables of the start, as many as the function takes
 ///
 /// # Panics
-/// If an option is out of its range.
+/// If an option is out of its range, or what L-BFGS remembers would need more memory than the [limit](crate::memory).
 ///
 /// # Examples
 /// ```
@@ -255,6 +255,26 @@ mod tests {
             let values = falling.0.get();
             assert!(values < 20_000, "{minimizer:?}: {values}");
         }
+    }
+
+    #[test]
+    fn all_gradients_are_remembered_and_no_more_are_reserved() {
+        let valley = Differentiated(Valley { scale: 1.0 });
+        let of = |memory, max_iterations| {
+            let options = MinimizeOptions {
+                memory,
+                max_iterations,
+                ..MinimizeOptions::default()
+            };
+            minimize(&valley, &[-1.2, 1.0], Minimizer::Lbfgs, &options)
+        };
+        assert_eq!(of(usize::MAX, 500), of(500, 500));
+        let endless = std::panic::catch_unwind(|| of(usize::MAX, usize::MAX));
+        let text = endless.unwrap_err().downcast::<String>().unwrap();
+        assert!(
+            text.contains("gradients that L-BFGS remembers need"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -11,6 +11,7 @@ use super::objective::Objective;
 use super::status::Status;
 use super::watch::{Iteration, Limits, Watch};
 use super::{MinimizeOptions, Minimizer, Minimum};
+use crate::memory;
 use crate::stop::is_stopped;
 
 /// Iterations without improvement that line searches are given: a second one starts from the same point.
@@ -78,6 +79,24 @@ impl Run<'_> {
         }
     }
 
+    /// Gradients that L-BFGS remembers, one of each iteration at most.
+    ///
+    /// # Panics
+    /// If there is no memory for their list.
+    fn remembered(&self) -> usize {
+        let most = self.options.max_iterations.max(1);
+        let count = self.options.memory.min(most);
+        // Steps, and changes of the gradient.
+        let bytes = count.saturating_mul(2 * size_of::<Vec<f64>>());
+        match memory::check(
+            format_args!("{count} gradients that L-BFGS remembers"),
+            bytes,
+        ) {
+            Ok(()) => count,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
     fn steps_along_gradients(&self) -> bool {
         matches!(
             self.minimizer,
@@ -105,7 +124,7 @@ impl Run<'_> {
         let end = match self.minimizer {
             Minimizer::Lbfgs => {
                 let search = MoreThuenteLineSearch::new();
-                watch.run::<_, ()>(LBFGS::new(search, self.options.memory))
+                watch.run::<_, ()>(LBFGS::new(search, self.remembered()))
             }
             Minimizer::SteepestDescent => {
                 watch.run::<_, ()>(SteepestDescent::new(MoreThuenteLineSearch::new()))

@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::{JointSpec, Limits, LinkSpec, Model, ModelBuilder};
 use crate::joint::{JointKind, Pitch};
+use crate::memory;
 use crate::spatial::{Inertia, Quaternion, Symmetric3, Transform};
 
 /// Kinds of joints that move.
@@ -156,6 +157,9 @@ pub fn arm() -> Model {
 
 /// A random tree of `n` moving links with every kind of joint, arbitrary axes, and a fixed link on every third body. The same
 /// seed gives the same robot.
+///
+/// # Panics
+/// If the robot would need more memory than the [limit](crate::memory).
 pub fn random_tree(n: usize, seed: u64) -> Model {
     random_tree_of(&MOVING, n, seed)
 }
@@ -163,10 +167,15 @@ pub fn random_tree(n: usize, seed: u64) -> Model {
 /// A random tree as [`random_tree`], with joints of the given kinds in turn.
 ///
 /// # Panics
-/// If `kinds` is empty and `n` is not 0.
+/// If `kinds` is empty and `n` is not 0, or if the robot would need more memory than the [limit](crate::memory).
 pub fn random_tree_of(kinds: &[JointKind], n: usize, seed: u64) -> Model {
     /// Reach of the random choice of a parent: small enough for some depth, large enough for branches.
     const REACH: usize = 4;
+    /// Bytes of a link, roughly: its description, and what is made of it.
+    const LINK: usize = 4096;
+    if let Err(error) = memory::check(format_args!("{n} random links"), n.saturating_mul(LINK)) {
+        panic!("{error}");
+    }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut builder = ModelBuilder::new(format!("random_tree_{n}_{seed}"));
     builder.add_link(LinkSpec::new("world"));

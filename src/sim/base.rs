@@ -3,7 +3,6 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::state::State;
-use crate::dynamics::{velocity_from_representation, velocity_to_representation};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Quaternion, Representation, SPATIAL, Transform};
@@ -52,7 +51,7 @@ impl<T: Scalar> State<T> {
         Quaternion::from_matrix(&X_WB.rotation).write_to(&mut q[3..]);
     }
 
-    /// Velocity of a floating base in a representation (m/s, rad/s); `None` if the base is fixed.
+    /// Velocity of a floating base in a representation (m/s, rad/s); `None` if the base is fixed. Does not allocate.
     ///
     /// # Panics
     /// If the state has the wrong length.
@@ -64,16 +63,13 @@ impl<T: Scalar> State<T> {
     where
         T: Over<P>,
     {
-        let (q, v) = (self.q.as_slice(), self.v.as_slice());
-        model.check_q(q);
-        model.check_v(v);
-        model.has_floating_base().then(|| {
-            let v = velocity_to_representation(model, q, v, representation);
-            Motion::from_array(std::array::from_fn(|k| v[k]))
-        })
+        model.check_v(self.v.as_slice());
+        let X_WB = self.base_pose(model)?;
+        let V_WB_B = Motion::from_array(std::array::from_fn(|k| self.v[k]));
+        Some(representation.velocity_from_body(&X_WB, &V_WB_B))
     }
 
-    /// Sets the velocity of a floating base from a representation (m/s, rad/s), at the pose that it has.
+    /// Sets the velocity of a floating base from a representation (m/s, rad/s), at the pose that it has. Does not allocate.
     ///
     /// # Panics
     /// If the base is fixed, or the state has the wrong length.
@@ -85,11 +81,12 @@ impl<T: Scalar> State<T> {
     ) where
         T: Over<P>,
     {
+        model.check_q(self.q.as_slice());
         model.check_v(self.v.as_slice());
         assert_floating(model);
-        self.v.as_mut_slice()[..SPATIAL].copy_from_slice(&velocity.to_array());
-        let (q, v) = (self.q.as_slice(), self.v.as_slice());
-        self.v = velocity_from_representation(model, q, v, representation);
+        let X_WB = model.body(BodyId(0)).place(self.q.as_slice());
+        let V_WB_B = representation.velocity_to_body(&X_WB, velocity);
+        self.v.as_mut_slice()[..SPATIAL].copy_from_slice(&V_WB_B.to_array());
     }
 }
 

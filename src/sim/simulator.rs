@@ -199,10 +199,14 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity. If the
-    /// contacts are those of another robot, or a point is on a link or body that there is not.
+    /// contacts are those of another robot, or a point is on a link or body that there is not. If there is not enough
+    /// [memory](Contacts::check_memory).
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         contacts.check(&self.model);
+        if let Err(error) = contacts.check_memory() {
+            panic!("{error}");
+        }
         self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
         self.check_integrator();
         self

@@ -15,6 +15,7 @@ use plotters::style::register_font;
 use super::files::write;
 use super::png;
 use crate::error::{RecordingError, rounded};
+use crate::memory;
 
 /// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
 const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");
@@ -33,6 +34,8 @@ const INK: [RGBColor; 8] = [
 
 /// Points of a line; of more the least and the largest of each stretch are kept, closer than a pixel.
 const MAX_POINTS: usize = 4000;
+/// Bytes of a pixel.
+const COLORS: usize = 3;
 
 /// Numbers on an axis smaller than this part of it come from rounding.
 const ROUNDING: f64 = 1e-9;
@@ -96,8 +99,16 @@ impl Plot {
     }
 
     /// Sets width and height in pixels.
+    ///
+    /// # Panics
+    /// If the pixels would need more memory than the [limit](crate::memory).
     #[must_use]
     pub fn with_size(mut self, width: u32, height: u32) -> Self {
+        let bytes = (width as usize).saturating_mul(height as usize);
+        let bytes = bytes.saturating_mul(COLORS);
+        if let Err(error) = memory::check(format_args!("{width} × {height} pixels"), bytes) {
+            panic!("{error}");
+        }
         self.size = (width, height);
         self
     }
@@ -152,7 +163,7 @@ impl Plot {
     /// Draws the plot as PNG.
     pub fn to_png(&self) -> Vec<u8> {
         let (width, height) = self.size;
-        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        let mut pixels = vec![0; COLORS * width as usize * height as usize];
         self.draw(&BitMapBackend::with_buffer(&mut pixels, self.size).into_drawing_area());
         png::encode(width, height, &pixels)
     }
@@ -426,5 +437,11 @@ mod tests {
         ] {
             assert_eq!(short(x), expected);
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "4294967295 × 4294967295 pixels need")]
+    fn size_that_memory_has_no_room_for_is_refused() {
+        let _ = Plot::new("wide").with_size(u32::MAX, u32::MAX);
     }
 }

@@ -530,17 +530,19 @@ fn solution_as_a_guess_takes_no_iteration() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let [one, three] = [1, 3].map(|threads| {
+    let [one, three, many] = [1, 3, usize::MAX].map(|threads| {
         let options = TranscriptionOptions {
             threads,
             ..TranscriptionOptions::default()
         };
         solve_by(&Transcription::with_options(options), &pendulum(0.1))
     });
-    assert_eq!(
-        (&one.curve, &one.cost_history),
-        (&three.curve, &three.cost_history)
-    );
+    for other in [three, many] {
+        assert_eq!(
+            (&one.curve, &one.cost_history),
+            (&other.curve, &other.cost_history)
+        );
+    }
 }
 
 #[test]

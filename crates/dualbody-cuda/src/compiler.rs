@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, iter, thread};
 
+use dualbody::StopSignal;
 use dualbody::codegen::{CudaKernel, CudaSource};
 use dualbody_cache::{Cache, FileError};
 use sha2::{Digest, Sha256};
@@ -17,6 +18,9 @@ use crate::nvrtc::{self, Program};
 ///
 /// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. What was compiled is found again by the text, the
 /// version of NVRTC, the architecture and the flags; a file that was damaged since is compiled once more. Nothing is ever removed from the folder: delete it when it grows too large.
+///
+/// NVRTC works within the program and cannot be interrupted: a [`StopSignal`] that is [watched](StopSignal::watch) ends a compilation of several kernels before the next one, which for
+/// a humanoid may be minutes later. The end of the program ends NVRTC too.
 #[derive(Clone, Debug, Default)]
 pub struct Compiler {
     flags: Vec<String>,
@@ -95,11 +99,20 @@ impl Compiler {
     /// Compiles a kernel, or finds it compiled.
     ///
     /// # Errors
-    /// If there is no NVRTC, it refuses the text or the flags, or the file cannot be kept.
+    /// If there is no NVRTC, it refuses the text or the flags, or the file cannot be kept; if a [`StopSignal`] is set already and the kernel would have to be compiled.
     pub fn compile(
         &self,
         kernel: &CudaKernel,
         architecture: Architecture,
+    ) -> Result<Compiled, CudaError> {
+        self.compile_unless_stopped(kernel, architecture, &StopSignal::watched())
+    }
+
+    fn compile_unless_stopped(
+        &self,
+        kernel: &CudaKernel,
+        architecture: Architecture,
+        signals: &[StopSignal],
     ) -> Result<Compiled, CudaError> {
         if let Some(image) = self.found(kernel, architecture) {
             return Ok(Compiled { image, log: None });
@@ -123,6 +136,11 @@ impl Compiler {
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
         }
+        if signals.iter().any(StopSignal::is_set) {
+            return Err(CudaError::Stopped {
+                kernel: kernel.name().to_owned(),
+            });
+        }
         let program = Program::new(kernel.text()).map_err(|error| refused(error, String::new()))?;
         let compiled = program.compile(&flags).and_then(|()| program.image());
         let image = compiled.map_err(|error| refused(error, program.log()))?;
@@ -143,11 +161,17 @@ impl Compiler {
         architecture: Architecture,
     ) -> Result<Vec<Compiled>, CudaError> {
         let (kernels, next) = (source.kernels(), AtomicUsize::new(0));
+        let signals = StopSignal::watched();
         // Each thread takes the next kernel that nobody has taken.
         let work = || {
             let taken = iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
             let taken = taken.map_while(|k| Some((k, kernels.get(k)?)));
-            let compiled = taken.map(|(k, kernel)| (k, self.compile(kernel, architecture)));
+            let compiled = taken.map(|(k, kernel)| {
+                (
+                    k,
+                    self.compile_unless_stopped(kernel, architecture, &signals),
+                )
+            });
             compiled.collect::<Vec<_>>()
         };
         let cores = thread::available_parallelism().map_or(1, NonZero::get);

@@ -61,6 +61,12 @@ pub enum CudaError {
         /// Its messages.
         log: String,
     },
+    /// A [`StopSignal`](dualbody::StopSignal) was set before the kernel was begun.
+    #[error("NVRTC was stopped before the kernel {kernel}")]
+    Stopped {
+        /// Name of the kernel.
+        kernel: String,
+    },
     /// There is no folder of the user's to keep compiled kernels in.
     #[error(
         "there is no folder to keep compiled kernels in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"

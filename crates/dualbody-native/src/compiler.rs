@@ -2,13 +2,14 @@
 
 use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::{env, fs};
 
 use dualbody::codegen::Source;
 use dualbody_cache::{Cache, FileError};
 
 use crate::error::NativeError;
+use crate::process;
 
 /// A C compiler with its flags, and the folder for what it compiles.
 ///
@@ -17,6 +18,9 @@ use crate::error::NativeError;
 ///
 /// What was compiled is found again by the text, the compiler, its flags and the machine that it compiles for (all that it predefines), so that
 /// nothing is compiled twice and no file serves another machine. Nothing is ever removed from the folder: delete it when it grows too large.
+///
+/// A [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) a function is compiled ends the compiler and what it has
+/// started, within a tenth of a second. The end of the program, by Ctrl-C say, ends them too (on Unix).
 #[derive(Clone, Debug)]
 pub struct Compiler {
     command: Vec<String>,
@@ -93,7 +97,8 @@ impl Compiler {
 
     /// All that the compiler predefines with these flags: its version, and what the machine can do.
     fn machine(&self) -> Result<String, NativeError> {
-        let output = self.run(&["-dM", "-E", "-x", "c", "-"], Path::new("."))?;
+        let mut command = self.command(&["-dM", "-E", "-x", "c", "-"], Path::new("."));
+        let output = self.run(&mut command)?;
         self.check("its flags", &output)?;
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
@@ -105,21 +110,29 @@ impl Compiler {
             format!("{}{DLL_SUFFIX}", source.name()),
         );
         let flags = ["-std=c99", "-fPIC", "-shared", "-o", &file, &text, "-lm"];
-        let output = self.run(&flags, folder)?;
+        let mut command = self.command(&flags, folder);
+        // Temporary files go with the folder where the compiler is killed.
+        let output = self.run(command.env("TMPDIR", "."))?;
         self.check(&text, &output)
     }
 
-    fn run(&self, flags: &[&str], folder: &Path) -> Result<Output, NativeError> {
+    fn command(&self, flags: &[&str], folder: &Path) -> Command {
         let mut command = Command::new(&self.command[0]);
+        command.args(&self.command[1..]).args(&self.flags);
+        command.args(flags).current_dir(folder);
         command
-            .args(&self.command[1..])
-            .args(&self.flags)
-            .args(flags);
-        command.current_dir(folder).stdin(Stdio::null());
-        command.output().map_err(|reason| NativeError::NoCompiler {
-            command: self.command.join(" "),
-            reason,
-        })
+    }
+
+    fn run(&self, command: &mut Command) -> Result<Output, NativeError> {
+        let name = || self.command.join(" ");
+        match process::output(command) {
+            Ok(Some(output)) => Ok(output),
+            Ok(None) => Err(NativeError::Stopped { command: name() }),
+            Err(reason) => Err(NativeError::NoCompiler {
+                command: name(),
+                reason,
+            }),
+        }
     }
 
     fn check(&self, what: &str, output: &Output) -> Result<(), NativeError> {

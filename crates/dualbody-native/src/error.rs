@@ -30,6 +30,12 @@ pub enum NativeError {
         /// Its messages.
         log: String,
     },
+    /// A [`StopSignal`](dualbody::StopSignal) was set: the compiler was ended, and nothing of what it has written is left.
+    #[error("the C compiler \"{command}\" was stopped")]
+    Stopped {
+        /// Its command.
+        command: String,
+    },
     /// There is no folder of the user's to keep compiled code in.
     #[error(
         "there is no folder to keep compiled code in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"

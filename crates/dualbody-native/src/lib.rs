@@ -8,6 +8,7 @@
 //! | a graph as a function of this program? | [`NativeFunction`], in double or single precision |
 //! | a simulator whose steps are compiled? | [`NativeSimulator`]: steps, Jacobians, rollouts, many states, a system of `dualbody::trajopt` |
 //! | which compiler, which flags, kept where? | [`Compiler`] |
+//! | end a compiler that takes too long? | a [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) it is started |
 //!
 //! Without a compiler [`NativeSimulator::or_own`] says so, and computes by the library's own code. When to compile and when not:
 //! [`dualbody::codegen`], "Which way when".
@@ -38,6 +39,7 @@ mod error;
 mod function;
 mod loaded;
 mod numbers;
+mod process;
 mod real;
 mod simulator;
 mod system;

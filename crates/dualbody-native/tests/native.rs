@@ -4,6 +4,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Terrain};
 use dualbody::linearize::Linearization;
@@ -12,7 +14,7 @@ use dualbody::sim::RolloutStatus;
 use dualbody::trajopt::{
     Activation, Cost, Ddp, InputError, Problem, Robot, StateError, Trajectory,
 };
-use dualbody::{Integrator, Model, Simulator, State, codegen};
+use dualbody::{Integrator, Model, Simulator, State, StopSignal, codegen};
 use dualbody_native::{Compiler, NativeError, NativeFunction, NativeScratch, NativeSimulator};
 
 /// Sums in another order, sines of another library.
@@ -440,7 +442,7 @@ fn functions_are_called_from_several_threads_at_once() {
     let start = state(native.simulator().model(), 1);
     let last = || native.rollout(&start, 200, |_, _, _| {}).last().clone();
     let expected = last();
-    let found = std::thread::scope(|scope| {
+    let found = thread::scope(|scope| {
         let threads: Vec<_> = (0..4).map(|_| scope.spawn(last)).collect();
         threads
             .into_iter()
@@ -460,4 +462,57 @@ fn inputs_for_another_number_of_states_are_refused() {
         &mut [State::new(&[0.0], &[0.0]), State::new(&[0.0], &[0.0])],
         &[1.0],
     );
+}
+
+/// A compiler that says what it predefines, starts a process that writes into a file for ever, as a compiler starts others, and waits for it.
+#[cfg(unix)]
+fn endless(folder: &Folder) -> (Compiler, PathBuf) {
+    use std::os::unix::fs::PermissionsExt;
+    let (script, ticks) = (folder.0.join("cc"), folder.0.join("ticks"));
+    let text = format!(
+        "#!/bin/sh\ncase \"$*\" in *-dM*) exit 0;; esac\n: > half.o\n\
+         while :; do echo tick >> '{}'; sleep 0.02; done &\nwait\n",
+        ticks.display()
+    );
+    fs::create_dir_all(&folder.0).expect("a folder");
+    fs::write(&script, text).expect("a file");
+    fs::set_permissions(&script, fs::Permissions::from_mode(0o700)).expect("a script");
+    let compiler = Compiler::new(&script.display().to_string());
+    (compiler.with_cache(folder.0.join("cache")), ticks)
+}
+
+#[test]
+#[cfg(unix)]
+fn a_signal_ends_the_compiler_with_all_that_it_has_started() {
+    let folder = Folder::new("stopped");
+    let (compiler, ticks) = endless(&folder);
+    let size = || fs::metadata(&ticks).map_or(0, |data| data.len());
+    let (graph, signal) = (
+        codegen::mass_matrix(&samples::pendulum()),
+        StopSignal::new(),
+    );
+    let compile = || NativeFunction::<f64>::new(&graph, "stopped", &compiler);
+    let ended = thread::scope(|scope| {
+        let compiling = scope.spawn(|| (signal.watch(compile), Instant::now()));
+        while size() == 0 && !compiling.is_finished() {
+            thread::sleep(Duration::from_millis(5));
+        }
+        let stopped = Instant::now();
+        signal.stop();
+        let (found, ended) = compiling.join().expect("no panic");
+        let error = found.expect_err("an error");
+        assert!(matches!(error, NativeError::Stopped { .. }), "{error}");
+        ended - stopped
+    });
+    // Much less on a machine that does nothing else.
+    assert!(ended < Duration::from_secs(5), "{ended:?}");
+    let left = size();
+    thread::sleep(Duration::from_millis(200));
+    assert_eq!(size(), left, "a process of the compiler goes on");
+    let kept = fs::read_dir(folder.0.join("cache")).expect("the folder");
+    assert_eq!(kept.count(), 0, "files of what was not compiled");
+    // A signal that is set already starts nothing.
+    let error = signal.watch(compile).expect_err("an error");
+    assert!(error.to_string().ends_with("cc\" was stopped"), "{error}");
+    assert_eq!(size(), left);
 }

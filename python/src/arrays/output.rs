@@ -6,11 +6,18 @@ use pyo3::prelude::*;
 use super::Array;
 use super::rows::{Rows, of_f64};
 use crate::errors::{shape_error, type_error, value_error};
+use crate::limits::check_array;
 
 /// A new array whose numbers are not set.
 pub(crate) fn empty<'py>(py: Python<'py>, shape: &[usize]) -> Array<'py> {
     // SAFETY: the numbers are plain `f64`; who asks for the array sets them before Python sees it.
     unsafe { PyArrayDyn::new(py, shape, false) }
+}
+
+/// [`empty`] for results that may be much larger than what they are made of; a `MemoryError` if there is no room.
+pub(crate) fn room<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Array<'py>> {
+    check_array("results", shape)?;
+    Ok(empty(py, shape))
 }
 
 /// The numbers of an array that this call made or was given as output.
@@ -28,7 +35,7 @@ pub(super) fn output<'a, 'py: 'a>(
     arguments: impl Iterator<Item = &'a Rows<'py>>,
 ) -> PyResult<Array<'py>> {
     let Some(out) = out else {
-        return Ok(empty(py, shape));
+        return room(py, shape);
     };
     let array = checked_output("out", out, shape)?;
     let range = |numbers: &[f64]| numbers.as_ptr_range();

@@ -7,6 +7,7 @@ use pyo3::sync::PyOnceLock;
 
 use super::Array;
 use crate::errors::{shape_error, value_error};
+use crate::limits::check_array;
 
 /// An argument with its name and the shape of one row.
 pub(crate) struct Argument<'a, 'py> {
@@ -154,6 +155,10 @@ static CONVERT: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 #[cold]
 fn converted<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     let py = value.py();
+    // A view that repeats one row may be larger than memory.
+    if let Ok(array) = value.cast::<PyUntypedArray>() {
+        check_array(format_args!("copies of {name}"), array.shape())?;
+    }
     let convert = CONVERT.import(py, "dualbody._convert", "numbers")?;
     Ok(convert
         .call1((name, value))?

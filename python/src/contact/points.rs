@@ -65,7 +65,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             let options = ContactOptions {
                 mesh_points: whole_of(value, "mesh_points")?,
             };
-            guarded(|| Contacts::with_options(model, terrain, law, &options))?
+            guarded(|| Contacts::try_with_options(model, terrain, law, &options))?.or_raise()?
         }
         Some(points) => {
             let options = ContactOptions::default();
@@ -114,5 +114,6 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         };
         contacts = guarded(|| contacts.with_solver_options(options))?;
     }
+    contacts.check_memory().or_raise()?;
     Ok(contacts)
 }

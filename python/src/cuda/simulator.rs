@@ -15,13 +15,14 @@ use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::simulator::{Given, PySimulator, read_inputs, row, stack};
+use crate::threads::stopped;
 
 /// Steps of many states of a robot, or of variants of it, on a GPU. Its kernels are recorded and compiled when it is made.
 ///
 /// count: states; parameters: {name: (count,)} of the robot in which states differ, named as in Model.parameter_names; precision: "double" or
 /// "single", of the GPU (arrays are of float64); derivatives: "jacobians", "gradients", what is compiled besides the step; device: its number;
 /// cache: folder of compiled kernels. An OSError says what is missing: the driver, the device, NVRTC. A ValueError where a step decides on
-/// values, as rigid contact does.
+/// values, as rigid contact does. Ctrl-C ends it before the next kernel: NVRTC cannot be interrupted within one, which may take minutes for a humanoid.
 #[pyclass(frozen, name = "CudaSimulator", module = "dualbody._dualbody")]
 pub(crate) struct PyCudaSimulator {
     gpu: Gpu,
@@ -46,7 +47,7 @@ impl PyCudaSimulator {
         let wanted = Wanted::read(count, parameters, precision, &derivatives, device, cache)?;
         let own = &simulator.get().simulator;
         Ok(Self {
-            gpu: simulator.py().detach(|| wanted.make(own))?,
+            gpu: stopped(simulator.py(), || wanted.make(own))??,
             simulator: simulator.clone().unbind(),
         })
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::given::Given;
 use super::handle::PySimulator;
 use super::memory::check_batch;
-use crate::arrays::{Array, empty, numbers_mut, write_matrix};
+use crate::arrays::{Array, numbers_mut, room, write_matrix};
 use crate::errors::guarded;
 use crate::model::PyModel;
 use crate::threads::on_pool;
@@ -21,14 +21,14 @@ pub(crate) struct Jacobians<'py> {
 }
 
 impl<'py> Jacobians<'py> {
-    fn new(py: Python<'py>, simulator: &PySimulator, batch: &[usize]) -> Self {
+    fn new(py: Python<'py>, simulator: &PySimulator, batch: &[usize]) -> PyResult<Self> {
         let own = &simulator.simulator;
         let (n, nu) = (own.n_tangent(), own.nu());
-        let array = |columns: usize| empty(py, &[batch, &[n, columns]].concat());
-        Self {
-            a: array(n),
-            b: array(nu),
-        }
+        let array = |columns: usize| room(py, &[batch, &[n, columns]].concat());
+        Ok(Self {
+            a: array(n)?,
+            b: array(nu)?,
+        })
     }
 
     pub(crate) fn write_all(&self, all: &[Linearization]) {
@@ -99,7 +99,7 @@ impl PySimulator {
         write: impl FnOnce(&Jacobians<'py>) -> PyResult<()>,
     ) -> PyResult<Bound<'py, PyAny>> {
         static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        let out = Jacobians::new(py, self, &given.batch);
+        let out = Jacobians::new(py, self, &given.batch)?;
         write(&out)?;
         let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
         class.call1((out.a, out.b))

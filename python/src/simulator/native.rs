@@ -17,6 +17,7 @@ use super::step::{diverged, write_state};
 use crate::arrays::Array;
 use crate::compiler::compiler_of;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
 ///
@@ -36,7 +37,7 @@ pub(crate) struct PyNativeSimulator {
 impl PyNativeSimulator {
     /// Compiles the step of a simulator, or finds it compiled.
     ///
-    /// An OSError says why it cannot be; a ValueError where a step decides on values, as most contact does.
+    /// An OSError says why it cannot be; a ValueError where a step decides on values, as most contact does. Ctrl-C ends the compiler.
     #[new]
     #[pyo3(signature = (simulator, compiler=None))]
     fn new(
@@ -44,8 +45,8 @@ impl PyNativeSimulator {
         compiler: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
-        let make = || guarded(|| trace::native((**own).clone(), &with));
-        let native = simulator.py().detach(make)?.or_raise()?;
+        let make = || trace::native((**own).clone(), &with);
+        let native = stopped(simulator.py(), make)?.or_raise()?;
         Ok(Self::of(simulator, native, compiler))
     }
 
@@ -57,8 +58,8 @@ impl PyNativeSimulator {
         compiler: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
-        let make = || guarded(|| trace::native_or_own((**own).clone(), &with));
-        let native = simulator.py().detach(make)?;
+        let make = || trace::native_or_own((**own).clone(), &with);
+        let native = stopped(simulator.py(), make)?;
         Ok(Self::of(simulator, native, compiler))
     }
 

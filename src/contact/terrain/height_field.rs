@@ -1,6 +1,7 @@
 //! Heights on a grid, interpolated by a cubic spline that is twice continuously differentiable.
 
 use super::{Ground, PlanarDual};
+use crate::memory;
 use crate::numbers::{Domain, Each, Number, Numbers};
 use crate::scalar::{Over, Scalar};
 
@@ -66,14 +67,17 @@ impl HeightField<f64> {
     /// A grid of `size` = [nx, ny] nodes from `origin` on, `spacing` apart (m); `heights` (m) with x running fastest.
     ///
     /// # Panics
-    /// If there are fewer than two nodes along a side, or not nx · ny heights, or if a number is not finite or a spacing not positive.
+    /// If there are fewer than two nodes along a side, or not nx · ny heights, or if a number is not finite or a spacing not positive. If the grid would
+    /// need more memory than the [limit](crate::memory).
     pub fn new(origin: [f64; 2], spacing: [f64; 2], size: [usize; 2], heights: &[f64]) -> Self {
         let [nx, ny] = size;
         assert!(
             nx >= LEAST_NODES && ny >= LEAST_NODES,
             "a height field of {nx} × {ny} nodes has no cell"
         );
-        assert_eq!(heights.len(), nx * ny, "a height for each node");
+        let nodes = nx.checked_mul(ny);
+        assert_eq!(Some(heights.len()), nodes, "a height for each node");
+        check_memory(size);
         let mut numbers = origin.iter().chain(&spacing).chain(heights);
         assert!(
             numbers.all(|x| x.is_finite()) && spacing.iter().all(|&d| d > 0.0),
@@ -293,6 +297,16 @@ impl<T: Scalar> Place<T> {
     }
 }
 
+/// # Panics
+/// If there is no memory for the heights of a grid and the weights of its spline, with what is needed to find them.
+fn check_memory([nx, ny]: [usize; 2]) {
+    let weights = nx.saturating_add(2).saturating_mul(ny.saturating_add(2));
+    let bytes = weights.saturating_mul(3 * size_of::<f64>());
+    if let Err(error) = memory::check(format_args!("grids of {nx} × {ny} heights"), bytes) {
+        panic!("{error}");
+    }
+}
+
 /// Six times the height at a node, the sum of the weights 1, 4 and 1 about it.
 const SUM: f64 = 6.0;
 
@@ -363,4 +377,16 @@ fn spline_transposed<T: Scalar>(
 fn ratios(n: usize) -> Vec<f64> {
     let next = |before: &f64| Some(1.0 / (4.0 - before));
     std::iter::successors(Some(0.0), next).take(n).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "grids of 18446744073709551615 × 3 heights need")]
+    fn grid_that_memory_has_no_room_for_is_refused_by_name() {
+        check_memory([2, 3]);
+        check_memory([usize::MAX, 3]);
+    }
 }

@@ -10,6 +10,8 @@ use rand::{RngExt, SeedableRng};
 
 use super::error::{IdentifyError, check_positive};
 use super::regressor::Regressor;
+use super::series::Series;
+use crate::memory;
 use crate::minimize::{MinimizeOptions, Minimizer, minimize};
 use problem::Problem;
 
@@ -183,6 +185,13 @@ fn check(regressor: &Regressor, options: &ExcitationOptions) -> Result<(), Ident
             .map(|&x| ("force deviations", x)),
     );
     check_positive(numbers)?;
+    let series = independent(model).count();
+    let bytes = Series::bytes(options.harmonics).saturating_mul(series);
+    memory::check(
+        format_args!("Fourier series of {} harmonics", options.harmonics),
+        bytes,
+    )
+    .map_err(|error| IdentifyError::option("harmonics", error.to_string()))?;
     if ![0, model.nv()].contains(&options.force_deviations.len()) {
         return Err(IdentifyError::OtherRobot {
             model: model.name().into(),

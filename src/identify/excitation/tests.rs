@@ -95,6 +95,14 @@ fn options_and_joints_of_no_use_are_refused_by_name() {
         },
         "force deviations of 1 numbers",
     );
+    says(
+        &own,
+        ExcitationOptions {
+            harmonics: 100_000_000,
+            ..Default::default()
+        },
+        "harmonics: Fourier series of 100000000 harmonics need",
+    );
     let tree = Regressor::new(&samples::random_tree(6, 1));
     says(&tree, ExcitationOptions::default(), "not those of a line");
 }

@@ -132,6 +132,9 @@ impl BatchSimulator {
     /// Uses at most this many threads of rayon's pool; one needs no pool. Without the feature `parallel` there is always one.
     /// Results do not depend on it.
     ///
+    /// Unless the program has made rayon's global pool, its threads get stacks of 8 MiB (or what the variable `RUST_MIN_STACK` says): without
+    /// optimisation steps of batches may need more than the 2 MiB of other threads, pools that programs make among them.
+    ///
     /// # Panics
     /// If it is zero.
     #[must_use]

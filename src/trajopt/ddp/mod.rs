@@ -73,7 +73,8 @@ impl Ddp {
         problem.assert_memory();
         let (n, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
         let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
-        let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));
+        let scratches = (0..options.threads.clamp(1, problem.horizon() + 1))
+            .map(|_| StageScratch::new(problem));
         let policy = Policy::zeros(problem);
         Self {
             stages: stages.collect(),

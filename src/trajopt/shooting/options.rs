@@ -16,7 +16,7 @@ pub struct ShootingOptions {
     pub curvature: Curvature,
     /// The method where none is said, by code written over the [`Solver`](crate::trajopt::Solver); L-BFGS by default.
     pub minimizer: Minimizer,
-    /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
+    /// Gradients that L-BFGS remembers, 10 by default, and not more than there are iterations; more need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the inputs; 100 by default.
     pub radius: f64,

@@ -19,7 +19,7 @@ pub(super) struct Approximation {
 impl Approximation {
     pub(super) fn new(problem: &Problem, threads: usize) -> Self {
         let (n, system) = (problem.horizon(), problem.dynamics());
-        let memories = (0..threads.max(1)).map(|_| Memory::new(problem));
+        let memories = (0..threads.clamp(1, 2 * n + 1)).map(|_| Memory::new(problem));
         Self {
             points: (0..=2 * n).map(|i| PointData::new(problem, i)).collect(),
             defects: vec![Defects::new(system); n],

@@ -5,6 +5,7 @@ mod contact;
 mod descriptions;
 mod robots;
 mod scratch;
+mod sizes;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

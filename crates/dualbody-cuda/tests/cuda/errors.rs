@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use dualbody::StopSignal;
 use dualbody::codegen::{CudaKernel, Precision};
 use dualbody::model::samples;
 use dualbody_cuda::{Architecture, Compiler, CudaError, Device, graphs};
@@ -202,4 +203,23 @@ fn what_nvrtc_refuses_comes_back_with_its_log() {
     fs::write(folder.0.join("file"), "").expect("a file");
     let text = refused(Compiler::new().with_cache(folder.0.join("file")), hopper);
     assert!(text.contains("file"), "{text}");
+}
+
+#[test]
+fn a_signal_ends_before_the_next_kernel_that_is_not_compiled() {
+    let folder = Folder::new("stopped");
+    if !has_nvrtc(&folder) {
+        return;
+    }
+    let (signal, architecture) = (StopSignal::new(), Architecture::new(HOPPER.0, HOPPER.1));
+    let graph = graphs::inverse_dynamics(&samples::cartpole());
+    let source = graph.to_cuda("cartpole", Precision::Double, &[]);
+    let source = source.expect("a name");
+    signal.stop();
+    let all = signal.watch(|| folder.compiler().compile_all(&source, architecture));
+    let error = all.expect_err("an error");
+    assert!(matches!(error, CudaError::Stopped { .. }), "{error}");
+    // What was compiled before is found.
+    let found = signal.watch(|| folder.compiler().compile(&self::source(), architecture));
+    assert!(found.expect("a kernel").log().is_none());
 }
