@@ -25,6 +25,7 @@
 mod batch;
 mod differences;
 mod rate;
+mod remarks;
 mod representation;
 mod rollout;
 mod vjp;

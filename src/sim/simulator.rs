@@ -208,6 +208,14 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
+    /// The simulator without ground.
+    pub(crate) fn without_contacts(&self) -> Self {
+        Self {
+            contacts: None,
+            ..self.clone()
+        }
+    }
+
     /// Holds places of the robot together, or to the world; without this call nothing does but its joints. Start from a state that obeys them:
     /// [`assemble`](Self::assemble) finds one.
     ///
