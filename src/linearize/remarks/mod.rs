@@ -1,6 +1,8 @@
 //! Remarks on the time step, by Jacobians of the step and of the rate.
 
+mod frozen;
 mod modes;
+mod rotation;
 
 use crate::sim::{Simulator, SimulatorRemark};
 
@@ -41,5 +43,38 @@ impl Simulator<f64> {
             self.remark_on_soft_contact(q),
         ];
         found.into_iter().flatten().collect()
+    }
+
+    /// [`remarks`](Self::remarks) in poses like one, and on rotations: whether the step is short enough for a velocity like `v`. Allocates.
+    ///
+    /// The velocity is given, since a robot does not have one of its own: limits of joint speeds are what motors can do, and a free body has none. It is
+    /// judged by how fast Coriolis and centrifugal forces turn the motion there, as nutation does; so a wheel that is symmetric, or a single joint, may turn
+    /// as fast as it likes.
+    ///
+    /// * `q` – configuration, length `nq`
+    /// * `v` – velocity, length `nv`
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Integrator, Simulator, model::{LinkSpec, ModelBuilder}};
+    ///
+    /// let mut builder = ModelBuilder::new("body").with_gravity([0.0; 3]);
+    /// builder.add_link(LinkSpec::new("body").with_mass(1.0, [0.0; 3], [0.1, 0.2, 0.25]));
+    /// let simulator = Simulator::new(builder.build()?).with_time_step(0.01);
+    /// let (q, tumbling) = (simulator.neutral_state::<f64>().q, [0.0, 0.0, 0.0, 2.0, 20.0, 10.0]);
+    /// let said = simulator.remarks_at(q.as_slice(), &tumbling)[0].to_string();
+    /// assert!(said.ends_with("or Integrator::ImplicitVelocity"), "{said}");
+    /// let implicit = simulator.with_integrator(Integrator::ImplicitVelocity);
+    /// assert!(implicit.remarks_at(q.as_slice(), &tumbling).is_empty());
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn remarks_at(&self, q: &[f64], v: &[f64]) -> Vec<SimulatorRemark> {
+        self.model().check_v(v);
+        let mut found = self.remarks(q);
+        found.extend(self.remark_on_rotation(q, v));
+        found
     }
 }

@@ -95,6 +95,19 @@ pub enum SimulatorRemark {
         /// The time step, s.
         time_step: f64,
     },
+    /// Coriolis and centrifugal forces turn the motion of the robot by too large an angle in a step: energy changes by 1 % and more in a turn.
+    UnresolvedRotation {
+        /// Joint whose motion they turn most, numbered where it has several coordinates.
+        joint: String,
+        /// How fast they turn it, rad/s.
+        rate: f64,
+        /// The longest step in which the change of energy is about 1 % in a turn, s.
+        longest: f64,
+        /// The time step, s.
+        time_step: f64,
+        /// An integrator with which it is less in steps of this length, if there is one.
+        better: Option<Integrator>,
+    },
     /// The step of Runge and Kutta is too long for a limit of a joint, which is a spring and damper: a joint that gets there is thrown back, or diverges.
     UnstableLimit {
         /// Joint whose limit of position or speed is worst.
@@ -114,6 +127,13 @@ impl fmt::Display for AtMost {
         let unit = 10.0_f64.powf(self.0.log10().floor() - 1.0);
         write!(f, "{:.1e} s", (self.0 / unit).floor() * unit)
     }
+}
+
+/// Writes the integrator that may be used instead, if there is one.
+fn write_other(f: &mut fmt::Formatter<'_>, other: Option<Integrator>) -> fmt::Result {
+    other.map_or(Ok(()), |integrator| {
+        write!(f, ", or Integrator::{integrator:?}")
+    })
 }
 
 impl fmt::Display for SimulatorRemark {
@@ -149,10 +169,7 @@ impl fmt::Display for SimulatorRemark {
                     f,
                     "steps of {time_step} s are too long for {mode}: it grows in each step; use steps of at most {longest}"
                 )?;
-                match stable {
-                    Some(integrator) => write!(f, ", or Integrator::{integrator:?}"),
-                    None => Ok(()),
-                }
+                write_other(f, *stable)
             }
             Self::UnresolvedMode { mode, time_step } => {
                 let period = 1.0 / mode.frequency;
@@ -163,6 +180,22 @@ impl fmt::Display for SimulatorRemark {
                     period / time_step,
                     AtMost(period / FEW_STEPS)
                 )
+            }
+            Self::UnresolvedRotation {
+                joint,
+                rate,
+                longest,
+                time_step,
+                better,
+            } => {
+                write!(
+                    f,
+                    "Coriolis and centrifugal forces turn the motion of \"{joint}\" by {:.2} rad in a step of {time_step} s, at {rate:.1} rad/s: \
+                     its energy changes by 1 % and more in a turn; use steps of at most {}",
+                    rate * time_step,
+                    AtMost(*longest)
+                )?;
+                write_other(f, *better)
             }
             Self::UnstableLimit {
                 joint,
