@@ -18,7 +18,7 @@
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
-//! | is the step short enough, for springs, dampers, rotation, soft contact? | [`Simulator::remarks`], [`Simulator::remarks_at`] | O(nv³ + points · nv²), on a step that is too long some 30 times that | |
+//! | is the step short enough, for springs, dampers, limits, soft contact, rotations? | [`Simulator::remarks`], [`Simulator::remarks_at`] | O(nv³ + points · nv²) | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |

@@ -105,7 +105,11 @@ impl AtRest {
     /// The mode of an eigenvalue of the rate per step.
     fn named(&self, shape: &Shape, eigenvalue: Complex<f64>) -> NaturalMode {
         let dt = self.robot.dt();
-        NaturalMode::of(self.robot.name(shape), eigenvalue.re / dt, eigenvalue.im / dt)
+        NaturalMode::of(
+            self.robot.name(shape),
+            eigenvalue.re / dt,
+            eigenvalue.im / dt,
+        )
     }
 
     fn unstable(&self) -> Option<SimulatorRemark> {
