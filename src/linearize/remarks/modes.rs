@@ -15,7 +15,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
 use super::frozen::{Frozen, Shape, shape};
 use crate::linalg::eigenvalues;
@@ -64,7 +64,9 @@ impl AtRest {
         if step.iter().any(|x| !x.is_finite()) {
             return Some(Complex::from(f64::INFINITY));
         }
-        let of_step = eigenvalues(step).into_iter();
+        // Eigenvalues of free motion are all 1, which the search for them tells apart better about 0.
+        let identity = DMatrix::identity(step.nrows(), step.nrows());
+        let of_step = eigenvalues(step - identity).into_iter().map(|z| z + 1.0);
         let largest = of_step.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()))?;
         let allowed = ROUNDING + FALLING * self.growth * self.robot.dt();
         (largest.norm().ln() > allowed).then_some(largest)

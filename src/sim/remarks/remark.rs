@@ -190,7 +190,7 @@ impl fmt::Display for SimulatorRemark {
             } => {
                 write!(
                     f,
-                    "Coriolis and centrifugal forces turn the motion of \"{joint}\" by {:.2} rad in a step of {time_step} s, at {rate:.1} rad/s: \
+                    "Coriolis and centrifugal forces turn the motion of \"{joint}\" by {:.3} rad in a step of {time_step} s, at {rate:.1} rad/s: \
                      its energy changes by 1 % and more in a turn; use steps of at most {}",
                     rate * time_step,
                     AtMost(*longest)
