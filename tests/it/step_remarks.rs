@@ -182,7 +182,7 @@ fn vibrations_with_less_than_ten_steps_a_period_are_remarked_unless_they_die_in_
         };
         assert!((mode.frequency * period - 1.0).abs() < 1e-6 && mode.joint == "rail");
         assert_eq!(said(0.0, period / 10.1), []);
-        // Damping ratio 0.7: less than a thousandth of the amplitude is left.
+        // Damping ratio 0.7: 0.2 % of the amplitude is left.
         assert_eq!(said(1.4 * MASS * OMEGA, period / 9.0), []);
     }
 }
