@@ -20,11 +20,13 @@
 //! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
+//! | is the time step short enough? | [`Simulator::remarks`], [`Simulator::remarks_at`] | a Jacobian of step and rate with their eigenvalues, O(nv³); where it is not, some thirty | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
 
 mod batch;
 mod differences;
 mod rate;
+mod remarks;
 mod representation;
 mod rollout;
 mod vjp;

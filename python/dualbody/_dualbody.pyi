@@ -391,8 +391,12 @@ class Simulator:
     def contact_report(
         self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None
     ) -> ContactReport: ...
-    def remarks(self, q: ArrayLike) -> list[str]:
-        """Sentences on time steps that are too long for soft contact, for poses like this one; empty where there is nothing to say."""
+    def remarks(self, q: ArrayLike, v: ArrayLike | None = None) -> list[str]:
+        """Sentences on a time step that is too long for this integrator, each with the longest step that will do; empty where there is none.
+
+        For poses like q: vibrations and damped motions that grow, vibrations with less than ten steps a period, limits of joints, soft contact.
+        For a velocity like v, where it is given: rotations whose energy changes by more than about 1 % in a turn.
+        """
     def constraint_errors(self, q: ArrayLike, v: ArrayLike) -> Array: ...
     def assemble(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]: ...
     def replace(self, **changes: Any) -> Self: ...

@@ -388,6 +388,26 @@ def test_soft_contact_has_a_restitution() -> None:
         law.with_restitution(1.5, 2.0)
 
 
+def test_remarks_name_the_longest_step() -> None:
+    # A damper of 200 N·m·s on 1/3 kg·m²: Runge and Kutta's method is stable up to 2.785 / 600 s.
+    pendulum = db.samples.pendulum().with_damping(0, 200.0)
+    simulator = db.Simulator(pendulum, time_step=0.01)
+    assert simulator.remarks([0.0]) == []
+    (said,) = simulator.replace(integrator="runge_kutta_4").remarks([0.0])
+    assert "use steps of at most 4.6e-3 s" in said
+
+
+def test_remarks_on_rotations_need_a_velocity() -> None:
+    body = db.Model.from_urdf(asset("box"))
+    simulator = db.Simulator(body, time_step=0.01)
+    q, tumbling = body.neutral(), [0.0, 0.0, 0.0, 2.0, 20.0, 10.0]
+    assert simulator.remarks(q) == simulator.remarks(q, np.zeros(6)) == []
+    (said,) = simulator.remarks(q, tumbling)
+    assert said.endswith("or Integrator::ImplicitVelocity")
+    with pytest.raises(ValueError, match="v"):
+        simulator.remarks(q, [1.0])
+
+
 def test_terrains_have_their_heights() -> None:
     assert Terrain.incline(0.3).surface(2.0, 5.0) == pytest.approx((2 * np.tan(0.3), np.tan(0.3), 0))
     x, y = np.meshgrid(np.arange(5) * 0.5, np.arange(4) * 0.25, indexing="ij")

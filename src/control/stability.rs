@@ -3,15 +3,13 @@
 //! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank [Popov 1973; Belevitch 1968;
 //! Hautus 1969]. It is unobservable from Q exactly when it is an unreachable mode of (Aᵀ, Q).
 
-use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
+use nalgebra::{Complex, DMatrix};
 
 use super::balance::Balance;
 use super::doubling::{TimeDomain, is_finite};
 use super::riccati::Riccati;
 use super::triple::Triple;
-
-/// QR sweeps per row before a decomposition is given up; two or three are usual.
-const SWEEPS_PER_ROW: usize = 100;
+use crate::linalg::eigenvalues as unsorted;
 
 /// Tolerances of the search for a hidden mode.
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +39,7 @@ pub(super) fn eigenvalues(time: TimeDomain, m: &DMatrix<f64>) -> Vec<Complex<f64
     if m.is_empty() || !is_finite(m) {
         return Vec::new();
     }
-    let balanced = balanced(m);
-    let schur = schur(balanced.clone()).or_else(|| schur(reflected(&balanced)));
-    let mut values: Vec<_> = schur.map_or_else(Vec::new, |s| {
-        s.complex_eigenvalues().iter().copied().collect()
-    });
+    let mut values = unsorted(balanced(m));
     values.sort_by(|x, y| {
         let key = |z: &Complex<f64>| (growth(time, *z), z.re, z.im);
         let ((a, b, c), (d, e, f)) = (key(x), key(y));
@@ -140,11 +134,6 @@ fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 
     sizes.fold(f64::INFINITY, f64::min)
 }
 
-fn schur(m: DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
-    let sweeps = SWEEPS_PER_ROW * m.nrows();
-    Schur::try_new(m, f64::EPSILON, sweeps)
-}
-
 /// D⁻¹ M D with rows and columns of equal size.
 fn balanced(m: &DMatrix<f64>) -> DMatrix<f64> {
     let zero = DMatrix::zeros(m.nrows(), m.nrows());
@@ -156,20 +145,12 @@ fn balanced(m: &DMatrix<f64>) -> DMatrix<f64> {
     Balance::of(&triple).state_map(m)
 }
 
-/// The similar matrix S M S with a reflection S. The shifts of the QR iteration stand still on some structured
-/// matrices, such as cyclic permutations; mixing the coordinates breaks the tie.
-fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = m.nrows();
-    let v = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
-    let s = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
-    &s * m * &s
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
+    use nalgebra::DVector;
 
     fn rotation(angle: f64, radius: f64) -> DMatrix<f64> {
         let (s, c) = angle.sin_cos();

@@ -7,9 +7,11 @@
 //! | A x = b, A symmetric and definite along free coordinates | [`FreeFactor`] | quadratic programs with bounds |
 //! | min ½ dᵀ H d + gᵀ d within bounds | [`BoxQp`] | differential dynamic programming, least squares |
 //! | A x = b, A of a joint's own coordinates, over the scalar | [`small_matrix`] | forward dynamics |
+//! | eigenvalues, A general | [`eigenvalues`](fn@eigenvalues) | regulators, remarks on time steps |
 //! | C += Aᵀ B of dense columns | [`product`] | Riccati's recursion |
 
 mod box_qp;
+mod eigenvalues;
 mod factors;
 mod free_factor;
 mod lu;
@@ -18,6 +20,7 @@ pub(crate) mod small_matrix;
 mod symmetric;
 
 pub(crate) use box_qp::{Bounds, BoxQp};
+pub(crate) use eigenvalues::eigenvalues;
 pub(crate) use factors::Factors;
 pub(crate) use free_factor::{FreeFactor, NotConvex};
 pub(crate) use lu::Lu;

@@ -18,7 +18,7 @@
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
-//! | is the step short enough for soft contact? | [`Simulator::remarks`] | O(points · nv²) | |
+//! | is the step short enough, for springs, dampers, limits, soft contact, rotations? | [`Simulator::remarks`], [`Simulator::remarks_at`] | O(nv³ + points · nv²) | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
@@ -79,7 +79,7 @@ pub use interop::{Engine, EngineCoordinates};
 pub(crate) use names::{column_names, input_columns};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
-pub use remarks::SimulatorRemark;
+pub use remarks::{NaturalMode, SimulatorRemark};
 pub use report::ContactReport;
 pub use rollout::Rollout;
 #[cfg(feature = "view")]

@@ -212,6 +212,23 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
+    /// The simulator without ground.
+    pub(crate) fn without_contacts(&self) -> Self {
+        Self {
+            contacts: None,
+            ..self.clone()
+        }
+    }
+
+    /// The simulator of joints, inertia and constraints alone: without motors, limits and dry friction, ground, and forces on frames.
+    pub(crate) fn with_inertia_only(&self) -> Self {
+        Self {
+            actuation: None,
+            frames: FrameTerms::default(),
+            ..self.without_contacts()
+        }
+    }
+
     /// Holds places of the robot together, or to the world; without this call nothing does but its joints. Start from a state that obeys them:
     /// [`assemble`](Self::assemble) finds one.
     ///

@@ -68,6 +68,7 @@ mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;
 mod step_adjoints;
+mod step_remarks;
 mod stop_signal;
 mod time_step;
 mod trajopt_costs;

@@ -12,10 +12,19 @@ use crate::words::snake;
 
 #[pymethods]
 impl PySimulator {
-    /// Sentences on time steps that are too long for soft contact, for poses like this one.
-    fn remarks(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-        let q = read_vector("q", q, Some(self.simulator.model().nq()))?;
-        let said = self.simulator.remarks(&q);
+    /// Sentences on a time step that is too long for springs, dampers, limits and soft contact, for poses like this one, and for rotations if a
+    /// velocity is given.
+    #[pyo3(signature = (q, v=None))]
+    fn remarks(&self, q: &Bound<'_, PyAny>, v: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+        let model = self.simulator.model();
+        let q = read_vector("q", q, Some(model.nq()))?;
+        let said = match v {
+            None => self.simulator.remarks(&q),
+            Some(v) => {
+                let v = read_vector("v", v, Some(model.nv()))?;
+                self.simulator.remarks_at(&q, &v)
+            }
+        };
         Ok(said.iter().map(ToString::to_string).collect())
     }
 

@@ -137,6 +137,13 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
+    /// Whether velocity forces are wholly those of the middle of a step at a velocity.
+    pub(crate) fn takes_middle_at(&self, v: &[P]) -> bool {
+        let half = self.time_step() * 0.5;
+        self.half_step(v)
+            .is_some_and(|s| (0..P::LANES).all(|lane| s.value(lane) == half.value(lane)))
+    }
+
     /// The coordinates that are angles.
     fn turning(&self) -> impl Iterator<Item = usize> {
         let bodies = self.model().independent();

@@ -1,0 +1,212 @@
+//! The remarks, and their text.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use crate::sim::integrator::Integrator;
+
+/// Speed of an impact that a step should be short enough for, m/s or rad/s: a fall from five centimetres.
+pub(super) const SPEED: f64 = 1.0;
+
+/// Steps of an impact below which it is called short.
+pub(super) const FEW_STEPS: f64 = 10.0;
+
+/// Motion of a robot that decays or vibrates by itself about a pose.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct NaturalMode {
+    /// Name of the joint with the largest part of its kinetic energy, numbered where it has several coordinates, as in
+    /// [`Simulator::tangent_names`](crate::Simulator::tangent_names).
+    pub joint: String,
+    /// Frequency, Hz; 0 for a motion that decays without vibrating.
+    pub frequency: f64,
+    /// Rate of decay, 1/s.
+    pub decay: f64,
+}
+
+impl fmt::Display for NaturalMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            joint,
+            frequency,
+            decay,
+        } = self;
+        match *frequency > 0.0 {
+            true => write!(f, "the vibration of \"{joint}\" at {frequency:.3} Hz"),
+            false => write!(
+                f,
+                "the damping of \"{joint}\", which has a time constant of {:.1e} s",
+                1.0 / decay
+            ),
+        }
+    }
+}
+
+impl NaturalMode {
+    /// Mode of an eigenvalue of the rate of the state, 1/s.
+    pub(crate) fn of(joint: String, re: f64, im: f64) -> Self {
+        Self {
+            joint,
+            frequency: im.abs() / TAU,
+            decay: -re,
+        }
+    }
+}
+
+/// Remark on a simulator that works as it is, though hardly as meant. It is a sentence as text.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SimulatorRemark {
+    /// The step is too long for soft contact at the start of the step, as all integrators but that implicit in velocity take it: what lands is thrown up again, and what
+    /// lies on a slope chatters.
+    UnstableSoftContact {
+        /// Link with the point of contact that is worst.
+        link: String,
+        /// The longest step that is stable there in an impact at 1 m/s, s.
+        longest: f64,
+        /// The time step, s.
+        time_step: f64,
+    },
+    /// An impact lasts a few steps only: it takes energy in steps that are implicit in velocity, and derivatives through it scatter.
+    ShortImpact {
+        /// Link with the point of contact that is worst.
+        link: String,
+        /// How long an impact at 1 m/s lasts there, without damping, s.
+        duration: f64,
+        /// The time step, s.
+        time_step: f64,
+    },
+    /// A small motion of the robot about the pose, which decays or vibrates, grows in steps of this length: it diverges, or chatters.
+    UnstableMode {
+        /// The first motion that grows when steps get longer.
+        mode: NaturalMode,
+        /// The longest step in which none grows, s.
+        longest: f64,
+        /// The time step, s.
+        time_step: f64,
+        /// An integrator with which none grows in steps of this length, if there is one.
+        stable: Option<Integrator>,
+    },
+    /// A period of a vibration of the robot about the pose has less than ten steps. Both methods of Euler damp it: at ten steps a period, 20 %
+    /// of the amplitude of a joint on a spring is left after one period. The implicit midpoint rule keeps its amplitude and makes it slower.
+    UnresolvedMode {
+        /// The fastest vibration.
+        mode: NaturalMode,
+        /// The time step, s.
+        time_step: f64,
+    },
+    /// Coriolis and centrifugal forces turn the motion of the robot by too large an angle in a step: energy changes by 1 % and more in a turn.
+    UnresolvedRotation {
+        /// Joint whose motion they turn most, numbered where it has several coordinates.
+        joint: String,
+        /// How fast they turn it, rad/s.
+        rate: f64,
+        /// The longest step in which the change of energy is about 1 % in a turn, s.
+        longest: f64,
+        /// The time step, s.
+        time_step: f64,
+        /// An integrator with which it is less in steps of this length, if there is one.
+        better: Option<Integrator>,
+    },
+    /// The step of Runge and Kutta is too long for a limit of a joint, which is a spring and damper: a joint that gets there is thrown back, or diverges.
+    UnstableLimit {
+        /// Joint whose limit of position or speed is worst.
+        joint: String,
+        /// The longest step that is stable there at 1 rad/s or m/s, s.
+        longest: f64,
+        /// The time step, s.
+        time_step: f64,
+    },
+}
+
+/// A length of a step as text, s: two digits, rounded down.
+struct AtMost(f64);
+
+impl fmt::Display for AtMost {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = 10.0_f64.powf(self.0.log10().floor() - 1.0);
+        write!(f, "{:.1e} s", (self.0 / unit).floor() * unit)
+    }
+}
+
+/// Writes the integrator that may be used instead, if there is one.
+fn write_other(f: &mut fmt::Formatter<'_>, other: Option<Integrator>) -> fmt::Result {
+    other.map_or(Ok(()), |integrator| {
+        write!(f, ", or Integrator::{integrator:?}")
+    })
+}
+
+impl fmt::Display for SimulatorRemark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnstableSoftContact {
+                link,
+                longest,
+                time_step,
+            } => write!(
+                f,
+                "steps of {time_step} s are too long for soft contact of \"{link}\" at the start of a step: in an impact at {SPEED} m/s \
+                 those up to {longest:.1e} s are stable; use Integrator::ImplicitVelocity, shorter steps, or a softer law"
+            ),
+            Self::ShortImpact {
+                link,
+                duration,
+                time_step,
+            } => write!(
+                f,
+                "an impact of \"{link}\" at {SPEED} m/s lasts {duration:.1e} s, {:.1} steps: motions lose energy in it, and derivatives through it \
+                 scatter; 50 steps resolve it: use shorter steps, or a softer law",
+                duration / time_step
+            ),
+            Self::UnstableMode {
+                mode,
+                longest,
+                time_step,
+                stable,
+            } => {
+                let longest = AtMost(*longest);
+                write!(
+                    f,
+                    "steps of {time_step} s are too long for {mode}: it grows in each step; use steps of at most {longest}"
+                )?;
+                write_other(f, *stable)
+            }
+            Self::UnresolvedMode { mode, time_step } => {
+                let period = 1.0 / mode.frequency;
+                write!(
+                    f,
+                    "{mode} has {:.1} steps of {time_step} s in a period: the integrator changes its amplitude or frequency; use steps of at most \
+                     {}, or a softer spring",
+                    period / time_step,
+                    AtMost(period / FEW_STEPS)
+                )
+            }
+            Self::UnresolvedRotation {
+                joint,
+                rate,
+                longest,
+                time_step,
+                better,
+            } => {
+                write!(
+                    f,
+                    "Coriolis and centrifugal forces turn the motion of \"{joint}\" by {:.3} rad in a step of {time_step} s, at {rate:.1} rad/s: \
+                     its energy changes by 1 % and more in a turn; use steps of at most {}",
+                    rate * time_step,
+                    AtMost(*longest)
+                )?;
+                write_other(f, *better)
+            }
+            Self::UnstableLimit {
+                joint,
+                longest,
+                time_step,
+            } => write!(
+                f,
+                "steps of {time_step} s are too long for a limit of joint \"{joint}\", whose spring and damper Runge and Kutta's method takes \
+                 explicitly; use steps of at most {}, or Integrator::SemiImplicitEuler",
+                AtMost(*longest)
+            ),
+        }
+    }
+}
