@@ -72,4 +72,12 @@ impl<P: Scalar> Simulator<P> {
         let contact = numbered("contact", self.n_contact());
         of("q").chain(of("v")).chain(contact).collect()
     }
+
+    /// The name of the joint of a velocity coordinate, numbered where it has several.
+    ///
+    /// # Panics
+    /// If there is no such coordinate.
+    pub(crate) fn tangent_name(&self, k: usize) -> String {
+        velocity_names(self.model()).swap_remove(k)
+    }
 }

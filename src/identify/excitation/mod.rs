@@ -185,7 +185,7 @@ fn check(regressor: &Regressor, options: &ExcitationOptions) -> Result<(), Ident
             .map(|&x| ("force deviations", x)),
     );
     check_positive(numbers)?;
-    let series = independent(model).count();
+    let series = model.independent().count();
     let bytes = Series::bytes(options.harmonics).saturating_mul(series);
     memory::check(
         format_args!("Fourier series of {} harmonics", options.harmonics),

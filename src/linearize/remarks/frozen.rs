@@ -79,9 +79,7 @@ impl Frozen {
         let mass = self.mass().diagonal();
         let energy = |k: usize| mass[k] * (shape[0][k].powi(2) + shape[1][k].powi(2));
         let most = (0..mass.len()).max_by(|&a, &b| energy(a).total_cmp(&energy(b)));
-        let names = self.simulator.tangent_names();
-        let name = most.and_then(|k| names.into_iter().nth(k));
-        name.map_or_else(String::new, |name| name.replacen("q.", "", 1))
+        most.map_or_else(String::new, |k| self.simulator.tangent_name(k))
     }
 }
 

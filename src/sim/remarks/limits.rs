@@ -7,7 +7,6 @@ use super::spring_damper::SpringDamper;
 use crate::dynamics::mass_matrix_inverse;
 use crate::sim::actuation::Actuator;
 use crate::sim::integrator::Integrator;
-use crate::sim::names::tangent_names;
 use crate::sim::simulator::Simulator;
 
 impl Simulator<f64> {
@@ -26,7 +25,7 @@ impl Simulator<f64> {
         let (k, longest) = longest.min_by(|a, b| a.1.total_cmp(&b.1))?;
         let time_step = self.time_step();
         (time_step > longest).then(|| SimulatorRemark::UnstableLimit {
-            joint: tangent_names(self.model()).swap_remove(k),
+            joint: self.tangent_name(k),
             longest,
             time_step,
         })
