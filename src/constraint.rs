@@ -18,13 +18,13 @@
 //!
 //! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded:
 //!
-//! The implicit midpoint rule takes no constraints; the other integrators take each of them so:
+//! Each kind of integrator takes them so:
 //!
-//! | | steps of Euler | Runge–Kutta |
-//! |---|---|---|
-//! | rigid | the second rule above | the first one, at each of its four moments |
-//! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit |
-//! | largest force | a row that holds with any force within the bound, or gives way at it | the same; a spring's force is cut at the bound |
+//! | | steps of Euler | Runge–Kutta | implicit midpoint |
+//! |---|---|---|---|
+//! | rigid | the second rule above | the first one, at each of its four moments | φ(q⁺) = 0 and J(q⁺) v⁺ = 0, without T |
+//! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit | no |
+//! | largest force | a row that holds with any force within the bound, or gives way at it | the same; a spring's force is cut at the bound | no |
 //!
 //! Velocity forces of the middle of a step are those of the motion that rigid and elastic constraints without a bound allow; bounded ones take part in the
 //! step alone, as contacts do.

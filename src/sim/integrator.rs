@@ -10,7 +10,7 @@
 ///   spinning.
 /// * [`RungeKutta4`](Self::RungeKutta4) for smooth motion that must be right to many digits, of closed loops too. It is explicit
 ///   in everything, and diverges where forces are stiff; no rigid contact.
-/// * [`ImplicitMidpoint`](Self::ImplicitMidpoint) for long smooth motion whose energy and momentum must not drift; no contact, no constraints.
+/// * [`ImplicitMidpoint`](Self::ImplicitMidpoint) for long smooth motion whose energy and momentum must not drift, of closed loops too; no contact.
 ///
 /// [`Simulator::remarks`](crate::Simulator::remarks) says where a step is too long for springs, dampers, limits and soft contact of a robot with its integrator,
 /// [`Simulator::remarks_at`](crate::Simulator::remarks_at) where it is for rotations at a velocity.
@@ -93,7 +93,12 @@ pub enum Integrator {
     RungeKutta4,
     /// The implicit midpoint rule on the manifold of configurations, symplectic and of second order: the energy of smooth motion does not drift, however
     /// long it lasts, and the momentum of a free body is kept to rounding, linear and angular. Inputs, springs, dampers, friction, stops and external forces
-    /// are those of the middle of the step. No contact and no constraints.
+    /// are those of the middle of the step. No contact.
+    ///
+    /// Rigid [constraints](crate::constraint) are closed at the end of each step, and the velocity across them is zero there, both to rounding: impulses of start
+    /// and end hold them, as in the method RATTLE, which takes no [time constant](crate::constraint::Constraint::with_time_constant). A start that does not
+    /// obey them is closed within its first step, however fast that is: [`assemble`](super::Simulator::assemble) it. Constraints that are springs, or have
+    /// a largest force, are refused.
     ///
     /// A step is found by Newton's method and costs about ten steps of Runge and Kutta's. It is divided into 2, 4, … 1,024 equal parts, each a step of this
     /// rule, until the search for each part leads straight to a solution and the kinetic energy changes in it by the work of the forces, but for 3e-4 of the

@@ -273,7 +273,7 @@ fn longest_step_for_limits_equals_that_of_their_time_constant_and_only_runge_kut
             .with_integrator(RungeKutta4)
             .with_time_step(dt);
         let rollout = simulator.rollout(&State::new(&[2.5, 0.0], &[1.0, 0.0]), 20, |_, _, u| {
-            u.fill(0.0)
+            u.fill(0.0);
         });
         rollout
             .states

@@ -34,7 +34,7 @@ pub(crate) fn output(command: &mut Command) -> io::Result<Option<Output>> {
     loop {
         match receiver.recv_timeout(LOOK) {
             Ok(output) => {
-                group.is_done();
+                group.release();
                 return output.map(Some);
             }
             Err(RecvTimeoutError::Timeout) if is_stopped() => {
@@ -81,7 +81,7 @@ impl Group {
         }
     }
 
-    fn is_done(self) {
+    fn release(self) {
         self.say("done\n");
     }
 
@@ -108,7 +108,7 @@ impl Group {
         Ok((Self { process }, child))
     }
 
-    fn is_done(self) {}
+    fn release(self) {}
 
     /// Kills the process and those that it has started, by the tool of Windows.
     fn kill(self) {

@@ -8,7 +8,7 @@
 //!
 //! | force | semi-implicit Euler, implicit velocity | Runge–Kutta | implicit midpoint |
 //! |---|---|---|---|
-//! | spring of a joint, or of a constraint | any | 2.828 / ω | any |
+//! | spring of a joint, or of a constraint, which the implicit midpoint rule does not take | any | 2.828 / ω | any |
 //! | damper of these | any | 2.785 m / d | any |
 //! | spring as external force, gravity of a pendulum | 2 / ω | 2.828 / ω | any |
 //! | damper as external force | 2 m / d | 2.785 m / d | any |

@@ -16,7 +16,7 @@ use crate::sim::integrators::AccelerationScratch;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
-/// Part of the velocity that a change may have at the end.
+/// Part of the velocity, or of one with which joints turn too little to matter, that a change may have at the end.
 const TOLERANCE: f64 = 1e-13;
 /// Part that it may have where rounding does not let it get smaller.
 const ACCEPTABLE: f64 = 1e-9;
@@ -171,7 +171,8 @@ impl Newton {
             if !size.is_finite() {
                 return Search::failed(Status::NotFinite);
             }
-            let change = size / largest(&self.point.xi).max(size).max(f64::MIN_POSITIVE);
+            let velocity = largest(&self.point.xi).max(size).max(TURN / time);
+            let change = size / velocity;
             let is_slow = change > CONTRACTION * before;
             if is_slow && change <= ACCEPTABLE {
                 return Search::found(is_direct);
