@@ -125,7 +125,6 @@ impl<T: Scalar> AnchorMotion<T> {
     /// Motion of an anchor from that of what carries it.
     ///
     /// * `placement` – pose of the anchor on its carrier
-    #[inline(always)]
     pub(super) fn on<P: Scalar>(placement: &Transform<P>, carrier: &Carrier<T>) -> Self
     where
         T: Over<P>,
@@ -144,7 +143,6 @@ impl<T: Scalar> AnchorMotion<T> {
     }
 
     /// A force on the anchor, in mixed representation, as one on its carrier, in that.
-    #[inline(always)]
     pub(super) fn force_on(&self, X: &Transform<T>, F: &Force<T>) -> Force<T> {
         let angular = F.angular + cross(&self.arm, &F.linear);
         let [linear, angular] = [F.linear, angular].map(|f| rotate_back(&X.rotation, &f));
@@ -152,7 +150,6 @@ impl<T: Scalar> AnchorMotion<T> {
     }
 
     /// Velocity of the anchor while its carrier moves with `V`, seen from itself.
-    #[inline(always)]
     pub(super) fn velocity_under(&self, X: &Transform<T>, V: &Motion<T>) -> Motion<T> {
         shifted(&rotated(&X.rotation, V), &self.arm)
     }
@@ -263,13 +260,11 @@ impl<P: Scalar> Anchor<P> {
 }
 
 /// A motion along other axes.
-#[inline(always)]
 fn rotated<T: Scalar>(R: &Matrix3<T>, V: &Motion<T>) -> Motion<T> {
     Motion::new(rotate(R, &V.linear), rotate(R, &V.angular))
 }
 
 /// Moves the reference point of a motion along an arm: ṗ + ω × r.
-#[inline(always)]
 fn shifted<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
     Motion::new(V.linear + cross(&V.angular, arm), V.angular)
 }

@@ -73,12 +73,19 @@ impl<T: Differentiable> TakenStep<T> {
         self.start.find(model, q, v);
         (self.middle).find(simulator, state, u, &part.point, &self.found);
         (self.end).find(model, next.q.as_slice(), next.v.as_slice());
+        let rows = &part.point.held;
+        let [own, end] = &rows.impulses;
+        let (held, p) = (&mut self.held, &mut self.start.momentum_by_q);
+        held.find(
+            simulator,
+            state,
+            &rows.start.jacobian,
+            own.iter().copied(),
+            p,
+        );
         // The momentum that is left after the impulses of the end.
-        let [own, end] = &part.point.held.impulses;
-        let (own, end) = (own.iter().copied(), end.iter().map(|&x| -x));
-        let held = &mut self.held;
-        held.find(simulator, state, own, &mut self.start.momentum_by_q);
-        held.find(simulator, next, end, &mut self.end.momentum_by_q);
+        let (end, p) = (end.iter().map(|&x| -x), &mut self.end.momentum_by_q);
+        held.find(simulator, next, &rows.end.jacobian, end, p);
     }
 
     /// The middle of the part that is differentiated.
