@@ -244,6 +244,17 @@ fn what_falls_is_no_mode_that_the_step_makes_grow() {
     }
 }
 
+// Its two frequencies are below 10 rad/s. In a step it falls by centimetres, which is no small motion.
+#[test]
+fn a_robot_that_falls_far_in_a_step_has_no_mode_that_grows() {
+    let pendulum = Simulator::new(samples::double_pendulum()).with_integrator(RungeKutta4);
+    for dt in [0.05, 0.1, 0.2] {
+        let said = pendulum.clone().with_time_step(dt).remarks(&[1.2, 0.4]);
+        let grows = |x: &SimulatorRemark| matches!(x, SimulatorRemark::UnstableMode { .. });
+        assert!(!said.iter().any(grows), "{dt}: {said:?}");
+    }
+}
+
 // Stops are critically damped with 10 ms, and so are limits of speed for the inertia that the joint feels.
 #[test]
 fn longest_step_for_limits_equals_that_of_their_time_constant_and_only_runge_kutta_minds() {
