@@ -168,7 +168,7 @@ impl<P: Scalar> Constraint<P> {
 
     /// Whether it need not be closed: a spring, or of bounded force.
     pub(crate) fn gives_way(&self) -> bool {
-        self.largest_force.is_some() || matches!(self.hold, Hold::Spring { .. })
+        self.largest_force.is_some() || self.spring().is_some()
     }
 
     /// Number of blocks of its rows: one, or with bounded forces one for each row.

@@ -67,9 +67,8 @@ impl<T: Scalar> Linearization<T> {
         let n = simulator.n_tangent();
         let numbers = n.saturating_mul(n.saturating_add(simulator.nu()));
         let what = format_args!("Jacobians of {n} coordinates of the state");
-        if let Err(error) = memory::check(what, numbers.saturating_mul(size_of::<T>())) {
-            panic!("{error}");
-        }
+        let bytes = numbers.saturating_mul(size_of::<T>());
+        memory::granted(memory::check(what, bytes));
         Self {
             a: DMatrix::zeros(n, n),
             b: DMatrix::zeros(n, simulator.nu()),

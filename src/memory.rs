@@ -69,6 +69,12 @@ pub fn check(what: impl Display, bytes: usize) -> Result<(), OutOfMemory> {
     Err(OutOfMemory { what, bytes, limit })
 }
 
+/// What was checked; a panic with the message of what is refused, for functions without an error.
+#[track_caller]
+pub(crate) fn granted<T>(checked: Result<T, OutOfMemory>) -> T {
+    checked.unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// Memory of the machine, or what its control group may use of it, bytes; as much as can be addressed where that is not known.
 fn machine() -> usize {
     static FOUND: OnceLock<usize> = OnceLock::new();

@@ -1,7 +1,7 @@
 //! Work on many independent items, on one or several cores.
 
 #[cfg(feature = "parallel")]
-use crate::stop::{watched, watching};
+use crate::stop::{StopSignal, watching};
 
 /// Starts rayon's own threads with stacks as large as those of first threads of programs, unless the program has started them, or this is a thread of another
 /// pool. Without optimisation steps of batches may need more than the 2 MiB that threads have else. The stacks are addresses; memory is what is used of them.
@@ -52,7 +52,7 @@ pub(crate) fn for_each_part<W: Send, I: Send>(
         use rayon::prelude::*;
         start_threads();
         let parts = workers.par_iter_mut().zip(items.par_chunks_mut(length));
-        let signals = watched();
+        let signals = StopSignal::watched();
         return parts.enumerate().for_each(|(part, (worker, items))| {
             watching(&signals, || serve(part, worker, items));
         });

@@ -61,7 +61,7 @@ impl StopSignal {
 
     /// Runs work that ends early once the signal is set, on this thread and on those that it spreads over.
     pub fn watch<R>(&self, work: impl FnOnce() -> R) -> R {
-        let mut signals = watched();
+        let mut signals = Self::watched();
         signals.push(self.clone());
         watching(&signals, work)
     }
@@ -78,13 +78,8 @@ impl StopSignal {
     /// assert!(StopSignal::watched().is_empty());
     /// ```
     pub fn watched() -> Vec<Self> {
-        watched()
+        WATCHED.with_borrow(Clone::clone)
     }
-}
-
-/// The signals that this thread looks at.
-pub(crate) fn watched() -> Vec<StopSignal> {
-    WATCHED.with_borrow(Clone::clone)
 }
 
 /// Runs work that looks at these signals, and at no others.

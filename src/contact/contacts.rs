@@ -78,7 +78,7 @@ impl Contacts<f64> {
         meshes: &mut dyn MeshHulls,
     ) -> Self {
         let made = Self::try_with_meshes(model, terrain, law, options, meshes);
-        made.unwrap_or_else(|error| panic!("{error}"))
+        memory::granted(made)
     }
 
     /// [`with_meshes`](Self::with_meshes) for robots from elsewhere, whose shapes may have more points than there is memory for.

@@ -173,9 +173,8 @@ pub fn random_tree_of(kinds: &[JointKind], n: usize, seed: u64) -> Model {
     const REACH: usize = 4;
     /// Bytes of a link, roughly: its description, and what is made of it.
     const LINK: usize = 4096;
-    if let Err(error) = memory::check(format_args!("{n} random links"), n.saturating_mul(LINK)) {
-        panic!("{error}");
-    }
+    let bytes = n.saturating_mul(LINK);
+    memory::granted(memory::check(format_args!("{n} random links"), bytes));
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut builder = ModelBuilder::new(format!("random_tree_{n}_{seed}"));
     builder.add_link(LinkSpec::new("world"));

@@ -73,7 +73,7 @@ pub use integrator::Integrator;
 pub(crate) use integrators::add_integrated;
 pub(crate) use integrators::{
     AccelerationColumns, AccelerationScratch, Pullback, Pushforward, StepAdjoint, StepColumns,
-    StepJacobian, StepPoint,
+    StepJacobian, StepPoint, linear_factor,
 };
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use names::{column_names, input_columns};

@@ -10,6 +10,7 @@ use crate::constraint::Constraint;
 use crate::contact::Contacts;
 use crate::dynamics::each_passive;
 use crate::error::{StructureMismatch, UnknownName};
+use crate::memory;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::numbers::{Domain, Numbers};
@@ -204,9 +205,7 @@ impl<P: Scalar> Simulator<P> {
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         contacts.check(&self.model);
-        if let Err(error) = contacts.check_memory() {
-            panic!("{error}");
-        }
+        memory::granted(contacts.check_memory());
         self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
         self.check_integrator();
         self

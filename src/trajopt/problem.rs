@@ -203,9 +203,7 @@ impl Problem {
 
     /// Panics with the message of [`check_memory`](Self::check_memory), if it fails.
     pub(super) fn assert_memory(&self) {
-        if let Err(error) = self.check_memory() {
-            panic!("{error}");
-        }
+        memory::granted(self.check_memory());
     }
 
     /// Number of steps N.

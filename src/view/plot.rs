@@ -106,9 +106,8 @@ impl Plot {
     pub fn with_size(mut self, width: u32, height: u32) -> Self {
         let bytes = (width as usize).saturating_mul(height as usize);
         let bytes = bytes.saturating_mul(COLORS);
-        if let Err(error) = memory::check(format_args!("{width} × {height} pixels"), bytes) {
-            panic!("{error}");
-        }
+        let what = format_args!("{width} × {height} pixels");
+        memory::granted(memory::check(what, bytes));
         self.size = (width, height);
         self
     }

@@ -12,7 +12,8 @@ use dualbody::{Integrator, Lanes, Model, Simulator, State};
 use nalgebra::{DVector, Vector3};
 
 use crate::common::{asset, generator};
-use crate::constraints::{four_bar, slider_crank, tangled};
+use crate::constraints::{four_bar, tangled};
+use crate::integrators;
 
 fn midpoint(model: Model, dt: f64) -> Simulator {
     Simulator::new(model)
@@ -314,14 +315,9 @@ fn states_and_inputs_that_are_not_finite_are_reported() {
     }
 }
 
-/// The slider-crank without gravity, closed, with its crank at 15 rad/s.
 fn turning_crank() -> (Simulator, State) {
-    let crank = slider_crank().with_integrator(Integrator::ImplicitMidpoint);
-    let weightless = crank.model().clone().with_gravity(Vector3::zeros());
-    let crank = crank.with_model(weightless).expect("the same structure");
-    let start = State::new(&[0.7, -0.9, 0.35], &[33.8, -33.8, 0.0]);
-    let start = crank.assemble(&start).expect("in reach").state;
-    (crank, start)
+    let (crank, start) = integrators::turning_crank();
+    (crank.with_integrator(Integrator::ImplicitMidpoint), start)
 }
 
 #[test]

@@ -223,7 +223,7 @@ fn wing_nut_flips_and_its_energy_drifts_as_documented() {
 }
 
 /// The slider-crank without gravity, its crank at 15 rad/s.
-fn turning_crank() -> (Simulator, State) {
+pub(crate) fn turning_crank() -> (Simulator, State) {
     let crank = slider_crank();
     let weightless = crank.model().clone().with_gravity(Vector3::zeros());
     let crank = crank.with_model(weightless).expect("the same structure");

@@ -302,9 +302,8 @@ impl<T: Scalar> Place<T> {
 fn check_memory([nx, ny]: [usize; 2]) {
     let weights = nx.saturating_add(2).saturating_mul(ny.saturating_add(2));
     let bytes = weights.saturating_mul(3 * size_of::<f64>());
-    if let Err(error) = memory::check(format_args!("grids of {nx} × {ny} heights"), bytes) {
-        panic!("{error}");
-    }
+    let what = format_args!("grids of {nx} × {ny} heights");
+    memory::granted(memory::check(what, bytes));
 }
 
 /// Six times the height at a node, the sum of the weights 1, 4 and 1 about it.

@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::dynamics::mass_matrix;
-use crate::sim::{Integrator, Simulator, State};
+use crate::sim::{Integrator, Simulator, State, linear_factor};
 
 /// Iterations that find the motion of a known eigenvalue; the second one changes nothing but roundings.
 const ITERATIONS: usize = 3;
@@ -65,13 +65,12 @@ impl Frozen {
     }
 
     /// Jacobian of a step of a small motion. Where a robot falls, stages of Runge and Kutta's method see how far it comes in the step, so that theirs is what
-    /// the method makes of the rate at its start: 1 + z + z²/2 + z³/6 + z⁴/24.
+    /// the method makes of the rate at its start.
     pub(super) fn step(&self) -> DMatrix<f64> {
         if self.simulator.integrator() == Integrator::RungeKutta4 {
             let rate = self.rate();
             let identity = DMatrix::identity(rate.nrows(), rate.nrows());
-            let stages = (1..=4).rev().map(f64::from);
-            return stages.fold(identity.clone(), |sum, k| &identity + &rate * sum / k);
+            return linear_factor(&rate, &identity);
         }
         let a = self.simulator.linearize(&self.state, &self.u).a;
         scaled(a, self.dt())

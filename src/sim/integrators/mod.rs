@@ -31,3 +31,4 @@ pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
 pub(crate) use joint_tangents::add_integrated;
 pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};
 pub(crate) use method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
+pub(crate) use runge_kutta_4::linear_factor;

@@ -57,8 +57,8 @@ impl NaturalMode {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SimulatorRemark {
-    /// The step is too long for soft contact at the start of the step, as all integrators but that implicit in velocity take it: what lands is thrown up again, and what
-    /// lies on a slope chatters.
+    /// The step is too long for soft contact at the start of the step, as all integrators but that implicit in velocity take it: what lands is thrown up
+    /// again, and what lies on a slope chatters.
     UnstableSoftContact {
         /// Link with the point of contact that is worst.
         link: String,

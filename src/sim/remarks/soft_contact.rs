@@ -12,18 +12,13 @@ use crate::sim::simulator::Simulator;
 impl Simulator<f64> {
     /// The remark on the point of soft contact that is worst, in an impact at 1 m/s in poses like `q`.
     pub(crate) fn remark_on_soft_contact(&self, q: &[f64]) -> Option<SimulatorRemark> {
-        self.contacts().and_then(|contacts| self.worst(contacts, q))
-    }
-
-    /// The remark on the point of soft contact that is worst.
-    fn worst(&self, contacts: &Contacts, q: &[f64]) -> Option<SimulatorRemark> {
         let time_step = self.time_step();
         let is_implicit = self.integrator() == Integrator::ImplicitVelocity;
         let longest = match self.integrator() {
             Integrator::RungeKutta4 => SpringDamper::longest_of_runge_kutta,
             _ => SpringDamper::longest_of_euler,
         };
-        let of_points = self.soft_points(contacts, q);
+        let of_points = self.soft_points(self.contacts()?, q);
         let times = of_points
             .into_iter()
             .map(|(link, law, mass)| match is_implicit {

@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::remark::SPEED;
 use crate::contact::HuntCrossley;
+use crate::sim::integrators::linear_factor;
 
 /// Halvings of an interval that holds the longest step: to twelve digits.
 const HALVINGS: usize = 40;
@@ -52,7 +53,7 @@ impl SpringDamper {
         let root = Complex::from(half * half - self.spring / self.mass).sqrt();
         let rate = root.re.max(0.0) + half;
         let rate = Complex::new(-rate, root.im);
-        let is_stable = |dt: f64| factor(rate * dt).norm_sqr() <= 1.0;
+        let is_stable = |dt: f64| linear_factor(&(rate * dt), &Complex::ONE).norm_sqr() <= 1.0;
         let (mut stable, mut unstable) = (0.0, 4.0 / rate.norm());
         for _ in 0..HALVINGS {
             let middle = 0.5 * (stable + unstable);
@@ -63,11 +64,6 @@ impl SpringDamper {
         }
         stable
     }
-}
-
-/// R(z).
-fn factor(z: Complex<f64>) -> Complex<f64> {
-    ((z / 4.0 + 1.0) * z / 3.0 + 1.0) * z / 2.0 * z + z + 1.0
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ impl<T: Scalar> Held<T> {
 
     /// Adds the impulses of the start to a momentum: Jᵀ λ.
     pub(super) fn push(&self, momentum: &mut [T]) {
-        add_transposed(&self.start, &self.impulses[0], momentum);
+        add_rows(&self.start, &self.impulses[0], momentum);
     }
 
     /// Whether the start obeys the constraints.
@@ -75,7 +75,7 @@ impl<T: Scalar> Held<T> {
 }
 
 /// out += Jᵀ x
-pub(super) fn add_transposed<T: Scalar>(rows: &ConstraintRows<T>, x: &[T], out: &mut [T]) {
+pub(super) fn add_rows<T: Scalar>(rows: &ConstraintRows<T>, x: &[T], out: &mut [T]) {
     let jacobian = rows.jacobian.chunks_exact(out.len().max(1));
     for (row, &x) in jacobian.zip(x) {
         add_scaled(out, row, x);

@@ -1,6 +1,6 @@
 //! Gradient of the weighted momenta of start and end where constraints hold the robot, in what both are made of, at fixed states:
 //!
-//! > πᵀ (M(q) v + J(q)ᵀ λ) − yᵀ (M(q⁺) v⁺ − J(q⁺)ᵀ λ⁺) + κᵀ φ(q⁺) + σᵀ J(q⁺) v⁺.
+//! > πᵀ (M(q) v + J(q)ᵀ λ) − yᵀ (M(q⁺) v⁺ − J(q⁺)ᵀ λ⁺) + κᵀ φ(q⁺) − σᵀ J(q⁺) v⁺.
 //!
 //! The adjoint of the balance of forces gives that of  μᵀ (ID(a) − τ − Jᵀ f) + wᵀ (J a + φ / T²)  at rest, where T is the time constant of a row. At a = v,
 //! less the same at a = 0 without forces of rows, that is  μᵀ (M v − Jᵀ f)  and what rows are weighted with.
@@ -81,8 +81,8 @@ impl<T: Differentiable> HeldNumbers<T> {
         self.start(mu, end.iter().copied());
         let by_row = weights.rates.iter().zip(&weights.errors);
         for (k, ((&rate, &error), row)) in by_row.zip(&held.end.rows).enumerate() {
-            self.weights[0].y[k] = rate;
-            self.weights[1].y[k] = error * squared_time_constant(row, simulator) - rate;
+            self.weights[0].y[k] = -rate;
+            self.weights[1].y[k] = error * squared_time_constant(row, simulator) + rate;
         }
         self.add_momentum(simulator, &taken.next, at.u, out);
     }

@@ -47,7 +47,7 @@ impl<T: Differentiable> HeldSlopes<T> {
         }
     }
 
-    /// Finds ∂(J v)/∂q, and puts ∂(M v + Jᵀ λ)/∂q into `momentum_by_q`; without constraints it does nothing.
+    /// Finds ∂(J v)/∂q, and puts ∂(M v + Jᵀ λ)/∂q into `momentum_by_q`.
     ///
     /// * `jacobian` – J, row after row
     /// * `impulses` – λ of each row
@@ -59,9 +59,6 @@ impl<T: Differentiable> HeldSlopes<T> {
         impulses: impl Iterator<Item = T>,
         momentum_by_q: &mut DMatrix<T>,
     ) {
-        if simulator.constraints().is_empty() {
-            return;
-        }
         self.state.q.copy_from(&at.q);
         let forces = self.forces[0].iter_mut().zip(impulses);
         forces.for_each(|(own, impulse)| *own = -impulse);

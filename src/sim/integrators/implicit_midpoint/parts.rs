@@ -16,7 +16,8 @@ const MOST: usize = 1024;
 /// and only undivided steps are symplectic.
 const ENERGY: f64 = 3e-4;
 
-/// Turn in a part of a step, rad or m, that is resolved: an error of the energy does not matter, nor does slow contraction of the search if the turn changes by no more.
+/// Turn in a part of a step, rad or m, that is resolved: an error of the energy does not matter, nor does slow contraction of the search where the turn
+/// changes by no more.
 pub(super) const TURN: f64 = 0.003;
 
 /// What the search for a step came to.

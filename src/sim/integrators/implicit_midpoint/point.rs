@@ -204,7 +204,9 @@ impl<T: Scalar> Midpoint<T> {
     where
         T: Over<P>,
     {
-        self.find_end(simulator, start);
+        if !simulator.constraints().is_empty() {
+            self.find_end(simulator, start);
+        }
         for body in simulator.model().independent() {
             let half_impulse = own(body, &self.impulse).map(|x| x * 0.5);
             let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));

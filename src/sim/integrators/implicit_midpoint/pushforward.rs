@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 
 use super::Memory;
-use super::held::add_transposed;
+use super::held::add_rows;
 use super::held_slopes::HeldSlopes;
 use super::joint::{Along, JointSlopes, OwnMatrix, apply};
 use super::point::Midpoint;
@@ -69,23 +69,20 @@ impl<T: Differentiable> TakenStep<T> {
         if *parts > 1 {
             part.take(simulator, state, u, *parts, &mut self.found, next);
         }
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        self.start.find(model, q, v);
         (self.middle).find(simulator, state, u, &part.point, &self.found);
-        (self.end).find(model, next.q.as_slice(), next.v.as_slice());
-        let rows = &part.point.held;
-        let [own, end] = &rows.impulses;
-        let (held, p) = (&mut self.held, &mut self.start.momentum_by_q);
-        held.find(
-            simulator,
-            state,
-            &rows.start.jacobian,
-            own.iter().copied(),
-            p,
-        );
+        let (start, end) = (&mut self.start, &mut self.end);
+        start.find_mass(model, state.q.as_slice());
+        if simulator.constraints().is_empty() {
+            start.find_slopes(model, state.q.as_slice(), state.v.as_slice());
+            return end.find_slopes(model, next.q.as_slice(), next.v.as_slice());
+        }
+        let (held, rows) = (&mut self.held, &part.point.held);
+        let [impulses, left] = &rows.impulses;
+        let (jacobian, out) = (&rows.start.jacobian, &mut start.momentum_by_q);
+        held.find(simulator, state, jacobian, impulses.iter().copied(), out);
         // The momentum that is left after the impulses of the end.
-        let (end, p) = (end.iter().map(|&x| -x), &mut self.end.momentum_by_q);
-        held.find(simulator, next, &rows.end.jacobian, end, p);
+        let (jacobian, out) = (&rows.end.jacobian, &mut end.momentum_by_q);
+        held.find(simulator, next, jacobian, left.iter().map(|&x| -x), out);
     }
 
     /// The middle of the part that is differentiated.
@@ -223,7 +220,7 @@ impl<T: Differentiable> Columns<T> {
             rows.iter_mut().zip(entries).for_each(|(out, x)| *out = x);
             let [xi, p] = [&mut *xi, &mut *p].map(|m| &mut m.as_mut_slice()[k * nv..][..nv]);
             middle.saddle.solve(xi, rows);
-            add_transposed(&held.start, rows, p);
+            add_rows(&held.start, rows, p);
         }
     }
 

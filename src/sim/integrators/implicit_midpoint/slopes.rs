@@ -53,7 +53,16 @@ impl<T: Scalar> KineticSlopes<T> {
 
     /// Finds them.
     pub(super) fn find(&mut self, model: &Model, q: &[T], v: &[T]) {
+        self.find_mass(model, q);
+        self.find_slopes(model, q, v);
+    }
+
+    pub(super) fn find_mass(&mut self, model: &Model, q: &[T]) {
         mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
+    }
+
+    /// All but M.
+    pub(super) fn find_slopes(&mut self, model: &Model, q: &[T], v: &[T]) {
         let zeros = std::iter::repeat_n(Moved::from(0.0), model.nv());
         let Self { point, kinetic, .. } = self;
         point.set_to(q.iter().map(|&x| Moved::constant_of(x)), zeros);

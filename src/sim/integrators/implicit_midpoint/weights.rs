@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::held::add_transposed as add_transposed_rows;
+use super::held::add_rows;
 use super::joint::{add_transposed, apply_transposed};
 use super::pushforward::TakenStep;
 use crate::linalg::product::dot;
@@ -27,7 +27,7 @@ pub(super) struct Weights<T> {
     pub(super) p: Vec<T>,
     /// Of the position of the middle.
     q: Vec<T>,
-    /// Of the errors of constraints at the end, and of the velocity across them there.
+    /// Of the errors of constraints at the end, and, with the other sign, of the velocity across them there.
     pub(super) errors: Vec<T>,
     pub(super) rates: Vec<T>,
 }
@@ -56,10 +56,9 @@ impl<T: Differentiable> Weights<T> {
         self.rates.fill(T::zero());
         let end = &taken.point().end;
         end.solve_transposed(&mut self.end_p, &mut self.rates);
-        self.rates.iter_mut().for_each(|x| *x = -*x);
         self.end_q.fill(T::zero());
         plus_transposed(&taken.end.momentum_by_q, &self.end_p, &mut self.end_q);
-        minus_transposed(&taken.held.rate_by_q, &self.rates, &mut self.end_q);
+        plus_transposed(&taken.held.rate_by_q, &self.rates, &mut self.end_q);
         let both = self.end_q.iter_mut().zip(by_q);
         both.for_each(|(out, &by_q)| *out = by_q - *out);
         self.impulse.copy_from_slice(&self.end_p);
@@ -104,7 +103,7 @@ impl<T: Differentiable> Weights<T> {
         middle.saddle.solve_transposed(xi, &mut self.errors);
         let all = xi.iter_mut().chain(&mut self.errors);
         all.for_each(|x| *x = -*x);
-        add_transposed_rows(&held.end, &self.errors, &mut self.end_q);
+        add_rows(&held.end, &self.errors, &mut self.end_q);
         self.take_residual(taken, dt);
     }
 
@@ -164,14 +163,6 @@ impl<T: Differentiable> Weights<T> {
         let by_velocity = slower(by_v, &self.force) + slower(&middle.kinetic.mass, &self.residual);
         (dot(&self.force, &point.force) - by_velocity) * (1.0 / dt)
     }
-}
-
-/// out −= mᵀ x
-fn minus_transposed<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
-    let columns = m.as_slice().chunks_exact(x.len().max(1));
-    out.iter_mut()
-        .zip(columns)
-        .for_each(|(out, column)| *out -= dot(column, x));
 }
 
 /// out += mᵀ x

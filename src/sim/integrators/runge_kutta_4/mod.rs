@@ -9,6 +9,8 @@
 mod pullback;
 mod pushforward;
 
+use std::ops::{Add, Div, Mul};
+
 use nalgebra::DVector;
 
 use super::AccelerationScratch;
@@ -27,6 +29,15 @@ const STAGES: [(f64, f64); 4] = [
     (1.0 / 3.0, 1.0),
     (1.0 / 6.0, 0.0),
 ];
+
+/// 1 + z + z²/2 + z³/6 + z⁴/24: by how much a step multiplies a linear motion that has the rate z per step, a complex number or a matrix.
+pub(crate) fn linear_factor<M>(z: &M, one: &M) -> M
+where
+    M: Clone + Add<Output = M> + Mul<Output = M> + Div<f64, Output = M>,
+{
+    let orders = (1..=4).rev().map(f64::from);
+    orders.fold(one.clone(), |sum, k| one.clone() + z.clone() * sum / k)
+}
 
 /// Times for which the rates of a stage count: in the step, and up to the next stage, s.
 fn times<P: Scalar>(simulator: &Simulator<P>, stage: usize) -> [P; 2] {
