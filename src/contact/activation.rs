@@ -26,6 +26,12 @@ impl<D: Scalar> ActivationMargin<D> {
         }
     }
 
+    /// The height for a velocity with which a point may come down, m/s, on plain values.
+    pub(crate) fn height(&self, closing: D) -> f64 {
+        let way = (closing.value(0).max(0.0) + self.approach.value(0)) * self.duration.value(0);
+        way.max(self.reach)
+    }
+
     /// Distance of a point below the margin, m, in each lane and without derivatives; negative above it.
     pub(crate) fn distance_inside<T: Over<D>>(&self, point: &PointState<T>) -> T {
         let closing = (-dot(&point.normal, &point.velocity)).detached();

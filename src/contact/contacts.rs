@@ -4,6 +4,7 @@ use std::mem::discriminant;
 
 use super::laws::{ContactLaw, ROWS};
 use super::material::Materials;
+use super::pairs::ShapePairs;
 use super::point::ContactPoint;
 use super::point_laws::PointLaws;
 use super::shapes::{ContactOptions, MeshHulls, ShapeWithoutPoints, points_of};
@@ -12,7 +13,7 @@ use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
 use crate::error::{OutOfMemory, UnknownName};
 use crate::memory;
-use crate::model::{Generation, Model, Structure};
+use crate::model::{FrameId, Generation, Model, Structure};
 use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
@@ -21,7 +22,9 @@ use crate::scalar::{Over, Scalar};
 pub struct Contacts<P = f64> {
     terrain: Terrain<P>,
     points: Vec<ContactPoint<P>>,
+    /// Of the points, then of the pairs of shapes.
     laws: PointLaws<P>,
+    pairs: ShapePairs<P>,
     /// `None` for the exact law.
     smoothing: Option<Smoothing>,
     solver: SolverOptions,
@@ -39,6 +42,8 @@ pub(crate) enum ContactPart {
     Point(usize),
     Law(usize),
     Terrain,
+    Shape(usize),
+    PairLaw(usize),
 }
 
 impl Contacts<f64> {
@@ -103,6 +108,7 @@ impl Contacts<f64> {
             structure: model.structure(),
             terrain,
             points: shapes.points,
+            pairs: ShapePairs::none(),
             smoothing: None,
             solver: SolverOptions::default(),
             shapes_without_points: shapes.shapes_without_points,
@@ -145,7 +151,7 @@ impl Contacts<f64> {
     #[must_use]
     pub fn with_point(mut self, point: ContactPoint, law: ContactLaw) -> Self {
         point.check();
-        self.laws.push(law);
+        self.laws.insert(self.points.len(), law);
         self.points.push(point);
         self.generation = Generation::next();
         self
@@ -167,8 +173,8 @@ impl Contacts<f64> {
     ) -> Result<Self, UnknownName> {
         self.check(model);
         let link = model.find_frame(link)?;
-        let points = &self.points;
-        self.laws.replace(law, |i| points[i].link == link);
+        let is_own = on_link(&self.points, link);
+        self.laws.replace(law, is_own);
         self.generation = Generation::next();
         Ok(self)
     }
@@ -184,6 +190,26 @@ impl Contacts<f64> {
     pub fn mesh_remarks(&self) -> &[String] {
         &self.mesh_remarks
     }
+}
+
+impl Contacts<f64> {
+    /// Sets the shapes that can touch each other, with the law of all pairs.
+    pub(super) fn set_shape_pairs(&mut self, pairs: ShapePairs<f64>, law: ContactLaw) {
+        self.laws.truncate(self.points.len());
+        let count = pairs.pairs.len();
+        (0..count).for_each(|_| self.laws.push(law));
+        self.pairs = pairs;
+        self.generation = Generation::next();
+    }
+
+    pub(super) fn add_shapes_without_points(&mut self, shapes: Vec<ShapeWithoutPoints>) {
+        self.shapes_without_points.extend(shapes);
+    }
+}
+
+/// Whether the point of an index is one of a link.
+fn on_link<P>(points: &[ContactPoint<P>], link: FrameId) -> impl Fn(usize) -> bool {
+    move |i| points.get(i).is_some_and(|point| point.link == link)
 }
 
 impl<P: Scalar> Contacts<P> {
@@ -290,8 +316,8 @@ impl<P: Scalar> Contacts<P> {
         for (link, material) in links {
             let pair = materials.between(material, ground)?;
             let link = model.find_frame(link)?;
-            let points = &self.points;
-            self.laws.set_material(pair, |i| points[i].link == link);
+            let is_own = on_link(&self.points, link);
+            self.laws.set_material(pair, is_own);
         }
         self.generation = Generation::next();
         Ok(self)
@@ -331,7 +357,37 @@ impl<P: Scalar> Contacts<P> {
 
     /// The law of each point.
     pub fn laws(&self) -> &[ContactLaw<P>] {
-        self.laws.as_slice()
+        &self.laws.as_slice()[..self.points.len()]
+    }
+
+    /// The law of a pair of shapes.
+    pub(crate) fn pair_law(&self, pair: usize) -> &ContactLaw<P> {
+        &self.laws.as_slice()[self.points.len() + pair]
+    }
+
+    /// The shapes that can touch each other.
+    pub(super) fn shape_pairs(&self) -> &ShapePairs<P> {
+        &self.pairs
+    }
+
+    /// Number of shapes and of pairs of them that can touch each other.
+    pub(crate) fn n_shapes_and_pairs(&self) -> (usize, usize) {
+        (self.pairs.shapes.len(), self.pairs.pairs.len())
+    }
+
+    /// Links of a shape that can touch others.
+    pub(crate) fn shape_link(&self, shape: usize) -> FrameId {
+        self.pairs.shapes[shape].link
+    }
+
+    /// The shapes of a pair.
+    pub(crate) fn pair_shapes(&self, pair: usize) -> [usize; 2] {
+        self.pairs.pairs[pair]
+    }
+
+    /// Whether bodies can touch each other.
+    pub(crate) fn have_pairs(&self) -> bool {
+        !self.pairs.pairs.is_empty()
     }
 
     /// Returns the contacts with other numbers of the points, one for each point, and the same laws and ground: over dual numbers, for
@@ -363,8 +419,10 @@ impl<P: Scalar> Contacts<P> {
     /// If there are not as many as points, if they are of different kinds, or if a number of one makes no sense, as in [`new`](Self::new).
     pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
         assert_eq!(laws.len(), self.points.len(), "a law for each point");
+        let of_pairs = self.laws.as_slice()[self.points.len()..].iter();
+        let of_pairs = of_pairs.map(|law| law.lift());
         Contacts {
-            laws: PointLaws::new(laws.to_vec()),
+            laws: PointLaws::new(laws.iter().copied().chain(of_pairs).collect()),
             ..self.cast()
         }
     }
@@ -375,6 +433,7 @@ impl<P: Scalar> Contacts<P> {
             terrain: self.terrain.cast(),
             points: self.points.lift(),
             laws: self.laws.lift(),
+            pairs: self.pairs.cast(),
             smoothing: self.smoothing,
             solver: self.solver,
             shapes_without_points: self.shapes_without_points.clone(),
@@ -395,11 +454,22 @@ impl<P: Scalar> Contacts<P> {
         for (i, point) in self.points.iter_mut().enumerate() {
             point.each_number(&mut of(ContactPart::Point(i), each));
         }
+        let n = self.points.len();
         self.laws.for_each_mut(|i, law| {
-            law.each_number(&mut of(ContactPart::Law(i), each));
+            if i < n {
+                law.each_number(&mut of(ContactPart::Law(i), each));
+            }
         });
         self.terrain
             .each_number(&mut of(ContactPart::Terrain, each));
+        for (k, own) in self.pairs.shapes.iter_mut().enumerate() {
+            (own.shape).each_number(&mut of(ContactPart::Shape(k), each));
+        }
+        self.laws.for_each_mut(|i, law| {
+            if let Some(k) = i.checked_sub(n) {
+                law.each_number(&mut of(ContactPart::PairLaw(k), each));
+            }
+        });
     }
 
     /// # Panics

@@ -194,7 +194,7 @@ fn perpendicular<T: Scalar>(axis: &Vector3<T>) -> Vector3<T> {
 
 /// Velocity, in the body frame, of the body at a point of it.
 #[inline(always)]
-pub(super) fn velocity_at<T: Scalar>(V: &Motion<T>, point: &Vector3<T>) -> Vector3<T> {
+pub(crate) fn velocity_at<T: Scalar>(V: &Motion<T>, point: &Vector3<T>) -> Vector3<T> {
     add_cross(&V.linear, &V.angular, point)
 }
 

@@ -34,6 +34,20 @@ impl<P: Scalar> PointLaws<P> {
         self.0.push(law);
     }
 
+    /// Adds the law of one more point before others.
+    ///
+    /// # Panics
+    /// As [`push`](Self::push).
+    pub(super) fn insert(&mut self, at: usize, law: ContactLaw<P>) {
+        self.check(&law);
+        self.0.insert(at, law);
+    }
+
+    /// Keeps so many first ones.
+    pub(super) fn truncate(&mut self, count: usize) {
+        self.0.truncate(count);
+    }
+
     /// Replaces the laws of some points.
     ///
     /// # Panics
@@ -70,10 +84,10 @@ impl<P: Scalar> PointLaws<P> {
         });
     }
 
-    /// Keeps the laws of the points that are marked.
+    /// Keeps the laws of the points that are marked, and all after these.
     pub(super) fn retain(&mut self, kept: &[bool]) {
         let mut own = kept.iter();
-        self.0.retain(|_| own.next() == Some(&true));
+        self.0.retain(|_| own.next() != Some(&false));
     }
 
     /// Properties of them all; `None` where there are no points.

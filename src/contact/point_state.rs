@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::point::velocity_at;
 use crate::scalar::Scalar;
 use crate::spatial::Motion;
-use crate::spatial::linear::rotate;
+use crate::spatial::linear::{rotate, scale};
 
 /// A point of contact in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +53,19 @@ impl<T: Scalar> PointState<T> {
     pub(crate) fn axes(&self) -> [Vector3<T>; 3] {
         let [t_1, t_2] = self.tangents();
         [self.normal, t_1, t_2]
+    }
+
+    /// [`axes`](Self::axes) for a normal that may point anywhere: those of the opposite one below, the last of them turned round. Which half it is in does
+    /// not have derivatives.
+    pub(crate) fn axes_of_any_normal(&self) -> [Vector3<T>; 3] {
+        let n = &self.normal;
+        let up = T::from_values(|lane| if n.z.value(lane) < 0.0 { -1.0 } else { 1.0 });
+        let upwards = Self {
+            normal: scale(n, up),
+            ..*self
+        };
+        let [t_1, t_2] = upwards.tangents();
+        [*n, t_1, scale(&t_2, up)]
     }
 
     /// The velocity of the body at the point, in the world, when it moves with `V_B` (in the body, whose axes are `R_WB`).

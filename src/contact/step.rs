@@ -2,7 +2,7 @@
 
 use super::activation::ActivationMargin;
 use super::contacts::Contacts;
-use super::laws::{ContactRow, LawKind, PointKinematics, ROWS};
+use super::laws::{ContactLaw, ContactRow, LawKind, PointKinematics, ROWS};
 use crate::cone::Law;
 use crate::scalar::{Over, Scalar};
 
@@ -73,10 +73,9 @@ impl<P: Scalar> Contacts<P> {
     /// Rows of a point by its law. In a lane in which a smoothed law does not reach it, it takes no part.
     pub(crate) fn rows<D: Scalar, T: Over<P> + Over<D>>(
         &self,
-        point: usize,
+        law: &ContactLaw<P>,
         at: &PointKinematics<'_, D, T>,
     ) -> PointRows<T> {
-        let law = &self.laws()[point];
         let mut rows = law.rows(at);
         if at.kappa.is_some() {
             let inside = self.activation_margin(at.dt).distance_inside(at.state);
@@ -104,7 +103,7 @@ mod tests {
     use super::*;
     use crate::Model;
     use crate::contact::{
-        ContactLaw, PointState, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain,
+        PointState, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain,
     };
     use nalgebra::Vector3;
 
@@ -164,7 +163,7 @@ mod tests {
                 ..PointState::zero()
             };
             let rows = contacts.rows(
-                0,
+                &contacts.laws()[0],
                 &PointKinematics {
                     state: &state,
                     axes: &state.axes(),

@@ -22,6 +22,10 @@ pub enum SimulatorParameterGroup {
     ContactLaw(usize),
     /// The ground.
     Terrain,
+    /// The sizes of a collision shape that can touch others.
+    CollisionShape(usize),
+    /// The law of a pair of collision shapes.
+    PairLaw(usize),
     /// An external force, in the order of [`Simulator::external_forces`].
     ExternalForce(usize),
     /// A frame actuator, in the order of [`Simulator::frame_actuators`].
@@ -44,6 +48,10 @@ pub(crate) struct PartSlots {
     /// Of the law of each point.
     pub(crate) laws: Vec<Range<usize>>,
     pub(crate) terrain: Range<usize>,
+    /// Of the sizes of each shape that can touch others.
+    pub(crate) shapes: Vec<Range<usize>>,
+    /// Of the law of each pair of them.
+    pub(crate) pair_laws: Vec<Range<usize>>,
     /// Of each external force, then of each frame actuator.
     pub(crate) frame_terms: Vec<Range<usize>>,
 }
@@ -53,6 +61,8 @@ impl PartSlots {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let layout = simulator.parameter_layout();
         let n_points = simulator.contacts().map_or(0, |c| c.points().len());
+        let contacts = simulator.contacts();
+        let (n_shapes, n_pairs) = contacts.map_or((0, 0), |c| c.n_shapes_and_pairs());
         let forces = simulator.external_forces().len();
         let n_terms = forces + simulator.frame_actuators().len();
         let mut slots = Self {
@@ -61,6 +71,8 @@ impl PartSlots {
             points: vec![0..0; n_points],
             laws: vec![0..0; n_points],
             terrain: 0..0,
+            shapes: vec![0..0; n_shapes],
+            pair_laws: vec![0..0; n_pairs],
             frame_terms: vec![0..0; n_terms],
         };
         for (group, range) in layout.groups() {
@@ -71,6 +83,8 @@ impl PartSlots {
                 Group::ContactPoint(i) => slots.points[i] = range.clone(),
                 Group::ContactLaw(i) => slots.laws[i] = range.clone(),
                 Group::Terrain => slots.terrain = range.clone(),
+                Group::CollisionShape(k) => slots.shapes[k] = range.clone(),
+                Group::PairLaw(k) => slots.pair_laws[k] = range.clone(),
                 Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
                 Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),
             }

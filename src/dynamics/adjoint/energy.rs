@@ -34,6 +34,8 @@ pub(crate) struct EnergySlopes<'a, T> {
 /// Working memory of the passes.
 #[derive(Clone, Debug)]
 pub(crate) struct EnergySweep<T> {
+    /// Whether the kinetic energy counts, or the force alone.
+    with_mass: bool,
     /// Motion of each body.
     V: Vec<Motion<T>>,
     /// Derivative in it, after the pass inward with those of all that the body carries.
@@ -53,23 +55,29 @@ impl<T: Scalar> EnergySweep<T> {
     pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
+            with_mass: true,
             V: vec![Motion::zero(); n],
             by_V: vec![Force::zero(); n],
             by_pose: vec![Force::zero(); n],
         }
     }
 
-    /// The pass outward. Returns the motion of a body.
+    /// The motion of a body, after the pass outward.
+    pub(crate) fn motion(&self, body: Option<BodyId>) -> Motion<T> {
+        body.map_or_else(Motion::zero, |body| self.V[body.0])
+    }
+
+    /// The pass outward.
     ///
     /// * `placed` – a sweep at the configuration, after its own pass outward
+    /// * `with_mass` – whether the kinetic energy counts, or the force alone
     pub(crate) fn start<P: Scalar>(
         &mut self,
         model: &Model<P>,
         placed: &Sweep<T>,
         v: &[T],
-        body: BodyId,
-    ) -> Motion<T>
-    where
+        with_mass: bool,
+    ) where
         T: Over<P>,
     {
         for (i, body) in model.bodies().iter().enumerate() {
@@ -77,11 +85,14 @@ impl<T: Scalar> EnergySweep<T> {
                 placed.bodies[i].X_PB.motion_inverse(&self.V[p.0])
             });
             body.add_motion(v, &mut V);
-            self.by_V[i] = body.inertia.times(&V);
+            self.by_V[i] = match with_mass {
+                true => body.inertia.times(&V),
+                false => Force::zero(),
+            };
             self.V[i] = V;
         }
+        self.with_mass = with_mass;
         self.by_pose.fill(Force::zero());
-        self.V[body.0]
     }
 
     /// The pass inward: adds the gradient of E, times a weight.
@@ -90,15 +101,17 @@ impl<T: Scalar> EnergySweep<T> {
         model: &Model<P>,
         placed: &Sweep<T>,
         at: &Rates<'_, T>,
-        pushed: &Pushed<T>,
+        pushed: Option<&Pushed<T>>,
         weight: T,
         out: &mut EnergySlopes<'_, T>,
     ) where
         T: Over<P>,
     {
-        let own = pushed.body.0;
-        self.by_V[own] = self.by_V[own] - pushed.force;
-        self.by_pose[own] = -pushed.by_pose;
+        if let Some(pushed) = pushed {
+            let own = pushed.body.0;
+            self.by_V[own] = self.by_V[own] - pushed.force;
+            self.by_pose[own] = -pushed.by_pose;
+        }
         for (i, body) in model.bodies().iter().enumerate().rev() {
             let X = &placed.bodies[i].X_PB;
             let mut turned = X.force(&self.by_pose[i]);
@@ -114,11 +127,13 @@ impl<T: Scalar> EnergySweep<T> {
             if !out.parameters.is_empty() {
                 let slots = &placed.slots;
                 slots.add_placement(i, body, &turned, out.parameters);
-                self.add_inertia(i, slots, weight, out.parameters);
+                if self.with_mass {
+                    self.add_inertia(i, slots, weight, out.parameters);
+                }
                 self.add_coupling(i, body, at, &by_q, slots, weight, out.parameters);
             }
         }
-        if !out.parameters.is_empty() {
+        if self.with_mass && !out.parameters.is_empty() {
             let armature = out.parameters[placed.slots.armature..].iter_mut();
             let half = weight * T::constant(0.5);
             armature

@@ -9,6 +9,7 @@ use crate::error::StructureMismatch;
 use crate::model::Model;
 use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::has_lanes;
+use crate::contact::Contacts;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -120,11 +121,12 @@ impl BatchSimulator {
 
     fn of(simulator: Simulator, variants: Option<Variants>, len: usize) -> Self {
         let out = Self {
-            simulator,
             variants,
             len,
-            side_by_side: has_lanes(),
+            // Which features of shapes touch differs from state to state.
+            side_by_side: has_lanes() && !simulator.contacts().is_some_and(Contacts::have_pairs),
             workers: Vec::new(),
+            simulator,
         };
         out.with_threads(available_threads())
     }

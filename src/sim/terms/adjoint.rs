@@ -27,8 +27,8 @@ pub(crate) struct AdjointMemory<T: Scalar> {
     pub(super) by_resistance: Vec<T>,
     /// For contact models that depend on the Delassus diagonal.
     delassus: Option<Box<DelassusAdjoint<T>>>,
-    /// Motions along which normals look, times their weights, by the rows of the normals.
-    pub(super) along_normals: Vec<(usize, Motion<T>)>,
+    /// Motions of both bodies along which normals look, times their weights, by the rows of the normals.
+    pub(super) along_normals: Vec<(usize, [Motion<T>; 2])>,
     pub(super) slots: PartSlots,
 }
 
@@ -245,11 +245,9 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
             &mut slopes,
             &mut memory.by_resistance,
         );
-        memory.along_normals.push((diagonal.row, V));
-    }
-
-    fn seen(&self) -> Motion<T> {
-        self.carried.motion.U
+        if normal.with_mass {
+            memory.along_normals.push((diagonal.row, V));
+        }
     }
 }
 

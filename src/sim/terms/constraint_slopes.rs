@@ -5,16 +5,13 @@
 //!
 //! At an instant a spring is no row, but a force that follows from error and rate.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use std::ops::Range;
 
 use super::columns::turned_into;
 use super::constraints::{Constraints, has_springs};
 use super::held_row::HeldRow;
 use super::local::{
-    FURTHER, OfBody, OfCoordinate, TIME_STEP, constant_motion, constant_pose, part, seeded_pose,
-    seeded_velocity,
+    FURTHER, OfBody, OfCoordinate, TIME_STEP, in_directions_of, part,
 };
 use super::numbers::Numbers;
 use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
@@ -275,26 +272,6 @@ where
         _ if !held.takes_part() => zero,
         Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
     }
-}
-
-/// Motions of both bodies with derivatives in pose and velocity of one.
-fn in_directions_of<T: Scalar>(
-    side: usize,
-    motions: &[CarrierMotion<T>; 2],
-) -> [CarrierMotion<OfBody<T>>; 2] {
-    std::array::from_fn(|i| {
-        let at = &motions[i];
-        let (X_WB, V) = match i == side {
-            true => (seeded_pose(&at.X_WB), seeded_velocity(&at.V)),
-            false => (constant_pose(&at.X_WB), constant_motion(&at.V)),
-        };
-        CarrierMotion {
-            X_WB,
-            V,
-            bias: constant_motion(&at.bias),
-            U: constant_motion(&at.U),
-        }
-    })
 }
 
 impl<T: Scalar> ConstraintSlopes<T> {

@@ -51,32 +51,46 @@ impl<T: Scalar> DelassusColumns<T> {
 
     /// Finds ∂d of a row.
     ///
-    /// * `chain` – that of the body on which the normal acts
+    /// * `chains` – those of the bodies on which the normal acts
     pub(super) fn differentiate(
         &mut self,
         model: &Model,
         balance: &Balance<T>,
-        chain: &Chain<T>,
+        chains: [Option<&Chain<T>>; 2],
         row: usize,
         normal: &Normal<'_, T>,
     ) {
         let (s, by_q) = (&mut self.response, &mut self.by_q);
         respond(balance, row, s);
-        let poses = balance.motions().0;
         by_q.fill(T::zero());
-        each_kinetic_slope(model, poses, s, &mut self.momenta, |k, _, slope| {
-            by_q[k] += slope;
-        });
-        by_q.iter_mut().for_each(|x| *x = *x * -2.0);
-        let along = (normal.along)(&chain.motion(s));
+        if normal.with_mass {
+            let poses = balance.motions().0;
+            each_kinetic_slope(model, poses, s, &mut self.momenta, |k, _, slope| {
+                by_q[k] += slope;
+            });
+            by_q.iter_mut().for_each(|x| *x = *x * -2.0);
+        }
+        let Some(chain) = chains[normal.side] else {
+            return;
+        };
+        let along = (normal.along)(&chains.map(|chain| motion_along(chain, s)));
         chain.turns(s, &mut self.turns);
         for (&(k, S), turn) in chain.coordinates.iter().zip(&self.turns) {
             by_q[k] += (along.by_pose(&S) + turn.power(&normal.force)) * 2.0;
         }
     }
 
-    /// Adds what rows change with d, in q and, by dampers beside M, in v.
-    pub(super) fn add_to(
+    /// Adds what rows change with d, in q.
+    pub(super) fn add_to(&self, rows: &[BodyRow<T>], out: &mut Blocks<T>) {
+        for BodyRow { row, y, .. } in rows {
+            for (k, &x) in self.by_q.iter().enumerate() {
+                *out.at(*row, k) += y.eps[DELASSUS] * x;
+            }
+        }
+    }
+
+    /// Adds what rows change with d by dampers beside M, in v.
+    pub(super) fn add_dampers_to(
         &self,
         rows: &[BodyRow<T>],
         resistance: &[OfCoordinate<T>],
@@ -84,14 +98,16 @@ impl<T: Scalar> DelassusColumns<T> {
     ) {
         let nv = self.response.len();
         for BodyRow { row, y, .. } in rows {
-            for (k, &x) in self.by_q.iter().enumerate() {
-                *out.at(*row, k) += y.eps[DELASSUS] * x;
-            }
             for (k, (resistance, &s)) in resistance.iter().zip(&self.response).enumerate() {
                 *out.at(*row, nv + k) -= y.eps[DELASSUS] * (s * s * resistance.eps[RATE]);
             }
         }
     }
+}
+
+/// The motion of a body at rates s; none of the world.
+fn motion_along<T: Scalar>(chain: Option<&Chain<T>>, s: &[T]) -> Motion<T> {
+    chain.map_or_else(Motion::zero, |chain| chain.motion(s))
 }
 
 /// d of a row, with a weight.
@@ -120,8 +136,8 @@ impl<T: Scalar> DelassusAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of d of a row, times a weight, in q and parameters; what stands beside M gets weights of its own. Returns the motion of the body at
-    /// the rates s, times −weight.
+    /// Adds the gradient of d of a row, times a weight, in q and parameters; what stands beside M gets weights of its own. Returns the motions of the bodies
+    /// at the rates s, times −weight.
     ///
     /// * `sweep` – after its pass outward
     pub(super) fn add(
@@ -132,20 +148,23 @@ impl<T: Scalar> DelassusAdjoint<T> {
         sweep: &Sweep<T>,
         out: &mut EnergySlopes<'_, T>,
         by_resistance: &mut [T],
-    ) -> Motion<T> {
+    ) -> [Motion<T>; 2] {
         let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);
         respond(diagonal.balance, diagonal.row, s);
-        let V = self.energy.start(model, sweep, s, normal.on);
-        let pushed = Pushed {
-            body: normal.on,
+        self.energy.start(model, sweep, s, normal.with_mass);
+        let V = normal.on.map(|on| self.energy.motion(on));
+        let pushed = normal.on[normal.side].map(|body| Pushed {
+            body,
             force: normal.force,
             by_pose: (normal.along)(&V).in_pose(),
-        };
+        });
         let rates = Rates { q: point.q(), v: s };
         let weight_of_energy = weight * T::constant(ALONG);
-        (self.energy).finish(model, sweep, &rates, &pushed, weight_of_energy, out);
-        let squares = by_resistance.iter_mut().zip(s);
-        squares.for_each(|(sum, s)| *sum -= weight * *s * *s);
-        V * -weight
+        (self.energy).finish(model, sweep, &rates, pushed.as_ref(), weight_of_energy, out);
+        if normal.with_mass {
+            let squares = by_resistance.iter_mut().zip(s);
+            squares.for_each(|(sum, s)| *sum -= weight * *s * *s);
+        }
+        V.map(|V| V * -weight)
     }
 }

@@ -260,14 +260,17 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
             return;
         };
         let memory = &mut *self.memory;
-        let (model, chain) = (self.at.point.model(), &memory.carried[memory.moving].chain);
+        let model = self.at.point.model();
+        let chains = normal.on.map(|on| {
+            let own = memory.carried.iter().find(|own| own.body == on);
+            own.filter(|_| on.is_some()).map(|own| &own.chain)
+        });
         let slopes = &mut memory.delassus;
-        slopes.differentiate(model, balance, chain, rows[0].row, normal);
-        slopes.add_to(rows, &self.forces.resistance, &mut self.rows.columns);
-    }
-
-    fn seen(&self) -> Motion<T> {
-        self.memory.moving().chain.motion(&self.rows.seen)
+        slopes.differentiate(model, balance, chains, rows[0].row, normal);
+        slopes.add_to(rows, &mut self.rows.columns);
+        if normal.with_mass {
+            slopes.add_dampers_to(rows, &self.forces.resistance, &mut self.rows.columns);
+        }
     }
 }
 

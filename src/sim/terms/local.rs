@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::constraint::CarrierMotion;
 use crate::scalar::{Dual, Scalar};
 use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
@@ -121,6 +122,26 @@ pub(super) fn constant_pose<T: Scalar>(X: &Transform<T>) -> Transform<OfBody<T>>
 pub(super) fn constant_motion<T: Scalar>(V: &Motion<T>) -> Motion<OfBody<T>> {
     let angular = V.angular.map(Dual::constant_of);
     Motion::new(V.linear.map(Dual::constant_of), angular)
+}
+
+/// Motions of both bodies with derivatives in pose and velocity of one.
+pub(super) fn in_directions_of<T: Scalar>(
+    side: usize,
+    motions: &[CarrierMotion<T>; 2],
+) -> [CarrierMotion<OfBody<T>>; 2] {
+    std::array::from_fn(|i| {
+        let at = &motions[i];
+        let (X_WB, V) = match i == side {
+            true => (seeded_pose(&at.X_WB), seeded_velocity(&at.V)),
+            false => (constant_pose(&at.X_WB), constant_motion(&at.V)),
+        };
+        CarrierMotion {
+            X_WB,
+            V,
+            bias: constant_motion(&at.bias),
+            U: constant_motion(&at.U),
+        }
+    })
 }
 
 fn unit<T: Scalar>(k: usize) -> Vector3<T> {

@@ -55,17 +55,36 @@ impl<'a, T: Scalar> Numbers<'a, T> {
 
     /// A sum of all that a term states where it acts.
     pub(super) fn sum<const N: usize>(&self, on: Option<BodyId>) -> WeightedSum<'_, T, N> {
-        let zero = Motion::zero;
         WeightedSum {
             at: self.at,
             weights: self.weights,
             memory: self.memory,
-            W: on.map_or_else(zero, |body| self.sweep.bodies[body.0].W),
-            U: on
-                .and_then(|body| self.sweep.seen.get(body.0))
-                .map_or_else(zero, |seen| seen.U),
+            W: self.moved(on),
+            second: None,
             value: Dual::from(0.0),
         }
+    }
+
+    /// A sum of all that a term states where it acts between two bodies.
+    pub(super) fn sum_between<const N: usize>(
+        &self,
+        [first, second]: [Option<BodyId>; 2],
+    ) -> WeightedSum<'_, T, N> {
+        WeightedSum {
+            second: Some((second, self.moved(second))),
+            ..self.sum(first)
+        }
+    }
+
+    /// The motion that the rates μ give to a body.
+    fn moved(&self, on: Option<BodyId>) -> Motion<T> {
+        on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W)
+    }
+
+    /// The motion that ã gives to a body.
+    pub(super) fn seen(&self, on: Option<BodyId>) -> Motion<T> {
+        let seen = on.and_then(|body| self.sweep.seen.get(body.0));
+        seen.map_or_else(Motion::zero, |seen| seen.U)
     }
 
     /// The gradient in the parameters of a part; `None` where it is not asked for.
@@ -96,9 +115,10 @@ pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
     at: &'a SlopePoint<'a, T>,
     weights: &'a SlopeWeights<'a, T>,
     memory: &'a AdjointMemory<T>,
-    /// The motions that the rates μ and ã give to the body.
+    /// The motion that the rates μ give to the body.
     pub(super) W: Motion<T>,
-    U: Motion<T>,
+    /// Another body, and its.
+    second: Option<(Option<BodyId>, Motion<T>)>,
     pub(super) value: Dual<T, N>,
 }
 
@@ -129,8 +149,10 @@ impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T
 }
 
 impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
-    fn force(&mut self, _: Option<BodyId>, force: &Force<OfBody<T>>, _: Own) {
-        self.value += SlopeWeights::force(force, &self.W);
+    fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, _: Own) {
+        let second = self.second.as_ref().filter(|(body, _)| *body == on);
+        let W = second.map_or(&self.W, |(_, W)| W);
+        self.value += SlopeWeights::force(force, W);
     }
 
     fn rows(&mut self, rows: &[BodyRow<T>], _: Own) {
@@ -148,14 +170,10 @@ impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
     }
 
     fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>) {
-        let of_row = |(row, _): &&(usize, Motion<T>)| *row == rows[0].row;
+        let of_row = |(row, _): &&(usize, [Motion<T>; 2])| *row == rows[0].row;
         if let Some((_, V)) = self.memory.along_normals.iter().find(of_row) {
             let along = (normal.along)(V);
             self.value += along.each(|x| x * T::constant(ALONG));
         }
-    }
-
-    fn seen(&self) -> Motion<T> {
-        self.U
     }
 }

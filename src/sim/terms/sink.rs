@@ -102,9 +102,6 @@ pub(crate) trait BodySink<T: Scalar> {
 
     /// Takes how rows depend on the Delassus diagonal of the first one, a normal.
     fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>);
-
-    /// The motion that ã gives to the body.
-    fn seen(&self) -> Motion<T>;
 }
 
 /// y of a row, with its derivatives in accelerations of the body.
@@ -130,13 +127,18 @@ impl<T: Scalar> BodyRow<T> {
     }
 }
 
-/// The normal of a contact point.
+/// The normal of a contact point, over numbers of one of the bodies on which it acts.
 pub(crate) struct Normal<'a, T: Scalar> {
-    pub(crate) on: BodyId,
-    /// The unit force along it, on the body and in it.
+    /// The bodies; `None` is the ground, or the world.
+    pub(crate) on: [Option<BodyId>; 2],
+    /// Which of them the numbers are of.
+    pub(crate) side: usize,
+    /// The unit force along it on that body, in it.
     pub(crate) force: Force<T>,
-    /// Velocity along it while the body moves with a motion that is given.
-    pub(crate) along: &'a dyn Fn(&Motion<T>) -> OfBody<T>,
+    /// Velocity along it while the bodies move with motions that are given.
+    pub(crate) along: &'a dyn Fn(&[Motion<T>; 2]) -> OfBody<T>,
+    /// Whether what follows from the mass matrix is to be taken too: once of the two bodies.
+    pub(crate) with_mass: bool,
 }
 
 /// Meaning of the directions of a number of a body that are a term's own.

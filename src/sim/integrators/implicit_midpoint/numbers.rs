@@ -206,7 +206,7 @@ impl<T: Scalar> AlongForce<T> {
             force: Force::zero(),
             by_pose: Force::zero(),
         };
-        self.energy.start(model, &self.placed, v, pushed.body);
+        self.energy.start(model, &self.placed, v, true);
         self.parameters.fill(Moving::from(0.0));
         let mut slopes = EnergySlopes {
             q: &mut self.by_q,
@@ -214,7 +214,7 @@ impl<T: Scalar> AlongForce<T> {
         };
         let (rates, one) = (Rates { q, v }, Moving::from(1.0));
         self.energy
-            .finish(model, &self.placed, &rates, &pushed, one, &mut slopes);
+            .finish(model, &self.placed, &rates, Some(&pushed), one, &mut slopes);
         let rates = self.parameters.iter().map(|x| x.eps[0]);
         out.iter_mut()
             .zip(rates)

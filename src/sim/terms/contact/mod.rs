@@ -1,11 +1,13 @@
-//! Contact of points with the ground: the term, the points that take part, and its derivatives.
+//! Contact of points with the ground and between bodies: the term, the points that take part, and its derivatives.
 
 mod numbers;
+mod pairs;
 mod point;
 mod rows;
 mod slopes;
 mod solved;
 mod time_step;
+mod touching;
 mod working_set;
 
 pub(crate) use rows::Contact;

@@ -6,10 +6,10 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::point::{LinearizedPoint, add_numbers, seeded};
+use super::point::{LinearizedPoint, add_numbers, add_pair_numbers, seeded};
 use super::rows::Contact;
-use crate::contact::Contacts;
-use crate::model::Generation;
+use crate::contact::{Contacts, PairPoint};
+use crate::model::{BodyId, Generation};
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
@@ -25,6 +25,15 @@ pub(super) struct PointPlace<'a, T: Scalar> {
     pub(super) at: &'a SlopePoint<'a, T>,
     pub(super) term: &'a Contact<T>,
     pub(super) index: usize,
+}
+
+/// A point between bodies in a motion.
+#[derive(Clone, Copy)]
+pub(super) struct PairPlace<'a, T: Scalar> {
+    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) term: &'a Contact<T>,
+    pub(super) point: &'a PairPoint,
+    pub(super) bodies: [Option<BodyId>; 2],
 }
 
 impl<T: Scalar> PointPlace<'_, T> {
@@ -118,6 +127,28 @@ impl<T: Scalar> OverNumbers<T> {
         add_numbers(&sum, place.index, out);
         if let Some(ground) = &mut self.ground {
             ground.add(place, out, state);
+        }
+    }
+
+    /// Adds the derivatives of what is stated of a point between bodies to those in its law and in the sizes of both shapes.
+    pub(super) fn add_pair(
+        &mut self,
+        place: &PairPlace<'_, T>,
+        out: &mut Numbers<'_, T>,
+        state: &Statement<'_, T>,
+    ) {
+        let PairPlace { at, term, point, bodies } = place;
+        let X = bodies.map(|on| term.kinematics.pose(on));
+        let V = bodies.map(|on| term.kinematics.velocity(on));
+        let shapes = self.contacts.pair_shapes(point.pair);
+        for (side, shape) in shapes.into_iter().enumerate() {
+            let simulator = at.point.simulator;
+            let point_of = LinearizedPoint::between_numbers;
+            let own = point_of(&self.contacts, simulator, point, side, &X, &V);
+            let mut sum = out.sum_between(*bodies);
+            state(&own, &mut sum);
+            let sum = sum.value;
+            add_pair_numbers(&sum, point.pair, shape, side == 0, out);
         }
     }
 

@@ -2,11 +2,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
+use crate::constraint::CarrierMotion;
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS, POINT_NUMBERS,
-    PointKinematics, PointState, ROWS, body_force,
+    BodyMotion, BristleLoad, ContactLaw, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
+    POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS, SHAPE_NUMBERS,
+    body_force,
+    velocity_at,
 };
 use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;
@@ -14,10 +17,11 @@ use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
 use crate::sim::terms::jacobian::BRISTLE;
 use crate::sim::terms::local::{
-    BODY_DIRECTIONS, OfBody, constant_motion, constant_pose, seeded_pose, seeded_velocity,
+    BODY_DIRECTIONS, OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose,
+    seeded_velocity,
 };
 use crate::sim::terms::numbers::Numbers;
-use crate::spatial::linear::dot;
+use crate::spatial::linear::{dot, rotate};
 use crate::spatial::{Force, Motion, Transform};
 
 /// Force that a law gives by itself, and what its bristle does over the step.
@@ -32,7 +36,7 @@ pub(super) struct LinearizedForce<T> {
 const LAW: usize = POINT_NUMBERS;
 const TERRAIN: usize = LAW + LAW_NUMBERS;
 const _: () = assert!(
-    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS,
+    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS && SHAPE_NUMBERS <= LAW,
     "a direction for each number"
 );
 
@@ -49,7 +53,23 @@ pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numb
     }
 }
 
-/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane.
+/// Adds derivatives in the numbers of the law of a pair of shapes, and in the sizes of one of them.
+pub(super) fn add_pair_numbers<T: Scalar>(
+    x: &OfBody<T>,
+    pair: usize,
+    shape: usize,
+    with_law: bool,
+    out: &mut Numbers<'_, T>,
+) {
+    let slots = out.slots().0;
+    let (sizes, law) = (slots.shapes[shape].clone(), slots.pair_laws[pair].clone());
+    out.add(&sizes, &x.eps[..LAW]);
+    if with_law {
+        out.add(&law, &x.eps[LAW..TERRAIN]);
+    }
+}
+
+/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its sizes.
 pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     let mut out = contacts.cast::<OfBody<T>>();
     let is_curved = contacts.terrain().is_curved();
@@ -60,8 +80,8 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
         }
         if last.replace(part) != Some(part) {
             direction = match part {
-                ContactPart::Point(_) => 0,
-                ContactPart::Law(_) => LAW,
+                ContactPart::Point(_) | ContactPart::Shape(_) => 0,
+                ContactPart::Law(_) | ContactPart::PairLaw(_) => LAW,
                 ContactPart::Terrain => TERRAIN,
             };
         }
@@ -71,14 +91,17 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     out
 }
 
-/// Contact kinematics of a point on dual numbers: in the directions of its body, or in those of the numbers of contacts over `P`.
+/// Contact kinematics of a point on dual numbers: in the directions of one of its bodies, or in those of the numbers of contacts over `P`.
 pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     contacts: &'a Contacts<P>,
-    index: usize,
+    law: &'a ContactLaw<P>,
     /// Δt, s.
     dt: f64,
-    X_WB: Transform<OfBody<T>>,
+    /// Axes of its body in the world.
+    R_WB: Matrix3<OfBody<T>>,
     point: PointState<OfBody<T>>,
+    /// Where it is a point between bodies.
+    second: Option<SecondBody<T>>,
     axes: [Vector3<OfBody<T>>; ROWS],
     /// Of its bristle, in the world; zero where the law has none.
     deflection: Vector3<OfBody<T>>,
@@ -86,7 +109,34 @@ pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     delassus: OfBody<T>,
 }
 
+/// The second body at a point between bodies.
+struct SecondBody<T: Scalar> {
+    R_WB: Matrix3<OfBody<T>>,
+    /// Position of the point in it, m.
+    in_body: Vector3<OfBody<T>>,
+}
+
 impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
+    /// A point between bodies, in the directions of one of them.
+    ///
+    /// * `side` – 0 or 1: the body
+    /// * `motions` – those of both bodies
+    pub(super) fn between(
+        simulator: &'a Simulator,
+        point: &PairPoint,
+        side: usize,
+        motions: &[CarrierMotion<T>; 2],
+    ) -> Self {
+        let contacts = simulator.contacts().expect("a point of contact");
+        let moved = in_directions_of(side, motions);
+        let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
+        let state = contacts.pair_state(point, &X, &V);
+        Self {
+            delassus: Dual::variable(T::zero(), DELASSUS),
+            ..Self::of_pair(contacts, simulator, point, &X, state)
+        }
+    }
+
     /// A point of a simulator's contacts at a state; its body has a pose in the world, and a velocity in itself.
     pub(super) fn new(
         simulator: &'a Simulator,
@@ -133,6 +183,22 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     }
 }
 
+impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
+    /// A point between bodies over the numbers of [`seeded`] contacts, of the sizes those of one shape.
+    pub(super) fn between_numbers(
+        contacts: &'a Contacts<OfBody<T>>,
+        simulator: &Simulator,
+        point: &PairPoint,
+        side: usize,
+        X: &[Transform<T>; 2],
+        V: &[Motion<T>; 2],
+    ) -> Self {
+        let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
+        let state = contacts.pair_state_by_sizes(point, side, &X, &V);
+        Self::of_pair(contacts, simulator, point, &X, state)
+    }
+}
+
 /// Pose in the world and velocity in itself of a body.
 struct MovedBody<T> {
     X_WB: Transform<OfBody<T>>,
@@ -170,20 +236,50 @@ where
         );
         Self {
             contacts,
-            index,
+            law: &contacts.laws()[index],
             dt: simulator.time_step(),
             axes: point.axes(),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
-            X_WB,
+            R_WB: X_WB.rotation,
             point,
+            second: None,
         }
     }
 
-    /// y = J ã − reference + R f, where the body moves with Ã and forces along the axes are given.
+    fn of_pair(
+        contacts: &'a Contacts<P>,
+        simulator: &Simulator,
+        point: &PairPoint,
+        X: &[Transform<OfBody<T>>; 2],
+        state: PairState<OfBody<T>>,
+    ) -> Self {
+        Self {
+            contacts,
+            law: contacts.pair_law(point.pair),
+            dt: simulator.time_step(),
+            R_WB: X[0].rotation,
+            axes: state.point.axes_of_any_normal(),
+            point: state.point,
+            second: Some(SecondBody {
+                R_WB: X[1].rotation,
+                in_body: state.in_second,
+            }),
+            deflection: Vector3::zeros(),
+            delassus: Dual::from(0.0),
+        }
+    }
+
+    /// y = J ã − reference + R f, where the bodies move with Ã and forces along the axes are given.
     ///
+    /// * `seen` – Ã of both bodies; the second one does not matter at a point with the ground
     /// * `delassus` – entry of J M⁻¹ Jᵀ on the diagonal of the normal, 1/kg
-    pub(super) fn rows(&self, A_B: &Motion<T>, delassus: T, forces: &[T]) -> [OfBody<T>; ROWS] {
+    pub(super) fn rows(
+        &self,
+        seen: &[Motion<T>; 2],
+        delassus: T,
+        forces: &[T],
+    ) -> [OfBody<T>; ROWS] {
         let kinematics = PointKinematics {
             state: &self.point,
             axes: &self.axes,
@@ -192,8 +288,8 @@ where
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
         };
-        let own = self.contacts.rows(self.index, &kinematics).rows;
-        let acceleration = self.velocity(A_B);
+        let own = self.contacts.rows(self.law, &kinematics).rows;
+        let acceleration = self.velocity(seen);
         std::array::from_fn(|row| {
             let y = own[row].y_at_rest(forces[row]);
             let along = || dot(&self.axes[row], &acceleration);
@@ -207,7 +303,7 @@ where
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
         });
-        let law = &self.contacts.laws()[self.index];
+        let law = self.law;
         let separation = dot(&self.point.normal, &self.point.velocity);
         let step = law.bristle_step(&BristleLoad {
             depth: self.point.depth,
@@ -222,53 +318,71 @@ where
     /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
     /// step, or its rate at an instant; `None` where only a solver finds it.
     pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce<T>> {
-        let law = &self.contacts.laws()[self.index];
-        let own = law.explicit_force(&self.point, &self.deflection)?;
+        let own = self.law.explicit_force(&self.point, &self.deflection)?;
         let step = if is_instant {
             own.bristle.deflection
         } else {
             own.bristle.step::<f64>(self.dt)
         };
         Some(LinearizedForce {
-            force: self.force_of(&own.force),
+            force: self.on_first(&own.force),
             bristle_step: [step.x, step.y, step.z],
         })
     }
 
-    /// The velocity of the body at the point along the normal, when it moves with `V_B`.
-    pub(super) fn along_normal(&self, V_B: &Motion<T>) -> OfBody<T> {
-        dot(&self.axes[0], &self.velocity(V_B))
+    /// The velocity at the point along the normal, when the bodies move with `V`.
+    pub(super) fn along_normal(&self, V: &[Motion<T>; 2]) -> OfBody<T> {
+        dot(&self.axes[0], &self.velocity(V))
     }
 
     /// μ as the solver sees it.
     pub(super) fn friction(&self) -> OfBody<T> {
-        self.contacts.laws()[self.index].bounded_friction()
+        self.law.bounded_friction()
     }
 
-    fn velocity(&self, V_B: &Motion<T>) -> Vector3<OfBody<T>> {
-        vectorized(
+    /// The velocity of the first body at the point, less that of the second.
+    fn velocity(&self, V: &[Motion<T>; 2]) -> Vector3<OfBody<T>> {
+        let first = vectorized(
             #[inline(always)]
             || {
-                let V = constant_motion(V_B);
-                self.point.velocity_of(&self.X_WB.rotation, &V)
+                let V = constant_motion(&V[0]);
+                self.point.velocity_of(&self.R_WB, &V)
             },
-        )
+        );
+        match &self.second {
+            None => first,
+            Some(second) => first - second.velocity(&V[1]),
+        }
     }
 
-    /// Spatial force on the body of given forces along the axes, in the body.
-    pub(super) fn force(&self, forces: &[T]) -> Force<OfBody<T>> {
+    /// Spatial force on each body of given forces along the axes, in the body.
+    pub(super) fn forces(&self, forces: &[T]) -> [Option<Force<OfBody<T>>>; 2] {
         let pushes = self.axes.iter().zip(forces);
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
         });
-        self.force_of(&force)
+        let second = self.second.as_ref();
+        [
+            Some(self.on_first(&force)),
+            second.map(|second| second.force(&-force)),
+        ]
     }
 
-    fn force_of(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
+    fn on_first(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
         vectorized(
             #[inline(always)]
-            || body_force(&self.X_WB.rotation, &self.point.in_body, force),
+            || body_force(&self.R_WB, &self.point.in_body, force),
         )
+    }
+}
+
+impl<T: Scalar> SecondBody<T> {
+    fn velocity(&self, V: &Motion<T>) -> Vector3<OfBody<T>> {
+        rotate(&self.R_WB, &velocity_at(&constant_motion(V), &self.in_body))
+    }
+
+    fn force(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
+        body_force(&self.R_WB, &self.in_body, force)
     }
 }
 
@@ -376,7 +490,7 @@ mod tests {
             let state = contacts.state(self.index, &body);
             let axes = state.axes();
             let rows = contacts.rows(
-                self.index,
+                &contacts.laws()[self.index],
                 &PointKinematics {
                     state: &state,
                     axes: &axes,
@@ -448,7 +562,7 @@ mod tests {
             ] {
                 let at = Touching::new(robot, law);
                 let point = at.linearized();
-                let rows = point.rows(&at.A_B, at.inputs.delassus, &FORCES);
+                let rows = point.rows(&[at.A_B, Motion::zero()], at.inputs.delassus, &FORCES);
                 let bristle = point.bristle_step(&FORCES);
                 let all: Vec<OfBody> = rows.into_iter().chain(bristle).collect();
                 let each = |of: &dyn Fn(&OfBody) -> f64| std::array::from_fn(|k| of(&all[k]));

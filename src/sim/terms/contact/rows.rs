@@ -1,14 +1,16 @@
-//! Contact of points with the ground: soft at an instant, where forces follow from the state; else rows whose forces a solver finds.
+//! Contact of points with the ground and between bodies: soft at an instant, where forces follow from the state; else rows whose forces a solver finds.
 
 use nalgebra::Vector3;
 
+use super::pairs::PairPoints;
+use super::touching::Touching;
 use super::working_set::{StepKinematics, WorkingSet};
 use crate::cone::{Block, Mode};
 use crate::contact::{
-    BodyPoint, BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS, body_force,
-    each_jacobian_column,
+    BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS,
 };
 use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::model::FrameId;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -23,8 +25,10 @@ use crate::spatial::linear::{dot, scale};
 #[derive(Clone, Debug)]
 pub(crate) struct Contact<T> {
     pub(crate) kinematics: Kinematics<T>,
+    /// Those with the ground, then those between bodies.
     pub(crate) points: Vec<PointState<T>>,
-    /// Force on each point, in the world.
+    pub(super) pairs: PairPoints<T>,
+    /// Force on each point, in the world: on the first body of two.
     pub(crate) forces: Vec<Vector3<T>>,
     /// Rate of each bristle; empty for laws without.
     rates: Vec<BristleRate<T>>,
@@ -46,6 +50,7 @@ impl<T: Scalar> Contact<T> {
         Self {
             kinematics: Kinematics::new(model),
             points: vec![PointState::zero(); n],
+            pairs: PairPoints::new(simulator.contacts()),
             forces: vec![Vector3::zeros(); n],
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
             working: WorkingSet::new(solved, nv),
@@ -70,20 +75,62 @@ impl<T: Scalar> Contact<T> {
         points.iter().copied().zip(modes.copied())
     }
 
-    /// Spatial force of the contact at a point on its body, in the body frame.
-    pub(crate) fn body_force<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> Force<T> {
-        self.force_at(contacts, point, &self.forces[point])
+    /// Spatial force of the contact at a point with the ground on its body, in the body frame.
+    fn body_force<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> Force<T> {
+        self.force_on(contacts, point, 0)
     }
 
-    /// A force at a point, in the world, as one on its body, in the body.
-    pub(super) fn force_at<P: Scalar>(
+    /// Spatial force of the contact at a point on one of its bodies, in the body frame.
+    fn force_on<P: Scalar>(&self, contacts: &Contacts<P>, point: usize, side: usize) -> Force<T> {
+        let force = self.forces[point];
+        self.touching_in(contacts).force(point, side, &force)
+    }
+
+    /// The law of a point, and the links that touch there: of a point with the ground one, twice.
+    pub(crate) fn law_and_links<'c, P: Scalar>(
+        &self,
+        contacts: &'c Contacts<P>,
+        point: usize,
+    ) -> (&'c ContactLaw<P>, [FrameId; 2]) {
+        let n = contacts.points().len();
+        match point.checked_sub(n) {
+            None => (&contacts.laws()[point], [contacts.points()[point].link; 2]),
+            Some(k) => {
+                let pair = self.pairs.get(k).pair;
+                let links = contacts.pair_shapes(pair);
+                (contacts.pair_law(pair), links.map(|k| contacts.shape_link(k)))
+            }
+        }
+    }
+
+    /// Hands each force on a link, on its body and in it, to `each`.
+    pub(crate) fn each_force_on<P: Scalar>(
         &self,
         contacts: &Contacts<P>,
-        point: usize,
-        force: &Vector3<T>,
-    ) -> Force<T> {
-        let pose = self.kinematics.pose_of(contacts.points()[point].body);
-        body_force(&pose.rotation, &self.points[point].in_body, force)
+        link: FrameId,
+        mut each: impl FnMut(Force<T>),
+    ) {
+        let n = contacts.points().len();
+        for i in 0..self.points.len() {
+            let (_, links) = self.law_and_links(contacts, i);
+            let sides = if i < n { 1 } else { 2 };
+            for side in (0..sides).filter(|&side| links[side] == link) {
+                each(self.force_on(contacts, i, side));
+            }
+        }
+    }
+
+    /// All points, with what touches there.
+    pub(super) fn touching_in<'a, P: Scalar>(
+        &'a self,
+        contacts: &'a Contacts<P>,
+    ) -> Touching<'a, P, T> {
+        Touching {
+            contacts,
+            pairs: &self.pairs,
+            points: &self.points,
+            kinematics: &self.kinematics,
+        }
     }
 
     /// Axes of a point that takes part, by its place among these.
@@ -198,9 +245,12 @@ impl<T: Scalar> Contact<T> {
     {
         let step = StepKinematics {
             model: at.model(),
-            contacts,
-            kinematics: &self.kinematics,
-            points: &self.points,
+            touching: Touching {
+                contacts,
+                pairs: &self.pairs,
+                points: &self.points,
+                kinematics: &self.kinematics,
+            },
             v: at.v(),
             dt: at.dt(),
         };
@@ -218,22 +268,20 @@ impl<T: Scalar> Contact<T> {
     {
         let (model, nv) = (at.model(), at.model().nv());
         balance.rows.truncate(self.first);
-        self.axes.clear();
+        let mut all = std::mem::take(&mut self.axes);
+        all.clear();
+        let touching = self.touching_in(contacts);
         for &i in self.working.active() {
-            let point = &self.points[i];
-            let axes = point.axes();
+            let axes = touching.axes(i);
             let own = balance.rows.grow(ROWS);
-            let place = BodyPoint {
-                body: Some(contacts.points()[i].body),
-                in_body: &point.in_body,
-            };
-            each_jacobian_column(model, &self.kinematics, place, |k, column| {
+            touching.each_jacobian_column(model, i, |k, column| {
                 for (row, axis) in axes.iter().enumerate() {
                     own[row * nv + k] += dot(axis, &column);
                 }
             });
-            self.axes.push(axes);
+            all.push(axes);
         }
+        self.axes = all;
     }
 }
 
@@ -254,7 +302,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let (poses, velocities) = balance.motions();
         self.kinematics.place(at.model(), poses, velocities);
         let duration = at.simulator.contact_duration().into();
+        self.points.truncate(contacts.points().len());
         contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
+        (self.pairs).find(contacts, &self.kinematics, at.dt(), &mut self.points);
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);
         self.add_jacobians(at, contacts, balance);
@@ -266,6 +316,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         };
         let rows = &mut balance.rows;
         let first = rows.n_references();
+        let touching = self.touching_in(contacts);
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
             let kinematics = PointKinematics {
@@ -276,7 +327,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 dt: at.dt(),
                 kappa: contacts.kappa_over_step(at.dt()),
             };
-            let mut own = contacts.rows(i, &kinematics);
+            let mut own = contacts.rows(touching.law(i), &kinematics);
             if T::LANES > 1 || !T::HAS_VALUES {
                 own = own.within(self.working.takes_part(of));
             }
@@ -307,7 +358,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
-        self.forces.fill(Vector3::zeros());
+        self.forces.clear();
+        self.forces.resize(self.points.len(), Vector3::zeros());
         let own = balance.rows.last_forces(ROWS * self.axes.len());
         let (forces, _) = own.as_chunks::<ROWS>();
         for ((&i, axes), f) in self.working.active().iter().zip(&self.axes).zip(forces) {

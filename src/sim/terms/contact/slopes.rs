@@ -3,14 +3,16 @@
 //! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with derivatives in
 //! these tells all, and one over those of point, law and ground.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use nalgebra::Vector3;
 
-use super::numbers::{OverNumbers, PointPlace};
+use super::numbers::{OverNumbers, PairPlace, PointPlace};
 use super::point::LinearizedPoint;
 use super::rows::Contact;
 use super::solved::{SolvedPoint, each_solved};
 use super::time_step::emit_time_step;
-use crate::contact::{BristleLoad, Contacts, ROWS};
+use crate::contact::{BristleLoad, Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -19,8 +21,8 @@ use crate::sim::terms::local::OfBody;
 use crate::sim::terms::numbers::Numbers;
 use crate::sim::terms::sink::{BodyRow, BodySink, Normal, Own, Sink, SlopePoint};
 use crate::sim::terms::term::TermSlopes;
-use crate::spatial::Motion;
 use crate::spatial::linear::dot;
+use crate::spatial::{Force, Motion};
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
@@ -36,29 +38,40 @@ impl<T: Scalar> ContactSlopes<T> {
 }
 
 impl<T: Scalar> SolvedPoint<'_, T> {
-    /// States rows, force and change of the bristle.
-    fn emit<P: Scalar>(&self, point: &LinearizedPoint<'_, P, T>, out: &mut impl BodySink<T>)
-    where
+    /// States rows, forces and change of the bristle, over numbers of one of the bodies.
+    ///
+    /// * `seen` – the motions that ã gives to both
+    fn emit<P: Scalar>(
+        &self,
+        point: &LinearizedPoint<'_, P, T>,
+        side: usize,
+        seen: &[Motion<T>; 2],
+        out: &mut impl BodySink<T>,
+    ) where
         OfBody<T>: Over<P>,
     {
         let mut forces = [T::zero(); ROWS];
         if let Some(active) = &self.active {
             forces = active.forces;
-            let y = point.rows(&out.seen(), active.delassus, &forces);
+            let y = point.rows(seen, active.delassus, &forces);
             let rows: [BodyRow<T>; ROWS] = std::array::from_fn(|k| BodyRow {
                 row: active.row + k,
                 y: y[k],
-                by_seen: active.axes[k],
+                by_seen: active.axes[side][k],
                 by_bias: None,
             });
             out.rows(&rows, self.own());
-            out.force(Some(self.body), &point.force(&forces), self.own());
-            out.friction(active.block, point.friction());
+            self.emit_forces(point, side, &forces, out);
+            if side == 0 {
+                out.friction(active.block, point.friction());
+            }
             if self.contacts.read_delassus() {
                 let normal = Normal {
-                    on: self.body,
-                    force: active.axes[0],
-                    along: &|motion: &Motion<T>| point.along_normal(motion),
+                    on: self.bodies,
+                    side,
+                    force: active.axes[side][0],
+                    along: &|motions: &[Motion<T>; 2]| point.along_normal(motions),
+                    with_mass: side == 0,
                 };
                 out.delassus(&rows, &normal);
             }
@@ -68,9 +81,56 @@ impl<T: Scalar> SolvedPoint<'_, T> {
         }
     }
 
+    /// The force on the body of the numbers, and the derivatives alone of that on the other one, since that force counts there.
+    fn emit_forces<P: Scalar>(
+        &self,
+        point: &LinearizedPoint<'_, P, T>,
+        side: usize,
+        forces: &[T],
+        out: &mut impl BodySink<T>,
+    ) where
+        OfBody<T>: Over<P>,
+    {
+        for (acting, force) in point.forces(forces).into_iter().enumerate() {
+            let Some(force) = force else { continue };
+            let force = match acting == side {
+                true => force,
+                false => slopes_alone(&force),
+            };
+            out.force(self.bodies[acting], &force, self.own());
+        }
+    }
+
+    /// States a point between bodies in derivatives of one body after the other.
+    fn emit_between(
+        &self,
+        at: &SlopePoint<'_, T>,
+        term: &Contact<T>,
+        pair: &PairPoint,
+        out: &mut impl Sink<T>,
+    ) {
+        let kinematics = Some(&term.kinematics);
+        let motions = (self.bodies).map(|on| out.turn_to(at, on, kinematics));
+        let seen = motions.map(|motion| motion.U);
+        for side in [1, 0] {
+            let on = self.bodies[side];
+            if on.is_some() {
+                out.turn_to(at, on, kinematics);
+                let point =
+                    LinearizedPoint::between(at.point.simulator, pair, side, &motions);
+                self.emit(&point, side, &seen, out);
+            }
+        }
+    }
+
     fn own(&self) -> Own {
         own_of(self.contacts, self.index)
     }
+}
+
+/// A force without its value.
+fn slopes_alone<T: Scalar>(force: &Force<OfBody<T>>) -> Force<OfBody<T>> {
+    Force::from_array(force.to_array().map(|x| OfBody::new(T::zero(), x.eps)))
 }
 
 fn own_of(contacts: &Contacts, index: usize) -> Own {
@@ -100,17 +160,18 @@ fn emit_explicit<P: Scalar, T: Scalar>(
     }
 }
 
-/// A point over numbers of its body, to which the sink is turned.
+/// A point with the ground over numbers of its body, to which the sink is turned; and the motion that ã gives to the body.
 fn turned_point<'a, T: Scalar>(
     at: &SlopePoint<'a, T>,
     term: &Contact<T>,
-    body: BodyId,
+    body: Option<BodyId>,
     index: usize,
     out: &mut impl Sink<T>,
-) -> LinearizedPoint<'a, f64, T> {
-    let motion = out.turn_to(at, Some(body), Some(&term.kinematics));
+) -> (LinearizedPoint<'a, f64, T>, Motion<T>) {
+    let motion = out.turn_to(at, body, Some(&term.kinematics));
     let (simulator, state) = (at.point.simulator, at.point.state);
-    LinearizedPoint::new(simulator, state, index, &motion.X_WB, &motion.V)
+    let point = LinearizedPoint::new(simulator, state, index, &motion.X_WB, &motion.V);
+    (point, motion.U)
 }
 
 impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
@@ -123,7 +184,7 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
         if let Some(contacts) = at.point.explicit_contacts() {
             for (index, place) in contacts.points().iter().enumerate() {
-                let point = turned_point(at, term, place.body, index, out);
+                let (point, _) = turned_point(at, term, Some(place.body), index, out);
                 emit_explicit(&point, at.point, contacts, index, out);
             }
         }
@@ -131,8 +192,11 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
 
     fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
         each_solved(at, term, |solved| {
-            let point = turned_point(at, term, solved.body, solved.index, out);
-            solved.emit(&point, out);
+            if let Some(pair) = solved.pair {
+                return solved.emit_between(at, term, pair, out);
+            }
+            let (point, U) = turned_point(at, term, solved.bodies[0], solved.index, out);
+            solved.emit(&point, 0, &[U, Motion::zero()], out);
         });
     }
 
@@ -156,9 +220,17 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
             }
         }
         each_solved(at, term, |solved| {
+            let seen = solved.bodies.map(|on| out.seen(on));
+            if let Some(point) = solved.pair {
+                let bodies = solved.bodies;
+                let place = PairPlace { at, term, point, bodies };
+                return numbers.add_pair(&place, out, &|point, out| {
+                    solved.emit(point, 0, &seen, out);
+                });
+            }
             let index = solved.index;
             let place = PointPlace { at, term, index };
-            numbers.add(&place, out, &|point, out| solved.emit(point, out));
+            numbers.add(&place, out, &|point, out| solved.emit(point, 0, &seen, out));
         });
         numbers.finish(out);
         self.numbers = Some(numbers);

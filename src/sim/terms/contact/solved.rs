@@ -1,7 +1,7 @@
 //! Contact points whose forces a solver has found, with their rows.
 
 use super::rows::Contact;
-use crate::contact::{Contacts, ROWS};
+use crate::contact::{Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
 use crate::scalar::Scalar;
 use crate::sim::terms::sink::SlopePoint;
@@ -11,7 +11,10 @@ use crate::spatial::Force;
 pub(super) struct SolvedPoint<'a, T: Scalar> {
     pub(super) contacts: &'a Contacts,
     pub(super) index: usize,
-    pub(super) body: BodyId,
+    /// The second one is `None` at a point with the ground.
+    pub(super) bodies: [Option<BodyId>; 2],
+    /// `None` for a point with the ground.
+    pub(super) pair: Option<&'a PairPoint>,
     pub(super) active: Option<ActiveRows<T>>,
 }
 
@@ -23,7 +26,8 @@ pub(super) struct ActiveRows<T: Scalar> {
     pub(super) block: usize,
     pub(super) forces: [T; ROWS],
     pub(super) delassus: T,
-    pub(super) axes: [Force<T>; ROWS],
+    /// Unit forces along the axes on each body, in it.
+    pub(super) axes: [[Force<T>; ROWS]; 2],
 }
 
 /// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
@@ -40,8 +44,9 @@ pub(super) fn each_solved<'a, T: Scalar>(
         solved.count() - ROWS * touching.len(),
         solved.blocks() - touching.len(),
     );
+    let all = term.touching_in(contacts);
     let mut next = touching.iter().enumerate().peekable();
-    for (index, point) in contacts.points().iter().enumerate() {
+    for index in 0..term.points.len() {
         let active = next.next_if(|(_, touching)| **touching == index);
         if active.is_none() && !contacts.have_bristles() {
             continue;
@@ -53,23 +58,15 @@ pub(super) fn each_solved<'a, T: Scalar>(
                 block: first_block + of,
                 forces: std::array::from_fn(|k| solved.forces()[row + k]),
                 delassus: solved.delassus(row),
-                axes: term.unit_forces(contacts, of),
+                axes: all.unit_forces(index, &term.axes_of(of)),
             }
         });
         each(SolvedPoint {
             contacts,
             index,
-            body: point.body,
+            bodies: all.bodies(index),
+            pair: all.pair_point(index),
             active,
         });
-    }
-}
-
-impl<T: Scalar> Contact<T> {
-    /// A unit force along each axis of a point that takes part, on its body and in it.
-    fn unit_forces(&self, contacts: &Contacts, of: usize) -> [Force<T>; ROWS] {
-        let index = self.touching()[of];
-        self.axes_of(of)
-            .map(|axis| self.force_at(contacts, index, &axis))
     }
 }

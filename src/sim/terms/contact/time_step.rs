@@ -7,7 +7,9 @@ use nalgebra::Vector3;
 
 use super::rows::Contact;
 use super::solved::{SolvedPoint, each_solved};
-use crate::contact::{BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS};
+use crate::contact::{
+    BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS,
+};
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
@@ -48,6 +50,7 @@ pub(super) fn emit_time_step<T: Scalar>(
 /// A point whose forces a solver has found.
 struct TimedPoint<'a, T: Scalar> {
     contacts: &'a Contacts,
+    law: &'a ContactLaw,
     state: PointState<Timed<T>>,
     axes: [Vector3<Timed<T>>; ROWS],
     /// Of its bristle, in the world; `None` for laws without.
@@ -59,16 +62,18 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
     fn new(
         at: &SlopePoint<'_, T>,
         contacts: &'a Contacts,
-        term: &Contact<T>,
+        term: &'a Contact<T>,
         solved: &SolvedPoint<'_, T>,
         dt: Timed<T>,
     ) -> Self {
         let state = &term.points[solved.index];
         let bristles = at.point.state.contact.as_slice().as_chunks::<ROWS>().0;
         let deflection = bristles.get(solved.index);
+        let touching = term.touching_in(contacts);
         Self {
             contacts,
-            axes: state.axes().map(|axis| constant(&axis)),
+            law: touching.law(solved.index),
+            axes: touching.axes(solved.index).map(|axis| constant(&axis)),
             state: PointState {
                 position: constant(&state.position),
                 velocity: constant(&state.velocity),
@@ -92,7 +97,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
         };
-        let rows = self.contacts.rows(solved.index, &kinematics).rows;
+        let rows = self.contacts.rows(self.law, &kinematics).rows;
         for (k, (row, &force)) in rows.iter().zip(&active.forces).enumerate() {
             if let Some(y) = row.y_at_rest(force) {
                 sum.coordinate_row(active.row + k, 0, y);
@@ -111,8 +116,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
                 friction += axis.map(|x| x.each(|x| x * force));
             }
         }
-        let law = &self.contacts.laws()[solved.index];
-        let step = law.bristle_step(&BristleLoad {
+        let step = self.law.bristle_step(&BristleLoad {
             depth: self.state.depth,
             separation: dot(&self.state.normal, &self.state.velocity),
             friction: &friction,

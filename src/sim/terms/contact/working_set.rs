@@ -10,8 +10,8 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{BodyPoint, Contacts, PointState, each_jacobian_column};
-use crate::dynamics::Kinematics;
+use super::touching::Touching;
+use crate::contact::PointState;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
@@ -54,9 +54,7 @@ struct Members<T> {
 /// Motion of the points in a step, which decides on who becomes a member.
 pub(super) struct StepKinematics<'a, P, T> {
     pub(super) model: &'a Model<P>,
-    pub(super) contacts: &'a Contacts<P>,
-    pub(super) kinematics: &'a Kinematics<T>,
-    pub(super) points: &'a [PointState<T>],
+    pub(super) touching: Touching<'a, P, T>,
     /// Velocity along the coordinates before the step.
     pub(super) v: &'a [T],
     pub(super) dt: P,
@@ -142,7 +140,7 @@ impl<T: Scalar> WorkingSet<T> {
         }
         self.find_shortfalls(step, a);
         self.rounds += 1;
-        let mut limit = step.contacts.solver_options().points_per_link;
+        let mut limit = step.touching.contacts.solver_options().points_per_link;
         if self.rounds > ROUNDS {
             limit = usize::MAX;
         }
@@ -150,9 +148,9 @@ impl<T: Scalar> WorkingSet<T> {
         for lane in 0..T::LANES {
             let mut first = 0;
             while first < self.candidates.len() {
-                let link = step.contacts.points()[self.candidates[first]].link;
+                let group = step.touching.group(self.candidates[first]);
                 let rest = self.candidates[first..].iter();
-                let same = rest.take_while(|&&i| step.contacts.points()[i].link == link);
+                let same = rest.take_while(|&&i| step.touching.group(i) == group);
                 let end = first + same.count();
                 self.choose(step, first..end, limit, lane);
                 grown |= !self.chosen.is_empty();
@@ -189,14 +187,14 @@ impl<T: Scalar> WorkingSet<T> {
     ) {
         let (chosen, candidates, members) = (&mut self.chosen, &self.candidates, &self.members);
         chosen.clear();
-        let all = step.contacts.solver_options().points;
+        let all = step.touching.contacts.solver_options().points;
         let limit = limit.min(all.saturating_sub(members.count(lane)));
         let shortfall = |at: &usize| self.shortfalls[*at].value(lane);
         let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
         let free =
             |at: &usize| may(at) && shortfall(at) > 0.0 && !members.contains(candidates[*at], lane);
         let position = |at: usize| {
-            let point = &step.points[candidates[at]];
+            let point = &step.touching.points[candidates[at]];
             point.in_body.map(|x| x.value(lane))
         };
         let mut next = first_largest(range.clone().filter(free), |at| shortfall(&at));
@@ -253,17 +251,14 @@ fn shortfall<P: Scalar, T: Over<P>>(
     i: usize,
     a: &[T],
 ) -> Option<T> {
-    let point = &step.points[i];
+    let point = &step.touching.points[i];
     let mut gained = T::zero();
-    let fixed = BodyPoint {
-        body: Some(step.contacts.points()[i].body),
-        in_body: &point.in_body,
-    };
-    each_jacobian_column(step.model, step.kinematics, fixed, |k, column| {
+    (step.touching).each_jacobian_column(step.model, i, |k, column| {
         gained = dot(&point.normal, &column).mul_add(a[k], gained);
     });
     let before = dot(&point.normal, &point.velocity);
-    let least = step.contacts.laws()[i].least_velocity(point.depth, before, step.dt)?;
+    let law = step.touching.law(i);
+    let least = law.least_velocity(point.depth, before, step.dt)?;
     let dt = T::from(step.dt);
     Some(T::from_values(|lane| {
         let dt = dt.value(lane);
@@ -290,8 +285,9 @@ fn first_largest(of: impl Iterator<Item = usize>, key: impl Fn(usize) -> f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{ContactLaw, RelaxedRigid, Rigid, SolverOptions, Terrain};
-    use crate::dynamics::forward_kinematics;
+    use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SolverOptions, Terrain};
+    use crate::dynamics::{Kinematics, forward_kinematics};
+    use crate::sim::terms::contact::pairs::PairPoints;
 
     /// A box of 0.36 m × 0.24 m × 0.12 m whose lower four corners are on the ground, and points of it that take part with a limit for each
     /// link.
@@ -300,6 +296,7 @@ mod tests {
         contacts: Contacts,
         kinematics: Kinematics<f64>,
         points: Vec<PointState<f64>>,
+        pairs: PairPoints<f64>,
     }
 
     impl Standing {
@@ -318,6 +315,7 @@ mod tests {
             let mut points = vec![PointState::zero(); contacts.points().len()];
             contacts.states_into(&kinematics, &mut points);
             Self {
+                pairs: PairPoints::new(Some(&contacts)),
                 model,
                 contacts,
                 kinematics,
@@ -328,9 +326,12 @@ mod tests {
         fn step(&self) -> StepKinematics<'_, f64, f64> {
             StepKinematics {
                 model: &self.model,
-                contacts: &self.contacts,
-                kinematics: &self.kinematics,
-                points: &self.points,
+                touching: Touching {
+                    contacts: &self.contacts,
+                    pairs: &self.pairs,
+                    points: &self.points,
+                    kinematics: &self.kinematics,
+                },
                 v: &[0.0; 6],
                 dt: 0.01,
             }

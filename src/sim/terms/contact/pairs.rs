@@ -1,0 +1,66 @@
+//! Points of contact between bodies: which features of which shapes are near, found anew in each step.
+//!
+//! They stand after the points with the ground, and are as these: a normal, a depth, a velocity, a law. What differs is that both sides move.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use crate::contact::{Contacts, PairFinder, PairPoint, PairState, PointState};
+use crate::dynamics::Kinematics;
+use crate::scalar::{Over, Scalar};
+
+/// Points between bodies at an instant, with the memory to find them.
+#[derive(Clone, Debug)]
+pub(super) struct PairPoints<T> {
+    finder: PairFinder,
+    points: Vec<PairPoint>,
+    /// Position of each in its second body, m.
+    in_second: Vec<Vector3<T>>,
+}
+
+impl<T: Scalar> PairPoints<T> {
+    pub(super) fn new<P: Scalar>(contacts: Option<&Contacts<P>>) -> Self {
+        Self {
+            finder: PairFinder::new(contacts),
+            points: Vec::new(),
+            in_second: Vec::new(),
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.points.clear();
+        self.in_second.clear();
+    }
+
+    pub(super) fn get(&self, k: usize) -> &PairPoint {
+        &self.points[k]
+    }
+
+    /// Position of a point in its second body, m.
+    pub(super) fn in_second(&self, k: usize) -> &Vector3<T> {
+        &self.in_second[k]
+    }
+
+    /// Finds the points that could touch within a step, and appends where they are to `out`.
+    pub(super) fn find<P: Scalar>(
+        &mut self,
+        contacts: &Contacts<P>,
+        kinematics: &Kinematics<T>,
+        dt: P,
+        out: &mut Vec<PointState<T>>,
+    ) where
+        T: Over<P>,
+    {
+        self.clear();
+        self.finder.find(contacts, kinematics, dt, &mut self.points);
+        for point in &self.points {
+            let bodies = contacts.pair_bodies(point.pair);
+            let X = bodies.map(|body| kinematics.pose(body));
+            let V = bodies.map(|body| kinematics.velocity(body));
+            let PairState { point, in_second } = contacts.pair_state(point, &X, &V);
+            out.push(point);
+            self.in_second.push(in_second);
+        }
+    }
+}

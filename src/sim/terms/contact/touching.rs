@@ -1,0 +1,121 @@
+//! All points of contact of an instant, those with the ground and those between bodies: what touches there, and by which law.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::pairs::PairPoints;
+use crate::contact::{
+    BodyPoint, ContactLaw, Contacts, PairPoint, PointState, ROWS, body_force, each_jacobian_column,
+};
+use crate::dynamics::Kinematics;
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
+
+/// The points of an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touching<'a, P, T> {
+    pub(super) contacts: &'a Contacts<P>,
+    pub(super) pairs: &'a PairPoints<T>,
+    /// Those with the ground, then those between bodies.
+    pub(super) points: &'a [PointState<T>],
+    pub(super) kinematics: &'a Kinematics<T>,
+}
+
+/// What a point belongs to, of which a few points take part at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    Link(usize),
+    Pair(usize),
+}
+
+impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
+    /// A point between bodies by its place among these; `None` for one with the ground.
+    fn pair(&self, i: usize) -> Option<usize> {
+        i.checked_sub(self.contacts.points().len())
+    }
+
+    pub(super) fn group(&self, i: usize) -> Group {
+        match self.pair(i) {
+            None => Group::Link(self.contacts.points()[i].link.0),
+            Some(k) => Group::Pair(self.pairs.get(k).pair),
+        }
+    }
+
+    pub(super) fn law(&self, i: usize) -> &'a ContactLaw<P> {
+        match self.pair(i) {
+            None => &self.contacts.laws()[i],
+            Some(k) => self.contacts.pair_law(self.pairs.get(k).pair),
+        }
+    }
+
+    /// The bodies that touch at a point; `None` is the ground, or what is fixed to the world.
+    pub(super) fn bodies(&self, i: usize) -> [Option<BodyId>; 2] {
+        match self.pair(i) {
+            None => [Some(self.contacts.points()[i].body), None],
+            Some(k) => self.contacts.pair_bodies(self.pairs.get(k).pair),
+        }
+    }
+
+    /// The point between bodies; `None` for one with the ground.
+    pub(super) fn pair_point(&self, i: usize) -> Option<&'a PairPoint> {
+        self.pair(i).map(|k| self.pairs.get(k))
+    }
+
+    /// The axes in which laws see a point: normal, tangent, tangent, in the world.
+    pub(super) fn axes(&self, i: usize) -> [Vector3<T>; ROWS] {
+        match self.pair(i) {
+            None => self.points[i].axes(),
+            Some(_) => self.points[i].axes_of_any_normal(),
+        }
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
+    /// Hands the velocity that each coordinate's unit rate gives to a point, in the world's axes, to `each(coordinate, v)`: that of the first body, less that
+    /// of the second.
+    pub(super) fn each_jacobian_column(
+        &self,
+        model: &Model<P>,
+        i: usize,
+        mut each: impl FnMut(usize, Vector3<T>),
+    ) {
+        let [first, second] = self.bodies(i);
+        let place = BodyPoint {
+            body: first,
+            in_body: &self.points[i].in_body,
+        };
+        each_jacobian_column(model, self.kinematics, place, &mut each);
+        if let (Some(k), Some(_)) = (self.pair(i), second) {
+            let place = BodyPoint {
+                body: second,
+                in_body: self.pairs.in_second(k),
+            };
+            each_jacobian_column(model, self.kinematics, place, |k, v| each(k, -v));
+        }
+    }
+}
+
+impl<P: Scalar, T: Scalar> Touching<'_, P, T> {
+    /// Unit forces along the axes of a point on each of its bodies, in it: zeros on the ground.
+    pub(super) fn unit_forces(
+        &self,
+        i: usize,
+        axes: &[Vector3<T>; ROWS],
+    ) -> [[Force<T>; ROWS]; 2] {
+        [0, 1].map(|side| axes.map(|axis| self.force(i, side, &axis)))
+    }
+
+    /// A force on the first body at a point, in the world, or its opposite on the second one, as one on the body, in the body; none on the ground.
+    pub(super) fn force(&self, i: usize, side: usize, force: &Vector3<T>) -> Force<T> {
+        let body = self.bodies(i)[side];
+        let R = || self.kinematics.pose(body).rotation;
+        let pair = self.pair(i).filter(|_| body.is_some());
+        match (side, pair) {
+            (0, _) => body_force(&R(), &self.points[i].in_body, force),
+            (_, Some(k)) => body_force(&R(), self.pairs.in_second(k), &-force),
+            (_, None) => Force::zero(),
+        }
+    }
+}
