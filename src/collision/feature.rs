@@ -8,7 +8,7 @@ pub const MAX_POINTS: usize = 8;
 /// A feature of a shape.
 ///
 /// Vertices are numbered: those of a box by the sides on which they lie (bit k set: the positive side along axis k), those of a hull as in
-/// [`Hull::vertices`](super::Hull::vertices); a sphere and an ellipsoid have their centre, a capsule and a cylinder the ends of their axis (below, above).
+/// [`Hull::vertices`](super::Hull::vertices); a sphere has its centre; an ellipsoid too, and then the ends of its axes, x below and above first; a capsule and a cylinder the ends of their axis (below, above).
 /// Further vertices of a cylinder are fixed points on its rims, in turn below and above, a sixteenth turn apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Feature {
@@ -29,6 +29,8 @@ pub enum Face {
     Vertices([u32; 3]),
     /// An end of a cylinder: 0 below, 1 above.
     Cap(u32),
+    /// A side of an ellipsoid with a semi-axis of zero: 2 k below and 2 k + 1 above along that axis k.
+    Flat(u32),
     /// The plane of a half-space.
     Plane,
 }

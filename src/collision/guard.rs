@@ -36,3 +36,8 @@ pub(super) fn normalized_or<T: Scalar>(v: &Vector3<T>, size: T, other: &Vector3<
     let unit = scale(v, T::one() / safe.sqrt());
     Vector3::from_fn(|k, _| square.select_lt(nothing, other[k], unit[k]))
 }
+
+/// The part of a vector across a direction u of any length.
+pub(super) fn rejected<T: Scalar>(v: &Vector3<T>, u: &Vector3<T>) -> Vector3<T> {
+    v - scale(u, dot(u, v) * reciprocal_or_zero(dot(u, u)))
+}

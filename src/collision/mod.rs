@@ -17,12 +17,15 @@
 //! # References
 //! [Gilbert, Johnson, Keerthi 1988]; [van den Bergen 2001].
 
+mod clip;
 mod feature;
 mod guard;
 mod hull;
 mod nearest;
 mod newton;
+mod patch;
 mod placed;
+mod search;
 mod segments;
 mod shape;
 mod solid;

@@ -2,7 +2,11 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
+
+use super::clip::{manifold, nearest_on_faces};
 use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
+use super::search::search;
 use super::segments::nearest_of_segments;
 use super::shape::Shape;
 use super::solid::Solid;
@@ -21,14 +25,17 @@ pub fn nearest_features(
     b: &Shape,
     X_WB: &Transform<f64>,
 ) -> Option<PairFeature> {
-    let X_B = Transform::new(X_WB.rotation, X_WB.translation - X_WA.translation);
-    let X_A = Transform::new(X_WA.rotation, nalgebra::Vector3::zeros());
+    let [X_A, X_B] = about_first(X_WA, X_WB);
     let (a, b) = (Solid::new(a, &X_A), Solid::new(b, &X_B));
     match (a.shape, b.shape) {
         (Shape::HalfSpace, Shape::HalfSpace) => None,
         (Shape::HalfSpace, _) => Some(on_plane(&a, &b)),
         (_, Shape::HalfSpace) => Some(swapped(on_plane(&b, &a))),
-        _ => Some(nearest_of_segments(&a, &b)),
+        (
+            Shape::Sphere { .. } | Shape::Capsule { .. },
+            Shape::Sphere { .. } | Shape::Capsule { .. },
+        ) => Some(nearest_of_segments(&a, &b)),
+        _ => Some(nearest_on_faces(&a, &b, search(&a, &b))),
     }
 }
 
@@ -47,12 +54,24 @@ pub fn features(
     out: &mut Manifold,
 ) {
     out.clear();
-    let Some(pair) = nearest_features(a, X_WA, b, X_WB) else {
-        return;
-    };
-    if super::witness(&pair, a, X_WA, b, X_WB).distance <= margin {
-        out.push(pair);
+    if let Some(pair) = nearest_features(a, X_WA, b, X_WB) {
+        let [X_A, X_B] = about_first(X_WA, X_WB);
+        manifold(
+            &Solid::new(a, &X_A),
+            &Solid::new(b, &X_B),
+            pair,
+            margin,
+            out,
+        );
     }
+}
+
+/// The poses about the origin of the first shape: far from the world's no digit is lost.
+fn about_first(X_WA: &Transform<f64>, X_WB: &Transform<f64>) -> [Transform<f64>; 2] {
+    [
+        Transform::new(X_WA.rotation, Vector3::zeros()),
+        Transform::new(X_WB.rotation, X_WB.translation - X_WA.translation),
+    ]
 }
 
 /// The feature of a shape that is nearest to a half-space, or deepest in it.

@@ -9,9 +9,8 @@
 
 use nalgebra::Vector3;
 
-use super::guard::{normalized_or, reciprocal_or_zero};
+use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::placed::{Core, Placed};
-use super::witness::rejected;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{cross, dot, scale};
 

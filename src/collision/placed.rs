@@ -88,6 +88,13 @@ impl<T: Scalar> Placed<T> {
     }
 }
 
+impl Placed<f64> {
+    /// Whether the normal of the feature has no closed form.
+    pub(super) fn is_curved(&self) -> bool {
+        matches!(self.core, Core::Disc(..) | Core::Ellipsoid(_))
+    }
+}
+
 /// The unit direction across an axis towards n, zero along the axis, and the length of that part of n.
 fn across<T: Scalar>(axis: &Vector3<T>, n: &Vector3<T>) -> (Vector3<T>, T) {
     let part = n - scale(axis, dot(axis, n));
@@ -134,8 +141,11 @@ pub(super) fn face_normal<P: Scalar, T: Over<P>>(
     shape: &Shape<P>,
     X: &Transform<T>,
 ) -> Vector3<T> {
-    let axis = columns(&X.rotation)[2];
+    let axes = columns(&X.rotation);
+    let axis = axes[2];
     match face {
+        Face::Flat(side) if side % 2 == 0 => -axes[side as usize / 2 % 3],
+        Face::Flat(side) => axes[side as usize / 2 % 3],
         Face::Plane | Face::Cap(1) => axis,
         Face::Cap(_) => -axis,
         Face::Vertices(indices) => {

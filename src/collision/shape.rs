@@ -1,5 +1,6 @@
 //! Convex shapes in their own frames.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -70,11 +71,15 @@ numbers! { pub enum Shape {
     HalfSpace {},
 } }
 
+/// Fixed points on each rim of a cylinder.
+pub(super) const RIM_VERTICES: u32 = 16;
+
 impl<P: Scalar> Shape<P> {
     /// Number of vertices of the core: the polytope that, with a radius around it, makes the shape. Cylinders have the ends of their axes.
     pub(super) fn n_vertices(&self) -> u32 {
         match self {
-            Self::Sphere { .. } | Self::Ellipsoid { .. } | Self::HalfSpace => 1,
+            Self::Sphere { .. } | Self::HalfSpace => 1,
+            Self::Ellipsoid { .. } => 7,
             Self::Capsule { .. } | Self::Cylinder { .. } => 2,
             Self::Box { .. } => 8,
             Self::Hull { hull, .. } => hull.vertices().len() as u32,
@@ -84,7 +89,17 @@ impl<P: Scalar> Shape<P> {
     /// A vertex of the core, in the frame of the shape, m.
     pub(super) fn vertex(&self, index: u32) -> Vector3<P> {
         match self {
-            Self::Sphere { .. } | Self::Ellipsoid { .. } | Self::HalfSpace => Vector3::zeros(),
+            Self::Sphere { .. } | Self::HalfSpace => Vector3::zeros(),
+            Self::Ellipsoid { semi_axes } => tip(semi_axes, index),
+            Self::Cylinder {
+                radius,
+                half_length,
+            } if index > 1 => {
+                let angle = f64::from(index / 2 - 1) * TAU / f64::from(RIM_VERTICES);
+                let (sin, cos) = angle.sin_cos();
+                let z = side(index, 0, *half_length);
+                Vector3::new(*radius * cos, *radius * sin, z)
+            }
             Self::Capsule { half_length, .. } | Self::Cylinder { half_length, .. } => {
                 Vector3::new(P::zero(), P::zero(), side(index, 0, *half_length))
             }
@@ -97,6 +112,14 @@ impl<P: Scalar> Shape<P> {
             }
         }
     }
+}
+
+/// The centre of an ellipsoid, or after it an end of an axis.
+fn tip<P: Scalar>(semi_axes: &[P; 3], index: u32) -> Vector3<P> {
+    let end = index.wrapping_sub(1);
+    let on = |axis: usize| index > 0 && end / 2 == axis as u32;
+    let along = |axis: usize| side(end, 0, semi_axes[axis]);
+    Vector3::from_fn(|axis, _| if on(axis) { along(axis) } else { P::zero() })
 }
 
 /// The size along an axis, to the side that the index of a vertex has there.

@@ -86,11 +86,25 @@ impl<'a> Solid<'a> {
         }
     }
 
-    /// Radius around the core.
-    pub(super) fn radius(&self) -> f64 {
-        match self.shape {
-            Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,
-            _ => 0.0,
-        }
+    /// Distance from the origin of world axes within which the core lies.
+    pub(super) fn reach(&self) -> f64 {
+        let own = match self.shape {
+            Shape::Ellipsoid {
+                semi_axes: [a, b, c],
+            } => a.max(*b).max(*c),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => radius.hypot(*half_length),
+            Shape::Hull { .. } => self.farthest_of_vertices(),
+            shape => shape.vertex(0).norm(),
+        };
+        self.X.translation.norm() + own
+    }
+
+    fn farthest_of_vertices(&self) -> f64 {
+        let vertices = 0..self.shape.n_vertices();
+        let lengths = vertices.map(|k| self.shape.vertex(k).norm());
+        lengths.fold(0.0, f64::max)
     }
 }

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::feature::{NormalSource, PairFeature};
-use super::guard::{normalized_or, reciprocal_or_zero};
+use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::newton::refined_normal;
 use super::placed::{Core, Placed, face_normal};
 use super::shape::Shape;
@@ -84,11 +84,6 @@ pub(super) fn nearest_normal<T: Scalar>(
         (Core::Line(u), Core::Line(v)) => normalized_or(&cross(u, v), T::zero(), &fallback),
         _ => refined_normal(a, b, seed),
     }
-}
-
-/// The part of a vector across a direction u of any length.
-pub(super) fn rejected<T: Scalar>(v: &Vector3<T>, u: &Vector3<T>) -> Vector3<T> {
-    v - scale(u, dot(u, v) * reciprocal_or_zero(dot(u, u)))
 }
 
 /// The points of two cores that are nearest along a normal.
