@@ -22,13 +22,21 @@ struct Point {
     pair: PairFeature,
     distance: f64,
     at: Vector2<f64>,
+    /// Distance of a corner from the polygon on which it should lie: that of round faces has corners only here and there.
+    outside: f64,
 }
 
 /// The pair of two flat parts that is nearest where they lie on one another, for a pair whose normal is that of a face; else the pair itself.
 pub(super) fn nearest_on_faces(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature) -> PairFeature {
     let mut best: Option<Point> = None;
-    each_point(a, b, &pair, PARALLEL, &mut |point| {
-        if best.is_none_or(|best| point.distance < best.distance) {
+    let slack = SLACK * (a.reach() + b.reach());
+    each_point(a, b, &pair, PARALLEL, f64::INFINITY, &mut |point| {
+        let is_better = |best: &Point| {
+            let lack = |point: &Point| point.outside.max(slack);
+            let [own, other] = [lack(&point), lack(best)];
+            own < other || (own == other && point.distance < best.distance)
+        };
+        if best.as_ref().is_none_or(is_better) {
             best = Some(point);
         }
     });
@@ -43,13 +51,14 @@ pub(super) fn manifold(
     margin: f64,
     out: &mut Manifold,
 ) {
-    let nearest = point(a, b, pair, &Across::new(&pair.seed));
+    let nearest = point(a, b, pair, &Across::new(&pair.seed), 0.0);
+    let slack = SLACK * (a.reach() + b.reach());
     if nearest.distance > margin {
         return;
     }
     let mut found = [nearest; MAX_PAIRS];
     let mut len = 1;
-    each_point(a, b, &pair, TOUCHING, &mut |point| {
+    each_point(a, b, &pair, TOUCHING, slack, &mut |point| {
         let is_new = found[..len]
             .iter()
             .all(|known| known.pair.id != point.pair.id);
@@ -88,6 +97,7 @@ fn each_point(
     b: &Solid<'_>,
     pair: &PairFeature,
     angle: f64,
+    slack: f64,
     each: &mut dyn FnMut(Point),
 ) {
     let n = &pair.seed;
@@ -99,11 +109,12 @@ fn each_point(
     };
     let first = Patch::new(a, n, tight_a, &across);
     let second = Patch::new(b, &-n, tight_b, &across);
-    let slack = SLACK * (a.reach() + b.reach());
     let normal = pair.id.normal;
-    let mut offer = |features: [Feature; 2], normal: NormalSource| {
+    let mut offer = |features: [Feature; 2], normal: NormalSource, outside: f64| {
         let id = FeatureId { features, normal };
-        each(point(a, b, PairFeature { id, seed: *n }, &across));
+        if outside <= slack {
+            each(point(a, b, PairFeature { id, seed: *n }, &across, outside));
+        }
     };
     let is_plane = |face: &Face| matches!(face, Face::Plane);
     // A face of both shapes, on which their corners lie.
@@ -113,15 +124,15 @@ fn each_point(
         NormalSource::Features => [None; 2],
     };
     if let Some(face) = faces[0] {
-        let inside = |at: &Vector2<f64>| is_plane(&face) || first.contains(at, slack);
-        for corner in second.corners().iter().filter(|corner| inside(&corner.at)) {
-            offer([on_face(&face), corner.feature], NormalSource::First(face));
+        for corner in second.corners() {
+            let outside = if is_plane(&face) { 0.0 } else { first.outside(&corner.at) };
+            offer([on_face(&face), corner.feature], NormalSource::First(face), outside);
         }
     }
     if let Some(face) = faces[1] {
-        let inside = |at: &Vector2<f64>| is_plane(&face) || second.contains(at, slack);
-        for corner in first.corners().iter().filter(|corner| inside(&corner.at)) {
-            offer([corner.feature, on_face(&face)], NormalSource::Second(face));
+        for corner in first.corners() {
+            let outside = if is_plane(&face) { 0.0 } else { second.outside(&corner.at) };
+            offer([corner.feature, on_face(&face)], NormalSource::Second(face), outside);
         }
     }
     if faces.iter().flatten().any(is_plane) {
@@ -130,7 +141,7 @@ fn each_point(
     for (side, own) in first.sides() {
         for (other_side, other) in second.sides() {
             if cross(&own, &other) {
-                offer([side, other_side], normal);
+                offer([side, other_side], normal, 0.0);
             }
         }
     }
@@ -155,12 +166,13 @@ fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
     apart(&u, a, c, d) && apart(&v, c, a, b)
 }
 
-fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across) -> Point {
+fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across, outside: f64) -> Point {
     let found = witness::<f64, f64>(&pair, a.shape, &a.X, b.shape, &b.X);
     let middle: Vector3<f64> = (found.points[0] + found.points[1]) / 2.0;
     Point {
         pair,
         distance: found.distance,
         at: across.place(&middle),
+        outside,
     }
 }

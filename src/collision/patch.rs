@@ -87,13 +87,14 @@ impl Patch {
         })
     }
 
-    /// Whether a place is in the polygon, or not farther outside than a length.
-    pub(super) fn contains(&self, place: &Vector2<f64>, slack: f64) -> bool {
-        self.len > 2
-            && self.sides().all(|(_, [a, b])| {
-                let u = b - a;
-                u.perp(&(place - a)) >= -slack * u.norm()
-            })
+    /// Distance of a place from the polygon along the normal of a side, not positive inside; infinite for what is no polygon.
+    pub(super) fn outside(&self, place: &Vector2<f64>) -> f64 {
+        let beyond = |[a, b]: [Vector2<f64>; 2]| {
+            let u = b - a;
+            (place - a).perp(&u) / u.norm()
+        };
+        let sides = self.sides().map(|(_, side)| beyond(side));
+        if self.len > 2 { sides.fold(f64::NEG_INFINITY, f64::max) } else { f64::INFINITY }
     }
 
     fn push(&mut self, feature: Feature, vertex: u32, at: Vector2<f64>) {

@@ -7,6 +7,7 @@ use super::options::{Choice, Options};
 use crate::collision::feature::{Feature, FeatureId, NormalSource, PairFeature};
 use crate::collision::newton::newton_step;
 use crate::collision::placed::{Core, Placed, face_normal};
+use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
 use crate::collision::witness::nearest_normal;
 
@@ -28,6 +29,15 @@ pub(super) struct Found {
     pub(super) distance: f64,
 }
 
+impl Found {
+    /// Whether the gap is wider, or as wide and nearer to the distance.
+    fn is_better(&self, other: &Self, margin: f64) -> bool {
+        let lack = |found: &Self| (found.distance - found.gap).abs();
+        let is_equal = (self.gap - other.gap).abs() <= margin;
+        if is_equal { lack(self) < lack(other) - margin } else { self.gap > other.gap }
+    }
+}
+
 /// The best pair of features about a unit normal that is right to an angle (rad).
 pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) -> Option<Found> {
     let first = Options::new(&difference.a, n, angle);
@@ -38,8 +48,7 @@ pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) 
             let Some(found) = candidate(difference, n, a, b) else {
                 continue;
             };
-            let margin = EQUAL * difference.size;
-            if best.is_none_or(|best| found.gap > best.gap + margin) {
+            if best.is_none_or(|best| found.is_better(&best, EQUAL * difference.size)) {
                 best = Some(found);
             }
         }
@@ -76,7 +85,8 @@ fn candidate(
         ),
     };
     let toward = normal.dot(n) > 0.0;
-    let distance = (q.support(&-normal) - p.support(&normal)).dot(&normal);
+    let sides = side_radius(first, &p) + side_radius(second, &q);
+    let distance = (q.support(&-normal) - p.support(&normal)).dot(&normal) - sides;
     let pair = PairFeature {
         id: FeatureId {
             features,
@@ -89,6 +99,14 @@ fn candidate(
         gap: difference.gap(&normal),
         distance,
     })
+}
+
+/// Radius of the side of a cylinder, which belongs to the core.
+fn side_radius(solid: &Solid<'_>, placed: &Placed<f64>) -> f64 {
+    match solid.shape {
+        Shape::Cylinder { .. } => placed.radius,
+        _ => 0.0,
+    }
 }
 
 fn placed(solid: &Solid<'_>, feature: Feature) -> Placed<f64> {

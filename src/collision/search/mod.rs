@@ -31,9 +31,13 @@ const PARALLEL: f64 = 1e-9;
 /// Part of the size by which gap and distance may differ.
 const PROOF: f64 = 1e-13;
 /// Part of the size to which a polytope grows towards curved shapes before features are tried.
-const GROWN: f64 = 1e-6;
-/// Part of the size by which a polytope may be short of a supporting plane where it has reached it.
-const EXACT_DEPTH: f64 = 1e-12;
+const GROWN: f64 = 1e-4;
+/// Part of the size by which planes differ that are equal but for rounding.
+const SLACK: f64 = 1e-12;
+/// Angle by which the normal of a face of the polytope may be wrong, rad.
+const LOOSE: f64 = 0.05;
+/// Cosine of the angle between normals that are tried once.
+const SAME: f64 = 1.0 - 1e-4;
 /// Most faces that are tried.
 const MAX_TRIED: usize = 16;
 
@@ -91,46 +95,51 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
             return best.map_or_else(|| at_direction(difference, &normal), |found| found.pair);
         }
     };
-    let mut polytope = Polytope::new(&start);
-    let mut upper = f64::INFINITY;
-    let mut best = None;
-    loop {
+    let mut polytope = Polytope::new(&start, difference.size);
+    let depth = grow(difference, &mut polytope);
+    let best = of_near_faces(difference, &mut polytope, depth);
+    if std::env::var("DBG").is_ok() { if let Some(b) = best { if b.gap < -depth - 1e-10 || b.distance - b.gap > 1e-10 { println!("WEAK upper {depth} gap {} dist {} faces {} near {} lower {} {:?}", b.gap, b.distance, polytope.faces().len(), polytope.faces().iter().filter(|f| f.distance <= depth).count(), polytope.faces()[0].distance, b.pair); } } else { println!("NONE {depth}"); } }
+    let normal = -polytope.faces()[0].normal;
+    best.map_or_else(|| at_direction(difference, &normal), |found| found.pair)
+}
+
+/// Grows a polytope until its nearest face touches the rim of the differences, or nearly does where that is curved. Returns the least distance of a
+/// supporting plane from the origin, which the depth does not exceed.
+fn grow(difference: &Difference<'_>, polytope: &mut Polytope) -> f64 {
+    let mut depth = f64::INFINITY;
+    while polytope.has_room() {
         let nearest = polytope.nearest();
         let face = polytope.faces()[nearest];
         let point = difference.support(&face.normal);
         let reach = point.dot(&face.normal);
-        if reach < upper {
-            upper = reach;
-        }
-        if reach - face.distance <= EXACT_DEPTH * difference.size {
-            best = wider(best, choose(difference, &-face.normal, PARALLEL));
-            break;
-        }
-        if reach - face.distance <= GROWN * difference.size || !polytope.has_room() {
-            break;
-        }
-        if !polytope.add_vertex(point, nearest) {
+        depth = depth.min(reach);
+        let is_reached = depth - face.distance <= GROWN * difference.size;
+        if is_reached || !polytope.add_vertex(point, nearest) {
             break;
         }
     }
-    if best.is_none() {
-        best = of_near_faces(difference, &polytope, upper);
-    }
-    best.map_or_else(
-        || at_direction(difference, &-polytope.faces()[0].normal),
-        |found| found.pair,
-    )
+    depth
 }
 
-/// The best features about the faces that may be the nearest.
-fn of_near_faces(difference: &Difference<'_>, polytope: &Polytope, upper: f64) -> Option<Found> {
+/// The best features about the faces that may be the nearest, these first.
+fn of_near_faces(difference: &Difference<'_>, polytope: &mut Polytope, depth: f64) -> Option<Found> {
+    let faces = polytope.sorted();
+    let depth = depth + SLACK * difference.size;
+    let mut tried = [Vector3::zeros(); MAX_TRIED];
+    let mut n_tried = 0;
     let mut best = None;
-    let near = polytope
-        .faces()
-        .iter()
-        .filter(|face| face.distance <= upper);
-    for face in near.take(MAX_TRIED) {
-        best = wider(best, choose(difference, &-face.normal, 0.01));
+    for face in faces.iter().take_while(|face| face.distance <= depth) {
+        let is_new = tried[..n_tried].iter().all(|n| n.dot(&face.normal) < SAME);
+        if is_new && n_tried < MAX_TRIED {
+            tried[n_tried] = face.normal;
+            n_tried += 1;
+            for angle in [PARALLEL, LOOSE] {
+                best = wider(best, choose(difference, &-face.normal, angle));
+                if best.is_some_and(|best| best.gap >= -face.distance - PROOF * difference.size) {
+                    return best;
+                }
+            }
+        }
     }
     best
 }

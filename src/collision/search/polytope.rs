@@ -25,7 +25,12 @@ pub(super) struct Polytope {
     n_vertices: usize,
     faces: [Face; MAX_FACES],
     n_faces: usize,
+    /// Height above a face from which on a point sees it, m.
+    least_height: f64,
 }
+
+/// Part of the size of differences by which points of one plane differ.
+const COPLANAR: f64 = 1e-11;
 
 const NO_FACE: Face = Face {
     vertices: [0; 3],
@@ -35,12 +40,15 @@ const NO_FACE: Face = Face {
 
 impl Polytope {
     /// The tetrahedron of four points.
-    pub(super) fn new(points: &[Vector3<f64>; 4]) -> Self {
+    ///
+    /// * `size` – of the differences, m
+    pub(super) fn new(points: &[Vector3<f64>; 4], size: f64) -> Self {
         let mut own = Self {
             vertices: [Vector3::zeros(); MAX_VERTICES],
             n_vertices: 4,
             faces: [NO_FACE; MAX_FACES],
             n_faces: 0,
+            least_height: COPLANAR * size,
         };
         own.vertices[..4].copy_from_slice(points);
         let [a, b, c, d] = points;
@@ -53,6 +61,12 @@ impl Polytope {
 
     pub(super) fn faces(&self) -> &[Face] {
         &self.faces[..self.n_faces]
+    }
+
+    /// The faces, the nearest to the origin first.
+    pub(super) fn sorted(&mut self) -> &[Face] {
+        self.faces[..self.n_faces].sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
+        self.faces()
     }
 
     /// Index of the face nearest to the origin.
@@ -84,7 +98,7 @@ impl Polytope {
         while k < self.n_faces {
             let face = self.faces[k];
             let sees = face.vertices == first
-                || face.normal.dot(&(point - self.vertices[face.vertices[0]])) > 0.0;
+                || face.normal.dot(&point) - face.distance > self.least_height;
             if !sees {
                 k += 1;
                 continue;
