@@ -31,6 +31,7 @@
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm; their derivatives along the tree |
+//! | [`collision`] | distances of convex shapes: nearest features, then distance, points and normal over the scalar |
 //! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
 //! | [`constraint`] | closed loops: welds, ball joints, rods between places of a robot, couplers and tendons between joints |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
@@ -88,6 +89,7 @@
 
 pub mod autodiff;
 pub mod codegen;
+pub mod collision;
 pub mod cone;
 pub mod constraint;
 pub mod contact;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
-const FLOORS: [&[&str]; 18] = [
+const FLOORS: [&[&str]; 19] = [
     &["error", "stop"],
     &["scalar"],
     &[
@@ -16,6 +16,7 @@ const FLOORS: [&[&str]; 18] = [
     &["joint"],
     &["model"],
     &["dynamics"],
+    &["collision"],
     &["constraint"],
     &["contact"],
     &["sim"],

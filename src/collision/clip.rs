@@ -1,0 +1,178 @@
+//! The points at which flat parts of two shapes lie on one another.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+use super::patch::{Across, MAX_CORNERS, Patch};
+use super::solid::Solid;
+use super::witness::witness;
+
+/// Angle within which flat parts count as parallel where one nearest pair is looked for, rad.
+const PARALLEL: f64 = 1e-9;
+/// Angle within which they may touch at several points, rad: some three degrees.
+const TOUCHING: f64 = 0.05;
+/// Part of the size by which a corner may be outside of a polygon.
+const SLACK: f64 = 1e-12;
+/// Most pairs among which those of a manifold are chosen: corners of both, crossings of convex polygons.
+const MAX_PAIRS: usize = 4 * MAX_CORNERS;
+
+/// A pair with its distance and its place across the normal.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    pair: PairFeature,
+    distance: f64,
+    at: Vector2<f64>,
+    /// Distance of a corner from the polygon on which it should lie: that of round faces has corners only here and there.
+    outside: f64,
+}
+
+/// The pair of two flat parts that is nearest where they lie on one another, for a pair whose normal is that of a face; else the pair itself.
+pub(super) fn nearest_on_faces(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature) -> PairFeature {
+    let mut best: Option<Point> = None;
+    let slack = SLACK * (a.reach() + b.reach());
+    each_point(a, b, &pair, PARALLEL, f64::INFINITY, &mut |point| {
+        let is_better = |best: &Point| {
+            let lack = |point: &Point| point.outside.max(slack);
+            let [own, other] = [lack(&point), lack(best)];
+            own < other || (own == other && point.distance < best.distance)
+        };
+        if best.as_ref().is_none_or(is_better) {
+            best = Some(point);
+        }
+    });
+    best.map_or(pair, |best| best.pair)
+}
+
+/// The pairs about the nearest one that are not farther apart than a margin: at most eight, those which span the most.
+pub(super) fn manifold(
+    a: &Solid<'_>,
+    b: &Solid<'_>,
+    pair: PairFeature,
+    margin: f64,
+    out: &mut Manifold,
+) {
+    let nearest = point(a, b, pair, &Across::new(&pair.seed), 0.0);
+    let slack = SLACK * (a.reach() + b.reach());
+    if nearest.distance > margin {
+        return;
+    }
+    let mut found = [nearest; MAX_PAIRS];
+    let mut len = 1;
+    each_point(a, b, &pair, TOUCHING, slack, &mut |point| {
+        let is_new = found[..len]
+            .iter()
+            .all(|known| known.pair.id != point.pair.id);
+        if point.distance <= margin && len < MAX_PAIRS && is_new {
+            found[len] = point;
+            len += 1;
+        }
+    });
+    span(&mut found[..len], out);
+}
+
+/// Adds the first point, and one after the other those farthest from all that are there.
+fn span(found: &mut [Point], out: &mut Manifold) {
+    out.push(found[0].pair);
+    let mut far = [f64::INFINITY; MAX_PAIRS];
+    let mut last = found[0].at;
+    for _ in 1..MAX_POINTS.min(found.len()) {
+        let mut next = (0, 0.0);
+        for (k, point) in found.iter().enumerate() {
+            far[k] = far[k].min((point.at - last).norm());
+            if far[k] > next.1 {
+                next = (k, far[k]);
+            }
+        }
+        if next.1 == 0.0 {
+            break;
+        }
+        last = found[next.0].at;
+        out.push(found[next.0].pair);
+    }
+}
+
+/// Hands on the pairs of corners and crossing sides of the flat parts about a nearest pair.
+fn each_point(
+    a: &Solid<'_>,
+    b: &Solid<'_>,
+    pair: &PairFeature,
+    angle: f64,
+    slack: f64,
+    each: &mut dyn FnMut(Point),
+) {
+    let n = &pair.seed;
+    let across = Across::new(n);
+    let [tight_a, tight_b] = match pair.id.normal {
+        NormalSource::First(_) => [PARALLEL, angle],
+        NormalSource::Second(_) => [angle, PARALLEL],
+        NormalSource::Features => return,
+    };
+    let first = Patch::new(a, n, tight_a, &across);
+    let second = Patch::new(b, &-n, tight_b, &across);
+    let normal = pair.id.normal;
+    let mut offer = |features: [Feature; 2], normal: NormalSource, outside: f64| {
+        let id = FeatureId { features, normal };
+        if outside <= slack {
+            each(point(a, b, PairFeature { id, seed: *n }, &across, outside));
+        }
+    };
+    let is_plane = |face: &Face| matches!(face, Face::Plane);
+    // A face of both shapes, on which their corners lie.
+    let faces = match normal {
+        NormalSource::First(face) => [Some(face), second.face],
+        NormalSource::Second(face) => [first.face, Some(face)],
+        NormalSource::Features => [None; 2],
+    };
+    if let Some(face) = faces[0] {
+        for corner in second.corners() {
+            let outside = if is_plane(&face) { 0.0 } else { first.outside(&corner.at) };
+            offer([on_face(&face), corner.feature], NormalSource::First(face), outside);
+        }
+    }
+    if let Some(face) = faces[1] {
+        for corner in first.corners() {
+            let outside = if is_plane(&face) { 0.0 } else { second.outside(&corner.at) };
+            offer([corner.feature, on_face(&face)], NormalSource::Second(face), outside);
+        }
+    }
+    if faces.iter().flatten().any(is_plane) {
+        return;
+    }
+    for (side, own) in first.sides() {
+        for (other_side, other) in second.sides() {
+            if cross(&own, &other) {
+                offer([side, other_side], normal, 0.0);
+            }
+        }
+    }
+}
+
+/// A point in the plane of a face.
+fn on_face(face: &Face) -> Feature {
+    Feature::Vertex(match face {
+        Face::Vertices([k, _, _]) => *k,
+        Face::Cap(end) => *end,
+        Face::Flat(_) | Face::Plane => 0,
+    })
+}
+
+/// Whether two segments cross between their ends.
+fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
+    let (u, v) = (b - a, d - c);
+    let apart = |u: &Vector2<f64>, from: &Vector2<f64>, p, q| {
+        let side = |x: &Vector2<f64>| u.perp(&(x - from));
+        side(p) * side(q) < 0.0
+    };
+    apart(&u, a, c, d) && apart(&v, c, a, b)
+}
+
+fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across, outside: f64) -> Point {
+    let found = witness::<f64, f64>(&pair, a.shape, &a.X, b.shape, &b.X);
+    let middle: Vector3<f64> = (found.points[0] + found.points[1]) / 2.0;
+    Point {
+        pair,
+        distance: found.distance,
+        at: across.place(&middle),
+        outside,
+    }
+}

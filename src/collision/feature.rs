@@ -1,0 +1,111 @@
+//! The features of two shapes that are nearest to each other, as plain values.
+
+use nalgebra::Vector3;
+
+/// The most points of a [`Manifold`].
+pub const MAX_POINTS: usize = 8;
+
+/// A feature of a shape.
+///
+/// Vertices are numbered: those of a box by the sides on which they lie (bit k set: the positive side along axis k), those of a hull as in
+/// [`Hull::vertices`](super::Hull::vertices); a sphere has its centre; an ellipsoid too, and then the ends of its axes, x below and above first; a capsule and a cylinder the ends of their axis (below, above).
+/// Further vertices of a cylinder are fixed points on its rims, in turn below and above, a sixteenth turn apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Feature {
+    /// A vertex.
+    Vertex(u32),
+    /// The line through two vertices; that of the axis of a cylinder stands for its side.
+    Edge([u32; 2]),
+    /// A rim of a cylinder: 0 below, 1 above.
+    Rim(u32),
+    /// The surface of an ellipsoid.
+    Surface,
+}
+
+/// A flat face of a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Face {
+    /// The face through three vertices, counter-clockwise as seen from outside.
+    Vertices([u32; 3]),
+    /// An end of a cylinder: 0 below, 1 above.
+    Cap(u32),
+    /// A side of an ellipsoid with a semi-axis of zero: 2 k below and 2 k + 1 above along that axis k.
+    Flat(u32),
+    /// The plane of a half-space.
+    Plane,
+}
+
+/// The source of the normal of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum NormalSource {
+    /// The features themselves: the direction in which they are nearest.
+    Features,
+    /// A face of the first shape. The first feature is on that face; two edges are taken where they cross as seen along the normal.
+    First(Face),
+    /// A face of the second shape, likewise.
+    Second(Face),
+}
+
+/// What a pair of nearest features is made of: its identity from step to step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FeatureId {
+    /// The feature of each shape.
+    pub features: [Feature; 2],
+    /// The source of the normal.
+    pub normal: NormalSource,
+}
+
+/// A pair of nearest features.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairFeature {
+    /// The features.
+    pub id: FeatureId,
+    /// Unit normal from the first shape to the second in the world, without derivatives: where Newton's method starts on curved shapes, and the normal
+    /// where the features coincide.
+    pub seed: Vector3<f64>,
+}
+
+/// The pairs of features at which two shapes touch: up to eight.
+#[derive(Clone, Copy, Debug)]
+pub struct Manifold {
+    pairs: [PairFeature; MAX_POINTS],
+    len: usize,
+}
+
+/// Fills the unused places of a manifold.
+const NOTHING: PairFeature = PairFeature {
+    id: FeatureId {
+        features: [Feature::Vertex(0); 2],
+        normal: NormalSource::Features,
+    },
+    seed: Vector3::new(0.0, 0.0, 1.0),
+};
+
+impl Default for Manifold {
+    fn default() -> Self {
+        Self {
+            pairs: [NOTHING; MAX_POINTS],
+            len: 0,
+        }
+    }
+}
+
+impl Manifold {
+    /// The pairs.
+    pub fn pairs(&self) -> &[PairFeature] {
+        &self.pairs[..self.len]
+    }
+
+    /// Removes all pairs.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds a pair; one that has no room is left out.
+    pub(super) fn push(&mut self, pair: PairFeature) {
+        if self.len < MAX_POINTS {
+            self.pairs[self.len] = pair;
+            self.len += 1;
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Vertices of convex hulls.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+/// The vertices of a convex hull, in a frame of their own, m.
+///
+/// They are all that distances need: the edge or the face that lies farthest in a direction is made of those vertices that do. Points inside are harmless,
+/// but cost time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hull {
+    vertices: Vec<Vector3<f64>>,
+}
+
+/// The reason why a hull cannot be made, as a sentence.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum HullError {
+    /// There is no point.
+    Empty,
+    /// A coordinate is infinite or not a number.
+    NotFinite {
+        /// Index of the point.
+        point: usize,
+    },
+    /// There are more points than numbers for them.
+    TooMany {
+        /// Number of points.
+        points: usize,
+    },
+}
+
+impl fmt::Display for HullError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "a convex hull of no points"),
+            Self::NotFinite { point } => {
+                write!(
+                    f,
+                    "point {point} of a convex hull has a coordinate that is not finite"
+                )
+            }
+            Self::TooMany { points } => {
+                write!(
+                    f,
+                    "a convex hull of {points} points has more than {MAX_VERTICES}"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for HullError {}
+
+/// Most vertices of a hull: enough for any mesh, and few enough for indices of 32 bits.
+const MAX_VERTICES: usize = 1 << 24;
+
+impl Hull {
+    /// Makes a hull of points, of which those inside need not be left out.
+    ///
+    /// # Errors
+    /// If there are none, more than 2²⁴, or one that is not finite.
+    pub fn new(vertices: Vec<Vector3<f64>>) -> Result<Self, HullError> {
+        let points = vertices.len();
+        if points == 0 {
+            return Err(HullError::Empty);
+        }
+        if points > MAX_VERTICES {
+            return Err(HullError::TooMany { points });
+        }
+        let infinite = vertices
+            .iter()
+            .position(|v| !v.iter().all(|x| x.is_finite()));
+        match infinite {
+            Some(point) => Err(HullError::NotFinite { point }),
+            None => Ok(Self { vertices }),
+        }
+    }
+
+    /// The vertices.
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+}

@@ -1,0 +1,38 @@
+//! Distances of convex shapes: which features are nearest, then distance, points and normal over the scalar.
+//!
+//! The work is in two parts. [`nearest_features`] and [`features`] decide on plain values which vertex, edge, face, rim or surface of each shape takes part.
+//! [`witness`] computes from these features, by a few closed forms over the scalar, distance, points and normal: exact in poses and sizes, with derivatives of
+//! any order that the scalar carries.
+//!
+//! Points are in the world, the first shape's first; the normal is from the first shape to the second; a distance is negative where shapes overlap, and is then
+//! the least translation that separates them.
+//!
+//! | question | answer |
+//! |---|---|
+//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], half-space |
+//! | which features are nearest? | [`nearest_features`] |
+//! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
+//! | how far, where, along which normal? | [`witness`] |
+//!
+//! # References
+//! [Gilbert, Johnson, Keerthi 1988]; [van den Bergen 2001].
+
+mod clip;
+mod feature;
+mod guard;
+mod hull;
+mod nearest;
+mod newton;
+mod patch;
+mod placed;
+mod search;
+mod segments;
+mod shape;
+mod solid;
+mod witness;
+
+pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+pub use hull::{Hull, HullError};
+pub use nearest::{features, nearest_features};
+pub use shape::Shape;
+pub use witness::{Witness, witness};

@@ -1,0 +1,104 @@
+//! The nearest features of two shapes, found on plain values.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::clip::{manifold, nearest_on_faces};
+use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
+use super::search::search;
+use super::segments::nearest_of_segments;
+use super::shape::Shape;
+use super::solid::Solid;
+use crate::spatial::Transform;
+
+/// Finds the nearest features of two shapes, of overlapping ones those of the least translation that separates them.
+///
+/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and where a number is not finite.
+///
+/// Where several pairs are equally near, one of them, always the same. Where points coincide, the normal is across both cores, or z of the world.
+///
+/// * `X_WA`, `X_WB` – poses of the shapes in the world
+pub fn nearest_features(
+    a: &Shape,
+    X_WA: &Transform<f64>,
+    b: &Shape,
+    X_WB: &Transform<f64>,
+) -> Option<PairFeature> {
+    let [X_A, X_B] = about_first(X_WA, X_WB);
+    let (a, b) = (Solid::new(a, &X_A), Solid::new(b, &X_B));
+    match (a.shape, b.shape) {
+        (Shape::HalfSpace, Shape::HalfSpace) => None,
+        (Shape::HalfSpace, _) => Some(on_plane(&a, &b)),
+        (_, Shape::HalfSpace) => Some(swapped(on_plane(&b, &a))),
+        (
+            Shape::Sphere { .. } | Shape::Capsule { .. },
+            Shape::Sphere { .. } | Shape::Capsule { .. },
+        ) => Some(nearest_of_segments(&a, &b)),
+        _ => Some(nearest_on_faces(&a, &b, search(&a, &b))),
+    }
+}
+
+/// Finds the features at which two shapes touch: at most eight pairs, of which the first is the nearest. None where the shapes are farther apart than a margin.
+///
+/// Pairs keep their [identity](PairFeature::id) from step to step. No memory of the heap.
+///
+/// * `margin` – greatest distance of a pair, m
+/// * `out` – output
+pub fn features(
+    a: &Shape,
+    X_WA: &Transform<f64>,
+    b: &Shape,
+    X_WB: &Transform<f64>,
+    margin: f64,
+    out: &mut Manifold,
+) {
+    out.clear();
+    if let Some(pair) = nearest_features(a, X_WA, b, X_WB) {
+        let [X_A, X_B] = about_first(X_WA, X_WB);
+        manifold(
+            &Solid::new(a, &X_A),
+            &Solid::new(b, &X_B),
+            pair,
+            margin,
+            out,
+        );
+    }
+}
+
+/// The poses about the origin of the first shape: far from the world's no digit is lost.
+fn about_first(X_WA: &Transform<f64>, X_WB: &Transform<f64>) -> [Transform<f64>; 2] {
+    [
+        Transform::new(X_WA.rotation, Vector3::zeros()),
+        Transform::new(X_WB.rotation, X_WB.translation - X_WA.translation),
+    ]
+}
+
+/// The feature of a shape that is nearest to a half-space, or deepest in it.
+fn on_plane(plane: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
+    let normal = plane.X.rotation.column(2).into_owned();
+    PairFeature {
+        id: FeatureId {
+            features: [Feature::Vertex(0), b.extreme_feature(&-normal)],
+            normal: NormalSource::First(Face::Plane),
+        },
+        seed: normal,
+    }
+}
+
+/// The pair of the second shape with the first.
+fn swapped(pair: PairFeature) -> PairFeature {
+    let [first, second] = pair.id.features;
+    let normal = match pair.id.normal {
+        NormalSource::First(face) => NormalSource::Second(face),
+        NormalSource::Second(face) => NormalSource::First(face),
+        NormalSource::Features => NormalSource::Features,
+    };
+    PairFeature {
+        id: FeatureId {
+            features: [second, first],
+            normal,
+        },
+        seed: -pair.seed,
+    }
+}

@@ -1,0 +1,70 @@
+//! The normal between curved features, by Newton's method over the scalar.
+//!
+//! The distance of convex shapes A and B is the largest gap between two parallel planes with the shapes on either side,
+//!
+//! > d = max over unit n of g(n),  g(n) = −h_A(n) − h_B(−n),
+//!
+//! with their support functions h; where they overlap, it is the least depth, negative. With the supporting points p(n) of A and q(n) of B and w = q − p, g = n · w, and
+//! n is stationary where w has no part across n. Its derivative across n is −(∇²h_A + ∇²h_B + g 1). A line keeps n across itself.
+
+use nalgebra::Vector3;
+
+use super::guard::{normalized_or, reciprocal_or_zero, rejected};
+use super::placed::{Core, Placed};
+use crate::scalar::Scalar;
+use crate::spatial::linear::{cross, dot, scale};
+
+/// Steps over the scalar from the solution: two make derivatives exact to third order.
+const STEPS: usize = 2;
+
+/// The normal between two features of which one is curved, from a seed near it.
+pub(super) fn refined_normal<T: Scalar>(
+    a: &Placed<T>,
+    b: &Placed<T>,
+    seed: &Vector3<f64>,
+) -> Vector3<T> {
+    let mut n = seed.map(T::constant);
+    if let Some(u) = line(a, b) {
+        n = normalized_or(&rejected(&n, u), T::zero(), &n);
+    }
+    for _ in 0..STEPS {
+        let step = newton_step(a, b, &n, seed);
+        n = normalized_or(&(n + step), T::zero(), &n);
+    }
+    n
+}
+
+/// The direction of a line among the features.
+fn line<'a, T>(a: &'a Placed<T>, b: &'a Placed<T>) -> Option<&'a Vector3<T>> {
+    match (&a.core, &b.core) {
+        (Core::Line(u), _) | (_, Core::Line(u)) => Some(u),
+        _ => None,
+    }
+}
+
+/// Change of the normal n, across it, by a step of Newton's method; zero where the step has no bound.
+///
+/// * `seed` – near n; chooses the axes across it
+pub(super) fn newton_step<T: Scalar>(
+    a: &Placed<T>,
+    b: &Placed<T>,
+    n: &Vector3<T>,
+    seed: &Vector3<f64>,
+) -> Vector3<T> {
+    let w = b.support(&-n) - a.support(n);
+    let g = dot(n, &w);
+    let curvature = |e: &Vector3<T>| a.curvature(n, e) + b.curvature(n, e) + scale(e, g);
+    if let Some(u) = line(a, b) {
+        let e = normalized_or(&cross(u, n), T::zero(), n);
+        let stiffness = dot(&e, &curvature(&e));
+        return scale(&e, dot(&e, &w) * reciprocal_or_zero(stiffness));
+    }
+    let helper = Vector3::ith(seed.iamin(), T::one());
+    let x = normalized_or(&cross(n, &helper), T::zero(), &helper);
+    let y = cross(n, &x);
+    let (kx, ky) = (curvature(&x), curvature(&y));
+    let (xx, xy, yy) = (dot(&x, &kx), dot(&x, &ky), dot(&y, &ky));
+    let (fx, fy) = (dot(&x, &w), dot(&y, &w));
+    let inverse = reciprocal_or_zero(xx * yy - xy * xy);
+    scale(&x, (yy * fx - xy * fy) * inverse) + scale(&y, (xx * fy - xy * fx) * inverse)
+}

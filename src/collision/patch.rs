@@ -1,0 +1,221 @@
+//! The flat part of a shape that lies farthest along a direction: a point, an edge or a face, as a polygon.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::feature::{Face, Feature};
+use super::shape::{RIM_VERTICES, Shape};
+use super::solid::Solid;
+
+/// Most corners of a polygon.
+pub(super) const MAX_CORNERS: usize = RIM_VERTICES as usize;
+
+/// A corner of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    pub(super) feature: Feature,
+    /// Vertex by which edges name the corner.
+    vertex: u32,
+    /// Place across the direction.
+    pub(super) at: Vector2<f64>,
+}
+
+/// A polygon, counter-clockwise as seen from where the direction points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patch {
+    corners: [Corner; MAX_CORNERS],
+    len: usize,
+    pub(super) face: Option<Face>,
+}
+
+/// Two axes across a normal, such that x × y = n.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Across {
+    x: Vector3<f64>,
+    y: Vector3<f64>,
+}
+
+impl Across {
+    pub(super) fn new(n: &Vector3<f64>) -> Self {
+        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+        Self { x, y: n.cross(&x) }
+    }
+
+    pub(super) fn place(&self, p: &Vector3<f64>) -> Vector2<f64> {
+        Vector2::new(self.x.dot(p), self.y.dot(p))
+    }
+}
+
+impl Patch {
+    /// The part of a shape that lies farthest along a unit direction, or would if it changed by an angle (rad).
+    ///
+    /// * `across` – axes of the polygon, across a normal that is near to the direction or opposite
+    pub(super) fn new(solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) -> Self {
+        let nothing = Corner {
+            feature: Feature::Surface,
+            vertex: 0,
+            at: Vector2::zeros(),
+        };
+        let mut own = Self {
+            corners: [nothing; MAX_CORNERS],
+            len: 0,
+            face: None,
+        };
+        match solid.shape {
+            Shape::Cylinder { .. } => own.add_cylinder(solid, n, angle, across),
+            Shape::Ellipsoid { semi_axes } if semi_axes.iter().all(|&s| s > 0.0) => {
+                own.push(Feature::Surface, 0, across.place(&solid.support(n).point));
+            }
+            _ => own.add_polytope(solid, n, angle, across),
+        }
+        own
+    }
+
+    pub(super) fn corners(&self) -> &[Corner] {
+        &self.corners[..self.len]
+    }
+
+    /// The sides, each with its corners; that of an edge once.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (Feature, [Vector2<f64>; 2])> {
+        let n_sides = if self.len < 3 {
+            self.len.saturating_sub(1)
+        } else {
+            self.len
+        };
+        (0..n_sides).map(|k| {
+            let [a, b] = [self.corners[k], self.corners[(k + 1) % self.len]];
+            (Feature::Edge([a.vertex, b.vertex]), [a.at, b.at])
+        })
+    }
+
+    /// Distance of a place from the polygon along the normal of a side, not positive inside; infinite for what is no polygon.
+    pub(super) fn outside(&self, place: &Vector2<f64>) -> f64 {
+        let beyond = |[a, b]: [Vector2<f64>; 2]| {
+            let u = b - a;
+            (place - a).perp(&u) / u.norm()
+        };
+        let sides = self.sides().map(|(_, side)| beyond(side));
+        if self.len > 2 { sides.fold(f64::NEG_INFINITY, f64::max) } else { f64::INFINITY }
+    }
+
+    fn push(&mut self, feature: Feature, vertex: u32, at: Vector2<f64>) {
+        if self.len < MAX_CORNERS {
+            self.corners[self.len] = Corner {
+                feature,
+                vertex,
+                at,
+            };
+            self.len += 1;
+        }
+    }
+
+    fn add_vertex(&mut self, solid: &Solid<'_>, vertex: u32, across: &Across) {
+        self.push(
+            Feature::Vertex(vertex),
+            vertex,
+            across.place(&solid.vertex(vertex)),
+        );
+    }
+
+    fn add_cylinder(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
+        let along = solid.X.rotation.column(2).dot(n);
+        let end = u32::from(along > 0.0);
+        if 1.0 - along.abs() <= angle * angle {
+            self.face = Some(Face::Cap(end));
+            (0..RIM_VERTICES).for_each(|k| self.add_vertex(solid, 2 + 2 * k + end, across));
+            self.orient();
+        } else if along.abs() <= angle {
+            // The line of the side that is farthest.
+            let aside = solid.support(n).point - solid.vertex(end);
+            for end in 0..2 {
+                self.push(
+                    Feature::Rim(end),
+                    end,
+                    across.place(&(solid.vertex(end) + aside)),
+                );
+            }
+        } else {
+            self.push(
+                Feature::Rim(end),
+                end,
+                across.place(&solid.support(n).point),
+            );
+        }
+    }
+
+    fn orient(&mut self) {
+        let [a, b, c] = [0, 1, 2].map(|k| self.corners[k].at);
+        if (b - a).perp(&(c - a)) < 0.0 {
+            self.corners[..self.len].reverse();
+        }
+    }
+
+    /// The vertices of a polytope, wrapped as a gift is: from each corner to that one which has all others on its left.
+    fn add_polytope(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
+        let farthest = solid.support(n);
+        let is_near = |k: &u32| {
+            let below = farthest.point - solid.vertex(*k);
+            below.dot(n) <= angle * below.norm()
+        };
+        let place = |k: u32| across.place(&solid.vertex(k));
+        let near = || (0..solid.shape.n_vertices()).filter(is_near);
+        let lowest = |a: u32, b: u32| if place(b).x < place(a).x { b } else { a };
+        let Some(first) = near().reduce(lowest) else {
+            return;
+        };
+        let mut corner = first;
+        for _ in 0..MAX_CORNERS {
+            self.add_vertex(solid, corner, across);
+            let at = place(corner);
+            let right_of = |a: u32, b: u32| {
+                let (u, v) = (place(a) - at, place(b) - at);
+                let turn = u.perp(&v);
+                let is_straight = turn.abs() <= STRAIGHT * u.norm() * v.norm();
+                let is_better = if is_straight {
+                    v.norm() > u.norm()
+                } else {
+                    turn < 0.0
+                };
+                if is_better { b } else { a }
+            };
+            let others = near().filter(|&k| place(k) != at);
+            let Some(next) = others.reduce(right_of) else {
+                break;
+            };
+            if place(next) == place(first) {
+                break;
+            }
+            corner = next;
+        }
+        self.find_face(solid, n);
+    }
+
+    /// The widest triangle of the corners.
+    fn find_face(&mut self, solid: &Solid<'_>, n: &Vector3<f64>) {
+        let mut widest = 0.0;
+        for k in 2..self.len {
+            let ids = [
+                self.corners[0].vertex,
+                self.corners[k - 1].vertex,
+                self.corners[k].vertex,
+            ];
+            let [a, b, c] = ids.map(|k| solid.vertex(k));
+            let area = (b - a).cross(&(c - a));
+            if area.norm() > widest {
+                widest = area.norm();
+                let [i, j, k] = ids;
+                let turned = area.dot(n) < 0.0;
+                self.face = Some(Face::Vertices(if turned { [i, k, j] } else { [i, j, k] }));
+            }
+        }
+        if let Shape::Ellipsoid { semi_axes } = solid.shape
+            && let Some(axis) = semi_axes.iter().position(|&s| s == 0.0)
+            && self.face.is_some()
+        {
+            let above = solid.X.rotation.column(axis).dot(n) > 0.0;
+            self.face = Some(Face::Flat(2 * axis as u32 + u32::from(above)));
+        }
+    }
+}
+
+/// Sine of an angle below which corners are on a line.
+const STRAIGHT: f64 = 1e-12;

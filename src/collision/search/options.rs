@@ -1,0 +1,196 @@
+//! The features of a shape that may take part where it is approached from a direction.
+
+use nalgebra::Vector3;
+
+use crate::collision::feature::{Face, Feature};
+use crate::collision::shape::Shape;
+use crate::collision::solid::Solid;
+
+/// Most options of a shape: edges, vertices and some faces.
+const MAX_OPTIONS: usize = 48;
+/// Most vertices of which edges and faces are made: those of a box that is thin both ways.
+const MAX_NEAR: usize = 8;
+/// Part of the reach of a shape by which a vertex may be above a face of it.
+const FLAT: f64 = 1e-13;
+
+/// A feature, with the face that has its normal, if it is on one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    pub(super) feature: Feature,
+    pub(super) face: Option<Face>,
+}
+
+/// Features of a shape, faces first, vertices last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Options {
+    choices: [Choice; MAX_OPTIONS],
+    len: usize,
+}
+
+impl Options {
+    /// The features that lie farthest along a unit direction, or would if it changed by an angle (rad).
+    pub(super) fn new(solid: &Solid<'_>, n: &Vector3<f64>, angle: f64) -> Self {
+        let nothing = Choice {
+            feature: Feature::Surface,
+            face: None,
+        };
+        let mut own = Self {
+            choices: [nothing; MAX_OPTIONS],
+            len: 0,
+        };
+        match solid.shape {
+            Shape::Ellipsoid { semi_axes } => match flat_axes(semi_axes) {
+                (0, _) => own.push(Feature::Surface, None),
+                (1, axis) => own.add_flat_ellipsoid(solid, n, angle, axis),
+                _ => own.add_polytope(solid, n, angle),
+            },
+            Shape::Cylinder { .. } => own.add_cylinder(solid, n, angle),
+            _ => own.add_polytope(solid, n, angle),
+        }
+        own
+    }
+
+    pub(super) fn choices(&self) -> &[Choice] {
+        &self.choices[..self.len]
+    }
+
+    fn push(&mut self, feature: Feature, face: Option<Face>) {
+        if self.len < MAX_OPTIONS {
+            self.choices[self.len] = Choice { feature, face };
+            self.len += 1;
+        }
+    }
+
+    fn add_cylinder(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64) {
+        let along = solid.X.rotation.column(2).dot(n);
+        let end = u32::from(along > 0.0);
+        if 1.0 - along.abs() <= angle * angle {
+            self.push(Feature::Vertex(end), Some(Face::Cap(end)));
+        }
+        if along.abs() <= angle {
+            self.push(Feature::Edge([0, 1]), None);
+            self.push(Feature::Rim(1 - end), None);
+        }
+        self.push(Feature::Rim(end), None);
+    }
+
+    /// An ellipse, which has two faces.
+    fn add_flat_ellipsoid(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, axis: usize) {
+        let along = solid.X.rotation.column(axis).dot(n);
+        if 1.0 - along.abs() <= angle * angle {
+            let face = 2 * axis as u32 + u32::from(along > 0.0);
+            self.push(Feature::Vertex(0), Some(Face::Flat(face)));
+        }
+        self.push(Feature::Surface, None);
+    }
+
+    fn add_polytope(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64) {
+        let near = Near::new(solid, n, angle);
+        let vertices = near.vertices();
+        near.each_face(solid, n, &mut |face| {
+            self.push(Feature::Vertex(face[0]), Some(Face::Vertices(face)));
+        });
+        for (k, &i) in vertices.iter().enumerate() {
+            for &j in &vertices[..k] {
+                self.push(Feature::Edge([j, i]), None);
+            }
+        }
+        for &i in vertices {
+            self.push(Feature::Vertex(i), None);
+        }
+    }
+}
+
+/// The vertices of a polytope that lie farthest along a direction.
+struct Near {
+    vertices: [u32; MAX_NEAR],
+    heights: [f64; MAX_NEAR],
+    len: usize,
+}
+
+impl Near {
+    /// Those within an angle as seen from the farthest; the highest if there are too many.
+    fn new(solid: &Solid<'_>, n: &Vector3<f64>, angle: f64) -> Self {
+        let mut own = Self {
+            vertices: [0; MAX_NEAR],
+            heights: [0.0; MAX_NEAR],
+            len: 0,
+        };
+        let farthest = solid.support(n).point;
+        for k in 0..solid.shape.n_vertices() {
+            let below = farthest - solid.vertex(k);
+            let depth = below.dot(n);
+            if depth <= angle * below.norm() {
+                own.insert(k, depth);
+            }
+        }
+        own
+    }
+
+    fn insert(&mut self, vertex: u32, depth: f64) {
+        let at = self.heights[..self.len].partition_point(|&d| d <= depth);
+        if at == MAX_NEAR {
+            return;
+        }
+        self.len = (self.len + 1).min(MAX_NEAR);
+        self.vertices.copy_within(at..self.len - 1, at + 1);
+        self.heights.copy_within(at..self.len - 1, at + 1);
+        self.vertices[at] = vertex;
+        self.heights[at] = depth;
+    }
+
+    fn vertices(&self) -> &[u32] {
+        &self.vertices[..self.len]
+    }
+
+    /// Hands on the faces among the vertices, each by its widest triangle, counter-clockwise as seen from where n points.
+    fn each_face(&self, solid: &Solid<'_>, n: &Vector3<f64>, each: &mut dyn FnMut([u32; 3])) {
+        if self.len < 3 {
+            return;
+        }
+        let points: [Vector3<f64>; MAX_NEAR] =
+            std::array::from_fn(|k| solid.vertex(self.vertices[k.min(self.len - 1)]));
+        let points = &points[..self.len];
+        let flat = FLAT * solid.reach();
+        for (k, j, i) in triples(self.len) {
+            let area = (points[j] - points[i]).cross(&(points[k] - points[i]));
+            let Some(normal) = area.try_normalize(f64::MIN_POSITIVE) else {
+                continue;
+            };
+            let (normal, turned) = if normal.dot(n) < 0.0 {
+                (-normal, true)
+            } else {
+                (normal, false)
+            };
+            let heights = points.iter().map(|p| normal.dot(&(p - points[i])));
+            if heights.clone().any(|height| height > flat) {
+                continue;
+            }
+            let [a, b, c] = [i, j, k];
+            let in_plane = |l: usize| normal.dot(&(points[l] - points[i])) >= -flat;
+            let is_widest = triples(self.len).all(|(z, y, x)| {
+                let other = (points[y] - points[x])
+                    .cross(&(points[z] - points[x]))
+                    .norm();
+                let is_rival =
+                    other > area.norm() || (other == area.norm() && (z, y, x) < (k, j, i));
+                !(is_rival && [x, y, z].into_iter().all(in_plane))
+            });
+            if is_widest {
+                let [a, b, c] = [a, b, c].map(|k| self.vertices[k]);
+                each(if turned { [a, c, b] } else { [a, b, c] });
+            }
+        }
+    }
+}
+
+/// All triples k > j > i of indices.
+fn triples(len: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+    (2..len).flat_map(|k| (1..k).flat_map(move |j| (0..j).map(move |i| (k, j, i))))
+}
+
+/// Number of semi-axes that are zero, and the last of these.
+fn flat_axes(semi_axes: &[f64; 3]) -> (usize, usize) {
+    let flat = (0..3).filter(|&axis| semi_axes[axis] == 0.0);
+    (flat.clone().count(), flat.last().unwrap_or(0))
+}

@@ -1,0 +1,110 @@
+//! A shape at a pose, on plain values: how far it reaches, and with which vertices.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::feature::Feature;
+use super::shape::Shape;
+use crate::spatial::Transform;
+
+/// A shape at a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solid<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) X: Transform<f64>,
+}
+
+/// Farthest point of a core, with the vertex on which it lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Support {
+    pub(super) point: Vector3<f64>,
+    pub(super) vertex: u32,
+}
+
+impl<'a> Solid<'a> {
+    pub(super) fn new(shape: &'a Shape, X: &Transform<f64>) -> Self {
+        Self { shape, X: *X }
+    }
+
+    /// A vertex in world axes.
+    pub(super) fn vertex(&self, index: u32) -> Vector3<f64> {
+        self.X.point(&self.shape.vertex(index))
+    }
+
+    /// The point of the shape, without the radius around its core, that lies farthest along a direction of any length.
+    pub(super) fn support(&self, n: &Vector3<f64>) -> Support {
+        let n = self.X.rotation.tr_mul(n);
+        let vertex = self.farthest_vertex(&n);
+        let point = self.X.point(&(self.shape.vertex(vertex) + self.bulge(&n)));
+        Support { point, vertex }
+    }
+
+    /// Vertex that lies farthest along a direction in the frame of the shape.
+    fn farthest_vertex(&self, n: &Vector3<f64>) -> u32 {
+        let side = |axis: usize| u32::from(n[axis] > 0.0);
+        match self.shape {
+            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::HalfSpace => 0,
+            Shape::Capsule { .. } | Shape::Cylinder { .. } => side(2),
+            Shape::Box { .. } => side(0) | side(1) << 1 | side(2) << 2,
+            Shape::Hull { hull, scale } => {
+                let n = Vector3::from_fn(|axis, _| n[axis] * scale[axis]);
+                let reaches = hull.vertices().iter().map(|v| v.dot(&n)).enumerate();
+                let farthest = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
+                reaches.fold((0, f64::NEG_INFINITY), farthest).0 as u32
+            }
+        }
+    }
+
+    /// What a curved shape adds to its farthest vertex.
+    fn bulge(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        match self.shape {
+            Shape::Cylinder { radius, .. } => {
+                let length = n.x.hypot(n.y);
+                let factor = if length > 0.0 { radius / length } else { 0.0 };
+                Vector3::new(n.x * factor, n.y * factor, 0.0)
+            }
+            Shape::Ellipsoid {
+                semi_axes: [a, b, c],
+            } => {
+                let m = Vector3::new(a * n.x, b * n.y, c * n.z);
+                let length = m.norm();
+                let factor = if length > 0.0 { 1.0 / length } else { 0.0 };
+                Vector3::new(a * m.x, b * m.y, c * m.z) * factor
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// Feature whose supporting point lies farthest along a direction.
+    pub(super) fn extreme_feature(&self, n: &Vector3<f64>) -> Feature {
+        let vertex = self.support(n).vertex;
+        match self.shape {
+            Shape::Cylinder { .. } => Feature::Rim(vertex),
+            Shape::Ellipsoid { .. } => Feature::Surface,
+            _ => Feature::Vertex(vertex),
+        }
+    }
+
+    /// Distance from the origin of world axes within which the core lies.
+    pub(super) fn reach(&self) -> f64 {
+        let own = match self.shape {
+            Shape::Ellipsoid {
+                semi_axes: [a, b, c],
+            } => a.max(*b).max(*c),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => radius.hypot(*half_length),
+            Shape::Hull { .. } => self.farthest_of_vertices(),
+            shape => shape.vertex(0).norm(),
+        };
+        self.X.translation.norm() + own
+    }
+
+    fn farthest_of_vertices(&self) -> f64 {
+        let vertices = 0..self.shape.n_vertices();
+        let lengths = vertices.map(|k| self.shape.vertex(k).norm());
+        lengths.fold(0.0, f64::max)
+    }
+}
