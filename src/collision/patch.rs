@@ -94,7 +94,11 @@ impl Patch {
             (place - a).perp(&u) / u.norm()
         };
         let sides = self.sides().map(|(_, side)| beyond(side));
-        if self.len > 2 { sides.fold(f64::NEG_INFINITY, f64::max) } else { f64::INFINITY }
+        if self.len > 2 {
+            sides.fold(f64::NEG_INFINITY, f64::max)
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn push(&mut self, feature: Feature, vertex: u32, at: Vector2<f64>) {

@@ -102,9 +102,7 @@ impl<T: Scalar> PointRows<T> {
 mod tests {
     use super::*;
     use crate::Model;
-    use crate::contact::{
-        PointState, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain,
-    };
+    use crate::contact::{PointState, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain};
     use nalgebra::Vector3;
 
     fn contacts(law: ContactLaw) -> Contacts {

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
-use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
-use crate::error::OutOfMemory;
+use crate::contact::{CollisionOptions, ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
+use crate::error::{OutOfMemory, UnknownName};
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
 
@@ -61,6 +61,45 @@ impl Contacts<f64> {
         options: &ContactOptions,
     ) -> Result<Self, OutOfMemory> {
         Self::try_with_meshes(model, terrain, law, options, &mut Hulls::default())
+    }
+
+    /// Lets bodies touch each other, by their collision shapes and one law. Meshes are their convex hulls, from their files. Allocates.
+    ///
+    /// Members of a world collide with one another: bodies that no joint but the world connects. A prefix up to the first `/` of the names of links makes what
+    /// is fixed to the world a part of the robot with the same prefix. Links of one robot collide with
+    /// [`CollisionOptions::with_self_collision`]; those that a joint connects never do.
+    ///
+    /// Which features of shapes are near is found anew in each step, up to eight points for two shapes; distance, points and normal are exact, with all derivatives.
+    /// Collision shapes of which there is no convex shape are among [`shapes_without_points`](Self::shapes_without_points).
+    ///
+    /// * `law` – of all pairs, of the kind of the law of the ground
+    ///
+    /// # Errors
+    /// If the model has no link of an excluded name.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of points with the ground or is soft, if a number of it makes no sense, or if the contacts are those of
+    /// another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::contact::{CollisionOptions, ContactLaw, Contacts, Rigid, Terrain};
+    /// use dualbody::{Simulator, model::samples};
+    ///
+    /// let (model, law) = (samples::arm(), ContactLaw::Rigid(Rigid::default()));
+    /// let options = CollisionOptions::default().with_self_collision();
+    /// let contacts = Contacts::new(&model, Terrain::flat(-1.0), law).with_collisions(&model, law, &options)?;
+    /// let simulator = Simulator::new(model).with_contacts(contacts);
+    /// assert_eq!(simulator.step(&simulator.neutral_state(), &[0.0; 7]).v.len(), 7);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn with_collisions(
+        self,
+        model: &Model,
+        law: ContactLaw,
+        options: &CollisionOptions,
+    ) -> Result<Self, UnknownName> {
+        self.with_collisions_and_meshes(model, law, options, &mut Hulls::default())
     }
 }
 

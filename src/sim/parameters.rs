@@ -173,7 +173,10 @@ impl<P: Scalar> Simulator<P> {
             Group::Terrain => "terrain".to_owned(),
             Group::CollisionShape(k) => format!("shape {k} of {}", self.shape_name(k)),
             Group::PairLaw(k) => {
-                let shapes = self.contacts.as_ref().map(|contacts| contacts.pair_shapes(k));
+                let shapes = self
+                    .contacts
+                    .as_ref()
+                    .map(|contacts| contacts.pair_shapes(k));
                 let [first, second] = shapes.unwrap_or_default().map(|k| self.shape_name(k));
                 format!("contact of {first} and {second}")
             }

@@ -14,6 +14,7 @@ mod batch;
 mod batch_contact;
 mod bibliography;
 mod by_link;
+mod collisions;
 mod common;
 mod constraints;
 mod contact;

@@ -98,7 +98,27 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
     let mut polytope = Polytope::new(&start, difference.size);
     let depth = grow(difference, &mut polytope);
     let best = of_near_faces(difference, &mut polytope, depth);
-    if std::env::var("DBG").is_ok() { if let Some(b) = best { if b.gap < -depth - 1e-10 || b.distance - b.gap > 1e-10 { println!("WEAK upper {depth} gap {} dist {} faces {} near {} lower {} {:?}", b.gap, b.distance, polytope.faces().len(), polytope.faces().iter().filter(|f| f.distance <= depth).count(), polytope.faces()[0].distance, b.pair); } } else { println!("NONE {depth}"); } }
+    if std::env::var("DBG").is_ok() {
+        if let Some(b) = best {
+            if b.gap < -depth - 1e-10 || b.distance - b.gap > 1e-10 {
+                println!(
+                    "WEAK upper {depth} gap {} dist {} faces {} near {} lower {} {:?}",
+                    b.gap,
+                    b.distance,
+                    polytope.faces().len(),
+                    polytope
+                        .faces()
+                        .iter()
+                        .filter(|f| f.distance <= depth)
+                        .count(),
+                    polytope.faces()[0].distance,
+                    b.pair
+                );
+            }
+        } else {
+            println!("NONE {depth}");
+        }
+    }
     let normal = -polytope.faces()[0].normal;
     best.map_or_else(|| at_direction(difference, &normal), |found| found.pair)
 }
@@ -122,7 +142,11 @@ fn grow(difference: &Difference<'_>, polytope: &mut Polytope) -> f64 {
 }
 
 /// The best features about the faces that may be the nearest, these first.
-fn of_near_faces(difference: &Difference<'_>, polytope: &mut Polytope, depth: f64) -> Option<Found> {
+fn of_near_faces(
+    difference: &Difference<'_>,
+    polytope: &mut Polytope,
+    depth: f64,
+) -> Option<Found> {
     let faces = polytope.sorted();
     let depth = depth + SLACK * difference.size;
     let mut tried = [Vector3::zeros(); MAX_TRIED];

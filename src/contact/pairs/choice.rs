@@ -36,22 +36,14 @@ impl CollisionOptions {
 }
 
 impl Contacts<f64> {
-    /// Lets bodies touch each other, by their collision shapes and one law.
-    ///
-    /// Members of a world collide with one another: bodies that no joint but the world connects. A prefix up to the first `/` of the names of links makes
-    /// what is fixed to the world a part of the robot with the same prefix. Links of one robot collide with
-    /// [`CollisionOptions::with_self_collision`].
-    ///
-    /// * `law` – of all pairs, of the kind of the law of the ground
-    /// * `meshes` – vertices of meshes, which are their convex hulls
+    /// As [`with_collisions`](Self::with_collisions), with the vertices of meshes from elsewhere than files. Allocates.
     ///
     /// # Errors
     /// If the model has no link of an excluded name.
     ///
     /// # Panics
-    /// If the law is of another kind than those of points with the ground or is soft, if a number of it makes no sense, or if the contacts are those of
-    /// another robot.
-    pub fn with_collisions(
+    /// As [`with_collisions`](Self::with_collisions).
+    pub fn with_collisions_and_meshes(
         mut self,
         model: &Model,
         law: ContactLaw,
@@ -65,7 +57,9 @@ impl Contacts<f64> {
         );
         let excluded = options.excluded.iter();
         let named = |[a, b]: &[String; 2]| Ok([model.find_frame(a)?, model.find_frame(b)?]);
-        let excluded = excluded.map(named).collect::<Result<Vec<_>, UnknownName>>()?;
+        let excluded = excluded
+            .map(named)
+            .collect::<Result<Vec<_>, UnknownName>>()?;
         let mut without = Vec::new();
         let shapes = shapes_of(model, meshes, &mut without);
         let may_touch = |a: &BodyShape<f64>, b: &BodyShape<f64>| {

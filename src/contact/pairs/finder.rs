@@ -75,7 +75,7 @@ impl PairFinder {
                 approach: margin.approach.value(lane),
                 reach: margin.reach,
             };
-            self.find_in_lane(pairs, &margin, out);
+            self.find_in_lane(pairs, &margin, lane, out);
         }
         if T::LANES > 1 {
             out.sort_by_key(|point| point.pair);
@@ -96,7 +96,12 @@ impl PairFinder {
             let center = velocity_at(&V, &plain.X_BS.translation).norm();
             // A half-space that turns has no greatest speed; it does not turn.
             let turning = V.angular.norm();
-            plain.speed = center + if turning > 0.0 { turning * plain.reach } else { 0.0 };
+            plain.speed = center
+                + if turning > 0.0 {
+                    turning * plain.reach
+                } else {
+                    0.0
+                };
         }
     }
 
@@ -104,6 +109,7 @@ impl PairFinder {
         &mut self,
         pairs: &ShapePairs<P>,
         margin: &ActivationMargin,
+        lane: usize,
         out: &mut Vec<PairPoint>,
     ) {
         for (pair, &[i, j]) in pairs.pairs.iter().enumerate() {
@@ -116,7 +122,7 @@ impl PairFinder {
             features(&a.shape, &a.X_WS, &b.shape, &b.X_WS, margin, manifold);
             for &feature in manifold.pairs() {
                 let is_same = |own: &PairPoint| own.pair == pair && own.feature.id == feature.id;
-                if !out.iter().any(is_same) {
+                if lane == 0 || !out.iter().any(is_same) {
                     out.push(PairPoint { pair, feature });
                 }
             }
@@ -155,9 +161,15 @@ fn reach(shape: &Shape) -> f64 {
     let largest = |lengths: [f64; 3]| lengths.into_iter().fold(0.0, f64::max);
     match shape {
         Shape::Sphere { radius } => *radius,
-        Shape::Capsule { radius, half_length } => radius + half_length,
+        Shape::Capsule {
+            radius,
+            half_length,
+        } => radius + half_length,
         Shape::Box { half_extents } => Vector3::from(*half_extents).norm(),
-        Shape::Cylinder { radius, half_length } => radius.hypot(*half_length),
+        Shape::Cylinder {
+            radius,
+            half_length,
+        } => radius.hypot(*half_length),
         Shape::Ellipsoid { semi_axes } => largest(*semi_axes),
         Shape::Hull { hull, scale } => {
             let scaled = |v: &Vector3<f64>| v.component_mul(&Vector3::from(*scale)).norm();

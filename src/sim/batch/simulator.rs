@@ -5,11 +5,11 @@ use super::one_by_one::OneByOne;
 use super::states::BatchStates;
 use super::worker::Worker;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
+use crate::contact::Contacts;
 use crate::error::StructureMismatch;
 use crate::model::Model;
 use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::has_lanes;
-use crate::contact::Contacts;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 

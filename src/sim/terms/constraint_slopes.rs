@@ -10,9 +10,7 @@ use std::ops::Range;
 use super::columns::turned_into;
 use super::constraints::{Constraints, has_springs};
 use super::held_row::HeldRow;
-use super::local::{
-    FURTHER, OfBody, OfCoordinate, TIME_STEP, in_directions_of, part,
-};
+use super::local::{FURTHER, OfBody, OfCoordinate, TIME_STEP, in_directions_of, part};
 use super::numbers::Numbers;
 use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
 use super::term::TermSlopes;

@@ -137,7 +137,12 @@ impl<T: Scalar> OverNumbers<T> {
         out: &mut Numbers<'_, T>,
         state: &Statement<'_, T>,
     ) {
-        let PairPlace { at, term, point, bodies } = place;
+        let PairPlace {
+            at,
+            term,
+            point,
+            bodies,
+        } = place;
         let X = bodies.map(|on| term.kinematics.pose(on));
         let V = bodies.map(|on| term.kinematics.velocity(on));
         let shapes = self.contacts.pair_shapes(point.pair);

@@ -8,8 +8,7 @@ use crate::constraint::CarrierMotion;
 use crate::contact::{
     BodyMotion, BristleLoad, ContactLaw, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
     POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS, SHAPE_NUMBERS,
-    body_force,
-    velocity_at,
+    body_force, velocity_at,
 };
 use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;

@@ -98,7 +98,10 @@ impl<T: Scalar> Contact<T> {
             Some(k) => {
                 let pair = self.pairs.get(k).pair;
                 let links = contacts.pair_shapes(pair);
-                (contacts.pair_law(pair), links.map(|k| contacts.shape_link(k)))
+                (
+                    contacts.pair_law(pair),
+                    links.map(|k| contacts.shape_link(k)),
+                )
             }
         }
     }

@@ -116,8 +116,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
             let on = self.bodies[side];
             if on.is_some() {
                 out.turn_to(at, on, kinematics);
-                let point =
-                    LinearizedPoint::between(at.point.simulator, pair, side, &motions);
+                let point = LinearizedPoint::between(at.point.simulator, pair, side, &motions);
                 self.emit(&point, side, &seen, out);
             }
         }
@@ -223,7 +222,12 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
             let seen = solved.bodies.map(|on| out.seen(on));
             if let Some(point) = solved.pair {
                 let bodies = solved.bodies;
-                let place = PairPlace { at, term, point, bodies };
+                let place = PairPlace {
+                    at,
+                    term,
+                    point,
+                    bodies,
+                };
                 return numbers.add_pair(&place, out, &|point, out| {
                     solved.emit(point, 0, &seen, out);
                 });

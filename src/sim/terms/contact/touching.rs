@@ -99,11 +99,7 @@ impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
 
 impl<P: Scalar, T: Scalar> Touching<'_, P, T> {
     /// Unit forces along the axes of a point on each of its bodies, in it: zeros on the ground.
-    pub(super) fn unit_forces(
-        &self,
-        i: usize,
-        axes: &[Vector3<T>; ROWS],
-    ) -> [[Force<T>; ROWS]; 2] {
+    pub(super) fn unit_forces(&self, i: usize, axes: &[Vector3<T>; ROWS]) -> [[Force<T>; ROWS]; 2] {
         [0, 1].map(|side| axes.map(|axis| self.force(i, side, &axis)))
     }
 
