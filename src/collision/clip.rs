@@ -125,14 +125,30 @@ fn each_point(
     };
     if let Some(face) = faces[0] {
         for corner in second.corners() {
-            let outside = if is_plane(&face) { 0.0 } else { first.outside(&corner.at) };
-            offer([on_face(&face), corner.feature], NormalSource::First(face), outside);
+            let outside = if is_plane(&face) {
+                0.0
+            } else {
+                first.outside(&corner.at)
+            };
+            offer(
+                [on_face(&face), corner.feature],
+                NormalSource::First(face),
+                outside,
+            );
         }
     }
     if let Some(face) = faces[1] {
         for corner in first.corners() {
-            let outside = if is_plane(&face) { 0.0 } else { second.outside(&corner.at) };
-            offer([corner.feature, on_face(&face)], NormalSource::Second(face), outside);
+            let outside = if is_plane(&face) {
+                0.0
+            } else {
+                second.outside(&corner.at)
+            };
+            offer(
+                [corner.feature, on_face(&face)],
+                NormalSource::Second(face),
+                outside,
+            );
         }
     }
     if faces.iter().flatten().any(is_plane) {

@@ -94,7 +94,11 @@ impl Patch {
             (place - a).perp(&u) / u.norm()
         };
         let sides = self.sides().map(|(_, side)| beyond(side));
-        if self.len > 2 { sides.fold(f64::NEG_INFINITY, f64::max) } else { f64::INFINITY }
+        if self.len > 2 {
+            sides.fold(f64::NEG_INFINITY, f64::max)
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn push(&mut self, feature: Feature, vertex: u32, at: Vector2<f64>) {
@@ -119,7 +123,7 @@ impl Patch {
     fn add_cylinder(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
         let along = solid.X.rotation.column(2).dot(n);
         let end = u32::from(along > 0.0);
-        if 1.0 - along.abs() <= angle * angle {
+        if solid.tilt(2, n) <= angle {
             self.face = Some(Face::Cap(end));
             (0..RIM_VERTICES).for_each(|k| self.add_vertex(solid, 2 + 2 * k + end, across));
             self.orient();

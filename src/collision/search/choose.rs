@@ -34,7 +34,11 @@ impl Found {
     fn is_better(&self, other: &Self, margin: f64) -> bool {
         let lack = |found: &Self| (found.distance - found.gap).abs();
         let is_equal = (self.gap - other.gap).abs() <= margin;
-        if is_equal { lack(self) < lack(other) - margin } else { self.gap > other.gap }
+        if is_equal {
+            lack(self) < lack(other) - margin
+        } else {
+            self.gap > other.gap
+        }
     }
 }
 
