@@ -91,6 +91,14 @@ impl<'a> Solid<'a> {
         }
     }
 
+    /// Radius around the core.
+    pub(super) fn radius(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,
+            _ => 0.0,
+        }
+    }
+
     /// Distance from the origin of world axes within which the core lies.
     pub(super) fn reach(&self) -> f64 {
         let own = match self.shape {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
-use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
+use crate::contact::{ContactLaw, ContactOptions, Contacts, LinkShapes, MeshHulls, Terrain};
 use crate::error::OutOfMemory;
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
@@ -61,6 +61,14 @@ impl Contacts<f64> {
         options: &ContactOptions,
     ) -> Result<Self, OutOfMemory> {
         Self::try_with_meshes(model, terrain, law, options, &mut Hulls::default())
+    }
+}
+
+impl LinkShapes {
+    /// The collision shapes of a robot, with the hulls of the mesh files that they name. Each file is read once; those that cannot be read are
+    /// [`missing`](Self::missing). Allocates.
+    pub fn new(model: &Model) -> Self {
+        Self::with_meshes(model, &mut Hulls::default())
     }
 }
 
