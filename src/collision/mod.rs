@@ -13,12 +13,16 @@
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
 //! | how far, where, along which normal? | [`witness`] |
+//! | which pairs can touch at all? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
 //!
 //! # References
 //! [Gilbert, Johnson, Keerthi 1988]; [van den Bergen 2001].
 
+mod bounds;
+mod broad_phase;
 mod clip;
 mod feature;
+mod groups;
 mod guard;
 mod hull;
 mod nearest;
@@ -31,7 +35,10 @@ mod shape;
 mod solid;
 mod witness;
 
+pub use bounds::Bounds;
+pub use broad_phase::BroadPhase;
 pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+pub use groups::Groups;
 pub use hull::{Hull, HullError};
 pub use nearest::{features, nearest_features};
 pub use shape::Shape;

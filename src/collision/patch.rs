@@ -123,7 +123,7 @@ impl Patch {
     fn add_cylinder(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
         let along = solid.X.rotation.column(2).dot(n);
         let end = u32::from(along > 0.0);
-        if 1.0 - along.abs() <= angle * angle {
+        if solid.tilt(2, n) <= angle {
             self.face = Some(Face::Cap(end));
             (0..RIM_VERTICES).for_each(|k| self.add_vertex(solid, 2 + 2 * k + end, across));
             self.orient();

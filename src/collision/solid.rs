@@ -76,6 +76,11 @@ impl<'a> Solid<'a> {
         }
     }
 
+    /// Sine of the angle between a unit direction and an axis of the shape.
+    pub(super) fn tilt(&self, axis: usize, n: &Vector3<f64>) -> f64 {
+        self.X.rotation.column(axis).cross(n).norm()
+    }
+
     /// Feature whose supporting point lies farthest along a direction.
     pub(super) fn extreme_feature(&self, n: &Vector3<f64>) -> Feature {
         let vertex = self.support(n).vertex;
@@ -83,6 +88,14 @@ impl<'a> Solid<'a> {
             Shape::Cylinder { .. } => Feature::Rim(vertex),
             Shape::Ellipsoid { .. } => Feature::Surface,
             _ => Feature::Vertex(vertex),
+        }
+    }
+
+    /// Radius around the core.
+    pub(super) fn radius(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,
+            _ => 0.0,
         }
     }
 

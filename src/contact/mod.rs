@@ -36,6 +36,8 @@
 //! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
 //! | where are the points, how fast, how do they depend on v? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
 //! | which links touch, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
+//! | how far are two links apart, where, and with which gradient? | [`nearest`], [`LinkShapes::nearest_into`] | O(shapes²) of the two links | [Gilbert, Johnson, Keerthi 1988] |
+//! | which links can touch each other? | [`LinkShapes::pairs`], [`LinkShapes::touching`], [`LinkShapes::exclude`] | O(n log n) | |
 //! | what happens at them, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
@@ -44,7 +46,10 @@ mod frames;
 mod hardware;
 mod kinematics;
 mod laws;
+mod link_pairs;
+mod link_shapes;
 mod material;
+mod nearest;
 mod pairs;
 mod point;
 mod point_laws;
@@ -61,7 +66,10 @@ pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
+pub use link_pairs::LinkPairs;
+pub use link_shapes::{LinkShape, LinkShapes};
 pub use material::{Material, Materials};
+pub use nearest::{Nearest, NearestError, nearest};
 pub use pairs::CollisionOptions;
 pub(crate) use pairs::{PairFinder, PairPoint, PairState, SHAPE_NUMBERS};
 pub use point::{ContactPoint, Feature};

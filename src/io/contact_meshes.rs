@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
-use crate::contact::{CollisionOptions, ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
+use crate::contact::{
+    CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, MeshHulls, Terrain,
+};
 use crate::error::{OutOfMemory, UnknownName};
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
@@ -100,6 +102,14 @@ impl Contacts<f64> {
         options: &CollisionOptions,
     ) -> Result<Self, UnknownName> {
         self.with_collisions_and_meshes(model, law, options, &mut Hulls::default())
+    }
+}
+
+impl LinkShapes {
+    /// The collision shapes of a robot, with the hulls of the mesh files that they name. Each file is read once; those that cannot be read are
+    /// [`missing`](Self::missing). Allocates.
+    pub fn new(model: &Model) -> Self {
+        Self::with_meshes(model, &mut Hulls::default())
     }
 }
 

@@ -38,14 +38,12 @@ pub(super) fn gjk(difference: &Difference<'_>, start: &Vector3<f64>, tolerance: 
         if is_old || gain <= tolerance * square + ROUNDING * size * v.norm() {
             break;
         }
-        let before = simplex;
         simplex.push(w);
         let next = simplex.reduce();
         if simplex.points().len() == 4 {
             return Gjk::Overlap(simplex);
         }
         if next.norm_squared() >= square {
-            simplex = before;
             break;
         }
         v = next;

@@ -14,7 +14,9 @@ mod simplex;
 
 use nalgebra::Vector3;
 
-use super::feature::{Feature, FeatureId, NormalSource, PairFeature};
+use super::feature::{Face, Feature, FeatureId, NormalSource, PairFeature};
+use super::patch::{Across, Patch};
+use super::placed::Placed;
 use super::shape::Shape;
 use super::solid::Solid;
 use choose::{Found, choose};
@@ -38,6 +40,8 @@ const SLACK: f64 = 1e-12;
 const LOOSE: f64 = 0.05;
 /// Cosine of the angle between normals that are tried once.
 const SAME: f64 = 1.0 - 1e-4;
+/// Part of the size by which a point may lie beyond a face.
+const BEYOND: f64 = 1e-9;
 /// Most faces that are tried.
 const MAX_TRIED: usize = 16;
 
@@ -71,11 +75,51 @@ pub(super) fn search(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
                 start = v;
             }
         }
-        if best.is_some_and(|found| found.distance - found.gap <= PROOF * difference.size) {
+        if best.is_some_and(|found| is_proved(&difference, &found)) {
             break;
         }
     }
     best.map_or_else(|| at_direction(&difference, &start), |found| found.pair)
+}
+
+/// Whether no other features can be nearer: the gap is the distance, and a face reaches as far as it must.
+fn is_proved(difference: &Difference<'_>, found: &Found) -> bool {
+    let (a, b) = (&difference.a, &difference.b);
+    let n = &found.pair.seed;
+    let [first, second] = found.pair.id.features;
+    let reaches = match found.pair.id.normal {
+        NormalSource::Features => true,
+        NormalSource::First(face) => reaches(difference, a, face, n, b, second),
+        NormalSource::Second(face) => reaches(difference, b, face, &-n, a, first),
+    };
+    reaches && found.distance - found.gap <= PROOF * difference.size
+}
+
+/// Whether a face lies opposite to the one point of another shape that is nearest to its plane; taken for granted where there are several.
+fn reaches(
+    difference: &Difference<'_>,
+    own: &Solid<'_>,
+    face: Face,
+    n: &Vector3<f64>,
+    other: &Solid<'_>,
+    feature: Feature,
+) -> bool {
+    let across = Across::new(n);
+    if Patch::new(other, &-n, PARALLEL, &across).corners().len() > 1 {
+        return true;
+    }
+    let point = Placed::new(feature, other.shape, &other.X).support(&-n);
+    let beyond = match (face, own.shape) {
+        (Face::Cap(end), Shape::Cylinder { radius, .. }) => {
+            let apart = point - own.vertex(end);
+            (apart - n * n.dot(&apart)).norm() - radius
+        }
+        (Face::Vertices(_), _) => {
+            Patch::new(own, n, PARALLEL, &across).outside(&across.place(&point))
+        }
+        _ => 0.0,
+    };
+    beyond <= BEYOND * difference.size
 }
 
 fn wider(best: Option<Found>, other: Option<Found>) -> Option<Found> {
@@ -98,27 +142,6 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
     let mut polytope = Polytope::new(&start, difference.size);
     let depth = grow(difference, &mut polytope);
     let best = of_near_faces(difference, &mut polytope, depth);
-    if std::env::var("DBG").is_ok() {
-        if let Some(b) = best {
-            if b.gap < -depth - 1e-10 || b.distance - b.gap > 1e-10 {
-                println!(
-                    "WEAK upper {depth} gap {} dist {} faces {} near {} lower {} {:?}",
-                    b.gap,
-                    b.distance,
-                    polytope.faces().len(),
-                    polytope
-                        .faces()
-                        .iter()
-                        .filter(|f| f.distance <= depth)
-                        .count(),
-                    polytope.faces()[0].distance,
-                    b.pair
-                );
-            }
-        } else {
-            println!("NONE {depth}");
-        }
-    }
     let normal = -polytope.faces()[0].normal;
     best.map_or_else(|| at_direction(difference, &normal), |found| found.pair)
 }

@@ -20,6 +20,9 @@ pub(super) struct Choice {
     pub(super) face: Option<Face>,
 }
 
+/// Tilt of the normal against the axis of a cylinder below which a rim has no point that lies farthest, rad.
+const UPRIGHT: f64 = 1e-12;
+
 /// Features of a shape, faces first, vertices last.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Options {
@@ -64,20 +67,23 @@ impl Options {
     fn add_cylinder(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64) {
         let along = solid.X.rotation.column(2).dot(n);
         let end = u32::from(along > 0.0);
-        if 1.0 - along.abs() <= angle * angle {
+        let tilt = solid.tilt(2, n);
+        if tilt <= angle {
             self.push(Feature::Vertex(end), Some(Face::Cap(end)));
         }
         if along.abs() <= angle {
             self.push(Feature::Edge([0, 1]), None);
             self.push(Feature::Rim(1 - end), None);
         }
-        self.push(Feature::Rim(end), None);
+        if tilt > UPRIGHT {
+            self.push(Feature::Rim(end), None);
+        }
     }
 
     /// An ellipse, which has two faces.
     fn add_flat_ellipsoid(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, axis: usize) {
         let along = solid.X.rotation.column(axis).dot(n);
-        if 1.0 - along.abs() <= angle * angle {
+        if solid.tilt(axis, n) <= angle {
             let face = 2 * axis as u32 + u32::from(along > 0.0);
             self.push(Feature::Vertex(0), Some(Face::Flat(face)));
         }

@@ -1,0 +1,66 @@
+//! Boxes along the axes of the world in which shapes lie.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::shape::Shape;
+use super::solid::Solid;
+use crate::spatial::Transform;
+
+/// A box along the axes of the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Least coordinates, m.
+    pub low: Vector3<f64>,
+    /// Largest coordinates, m.
+    pub high: Vector3<f64>,
+}
+
+impl Bounds {
+    /// The smallest box about a shape at a pose `X_WS`, widened by a margin, m. That of a half-space is all of space.
+    pub fn of(shape: &Shape, X_WS: &Transform<f64>, margin: f64) -> Self {
+        if let Shape::HalfSpace = shape {
+            let all = Vector3::from_element(f64::INFINITY);
+            return Self {
+                low: -all,
+                high: all,
+            };
+        }
+        let solid = Solid::new(shape, X_WS);
+        let beyond = Vector3::from_element(solid.radius() + margin);
+        let reach = |axis: usize, sign: f64| solid.support(&(Vector3::ith(axis, sign))).point[axis];
+        Self {
+            low: Vector3::from_fn(|axis, _| reach(axis, -1.0)) - beyond,
+            high: Vector3::from_fn(|axis, _| reach(axis, 1.0)) + beyond,
+        }
+    }
+
+    /// Whether two boxes have a point in common. One with a coordinate that is not a number has none with any.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    /// The smallest box about two.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.inf(&other.low),
+            high: self.high.sup(&other.high),
+        }
+    }
+
+    /// Whether all coordinates are finite.
+    pub(super) fn is_finite(&self) -> bool {
+        self.low
+            .iter()
+            .chain(self.high.iter())
+            .all(|x| x.is_finite())
+    }
+
+    /// Half the area of the surface, m².
+    pub(super) fn half_area(&self) -> f64 {
+        let d = self.high - self.low;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+}

@@ -1,0 +1,116 @@
+//! The pairs of link shapes that may touch: groups, excluded pairs, neighbours in the tree, and a broad phase.
+
+use super::link_shapes::{LinkShape, LinkShapes};
+use super::nearest::{nearest_of_shapes, pose};
+use crate::collision::{Bounds, BroadPhase};
+use crate::dynamics::{Kinematics, forward_kinematics};
+use crate::error::{OutOfMemory, UnknownName};
+use crate::model::{FrameId, Model};
+
+/// Memory for the pairs that may touch, kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub struct LinkPairs {
+    bounds: Vec<Bounds>,
+    broad_phase: BroadPhase,
+}
+
+impl LinkShapes {
+    /// Excludes pairs of links: they never touch.
+    ///
+    /// # Errors
+    /// If the model has no such link, or one has no collision shape.
+    ///
+    /// # Panics
+    /// If the shapes are those of another robot.
+    pub fn exclude(&mut self, model: &Model, pairs: &[[&str; 2]]) -> Result<(), UnknownName> {
+        for [first, second] in pairs {
+            let [a, b] = [
+                self.find_link(model, first)?,
+                self.find_link(model, second)?,
+            ];
+            self.excluded.push(in_order([a, b]));
+        }
+        self.excluded.sort_unstable();
+        self.excluded.dedup();
+        Ok(())
+    }
+
+    /// Whether two shapes, by their indices, may touch: on different bodies that are no neighbours in the tree, in groups that do, of links that are not
+    /// [excluded](Self::exclude).
+    ///
+    /// # Panics
+    /// If there is no shape of an index.
+    pub fn may_touch(&self, model: &Model, first: usize, second: usize) -> bool {
+        let (a, b) = (&self.shapes()[first], &self.shapes()[second]);
+        let is_excluded = || {
+            self.excluded
+                .binary_search(&in_order([a.link, b.link]))
+                .is_ok()
+        };
+        a.groups.may_touch(&b.groups) && !are_neighbors(model, a, b) && !is_excluded()
+    }
+
+    /// The pairs of shapes whose boxes overlap, widened by their margins, of those that [may touch](Self::may_touch). O(n log n) in the number of shapes; no
+    /// allocation but where there are more shapes or pairs than before.
+    ///
+    /// # Errors
+    /// If the pairs would need more memory than the [limit](crate::memory).
+    ///
+    /// # Panics
+    /// If the kinematics or the shapes are those of another robot.
+    pub fn pairs<'a>(
+        &self,
+        model: &Model,
+        kinematics: &Kinematics<f64>,
+        memory: &'a mut LinkPairs,
+    ) -> Result<&'a [[usize; 2]], OutOfMemory> {
+        self.check(model);
+        kinematics.check(model);
+        memory.bounds.clear();
+        let bounds =
+            |shape: &LinkShape| Bounds::of(&shape.shape, &pose(kinematics, shape), shape.margin);
+        memory.bounds.extend(self.shapes().iter().map(bounds));
+        memory
+            .broad_phase
+            .pairs(&memory.bounds, |i, j| self.may_touch(model, i, j))
+    }
+
+    /// The pairs of links that touch at a configuration though they may not be meant to: in the neutral one often neighbours of neighbours. They can be
+    /// [excluded](Self::exclude). Allocates.
+    ///
+    /// # Errors
+    /// If the pairs would need more memory than the [limit](crate::memory).
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the shapes are those of another robot.
+    pub fn touching<'a>(
+        &self,
+        model: &'a Model,
+        q: &[f64],
+    ) -> Result<Vec<[&'a str; 2]>, OutOfMemory> {
+        let kinematics = forward_kinematics(model, q, &vec![0.0; model.nv()]);
+        let mut memory = LinkPairs::default();
+        let mut found = Vec::new();
+        for [i, j] in self.pairs(model, &kinematics, &mut memory)? {
+            let (a, b) = (&self.shapes()[*i], &self.shapes()[*j]);
+            let near = nearest_of_shapes(a, &pose(&kinematics, a), b, &pose(&kinematics, b));
+            let touches = near.is_some_and(|(_, near)| near.distance <= a.margin + b.margin);
+            let pair = in_order([a.link, b.link]);
+            if touches && !found.contains(&pair) {
+                found.push(pair);
+            }
+        }
+        let name = |link: FrameId| model.frames()[link.0].name.as_str();
+        Ok(found.into_iter().map(|pair| pair.map(name)).collect())
+    }
+}
+
+fn in_order([a, b]: [FrameId; 2]) -> [FrameId; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Whether two shapes are on one body, or on a body and its parent.
+fn are_neighbors(model: &Model, a: &LinkShape, b: &LinkShape) -> bool {
+    let parent = |shape: &LinkShape| shape.body.map(|body| model.body(body).parent);
+    a.body == b.body || parent(a) == Some(b.body) || parent(b) == Some(a.body)
+}

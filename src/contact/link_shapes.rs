@@ -1,0 +1,186 @@
+//! The collision shapes of links, for distances between them.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::shapes::{MeshHulls, NoMeshes, ShapeWithoutPoints};
+use crate::collision::{Groups, Hull, Shape};
+use crate::error::UnknownName;
+use crate::model::{BodyId, Collision, FrameId, Geometry, Model, Structure};
+use crate::spatial::Transform;
+
+/// A collision shape of a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkShape {
+    /// Frame of the link.
+    pub link: FrameId,
+    /// Body that carries it; `None` for what is fixed to the world.
+    pub body: Option<BodyId>,
+    /// Pose `X_BS` of the shape in the body, or in the world.
+    pub placement: Transform<f64>,
+    /// The shape; of a mesh its convex hull.
+    pub shape: Shape,
+    /// Groups of shapes that may touch it.
+    pub groups: Groups,
+    /// Distance below which it counts as touching, m; that of a pair is the sum.
+    pub margin: f64,
+}
+
+/// The collision shapes of the links of a robot.
+///
+/// [`LinkShapes::new`] reads the mesh files that they name; [`LinkShapes::with_meshes`] takes vertices from elsewhere.
+#[derive(Clone, Debug)]
+pub struct LinkShapes {
+    shapes: Vec<LinkShape>,
+    missing: Vec<ShapeWithoutPoints>,
+    /// Pairs of links that never touch, the smaller first.
+    pub(super) excluded: Vec<[FrameId; 2]>,
+    structure: Structure,
+}
+
+impl LinkShapes {
+    /// The collision shapes of a robot, with the vertices of meshes from elsewhere than files. Allocates.
+    ///
+    /// Shapes that make no sense (a mesh that is not read, a scale of zero, a size that is negative or not finite) are [`missing`](Self::missing).
+    pub fn with_meshes(model: &Model, meshes: &mut dyn MeshHulls) -> Self {
+        let mut own = Self {
+            shapes: Vec::new(),
+            missing: Vec::new(),
+            excluded: Vec::new(),
+            structure: model.structure(),
+        };
+        for link in model.links() {
+            let frame = &model.frames()[link.frame.0];
+            for collision in &link.collisions {
+                match shape(collision, meshes) {
+                    Ok(shape) => own.shapes.push(LinkShape {
+                        link: link.frame,
+                        body: frame.body,
+                        placement: frame.placement * collision.placement,
+                        shape,
+                        groups: Groups::default(),
+                        margin: 0.0,
+                    }),
+                    Err(reason) => own.missing.push(ShapeWithoutPoints {
+                        link: frame.name.clone(),
+                        reason,
+                    }),
+                }
+            }
+        }
+        own
+    }
+
+    /// The collision shapes of a robot but its meshes, of which no file is read. Allocates.
+    pub fn without_meshes(model: &Model) -> Self {
+        Self::with_meshes(model, &mut NoMeshes)
+    }
+
+    /// The shapes, link by link in the order of the model.
+    pub fn shapes(&self) -> &[LinkShape] {
+        &self.shapes
+    }
+
+    /// The shapes, to change sizes, groups and margins.
+    pub fn shapes_mut(&mut self) -> &mut [LinkShape] {
+        &mut self.shapes
+    }
+
+    /// The shapes that were left out, with the reason.
+    pub fn missing(&self) -> &[ShapeWithoutPoints] {
+        &self.missing
+    }
+
+    /// The frame of a link that has shapes.
+    ///
+    /// # Errors
+    /// If the model has no such frame, or it has no collision shape; the message lists the links that have some.
+    ///
+    /// # Panics
+    /// If the shapes are those of another robot.
+    pub fn find_link(&self, model: &Model, name: &str) -> Result<FrameId, UnknownName> {
+        self.check(model);
+        let links = || self.shapes.iter().map(|shape| shape.link);
+        let found = model
+            .frame(name)
+            .filter(|frame| links().any(|link| link == *frame));
+        found.ok_or_else(|| {
+            let mut known: Vec<String> = links()
+                .map(|link| model.frames()[link.0].name.clone())
+                .collect();
+            known.dedup();
+            UnknownName {
+                model: model.name().to_owned(),
+                element: "link with a collision shape".into(),
+                name: name.into(),
+                known,
+            }
+        })
+    }
+
+    /// # Panics
+    /// If the shapes are those of another robot.
+    pub(super) fn check(&self, model: &Model) {
+        assert!(
+            self.structure == model.structure(),
+            "the shapes are those of another robot than \"{}\"",
+            model.name()
+        );
+    }
+}
+
+/// The shape of a collision geometry, or why there is none, as a sentence about it.
+fn shape(collision: &Collision, meshes: &mut dyn MeshHulls) -> Result<Shape, String> {
+    let sizes: &[f64] = match &collision.geometry {
+        Geometry::Sphere { radius } => &[*radius],
+        Geometry::Capsule { radius, length } | Geometry::Cylinder { radius, length } => {
+            &[*radius, *length]
+        }
+        Geometry::Box { size } => size,
+        Geometry::Mesh { .. } => &[],
+    };
+    if let Some(size) = sizes
+        .iter()
+        .find(|size| !(**size >= 0.0 && size.is_finite()))
+    {
+        return Err(format!(
+            "a collision shape has the size {size}, which is negative or not finite"
+        ));
+    }
+    Ok(match &collision.geometry {
+        Geometry::Sphere { radius } => Shape::Sphere { radius: *radius },
+        Geometry::Capsule { radius, length } => Shape::Capsule {
+            radius: *radius,
+            half_length: length / 2.0,
+        },
+        Geometry::Cylinder { radius, length } => Shape::Cylinder {
+            radius: *radius,
+            half_length: length / 2.0,
+        },
+        Geometry::Box { size } => Shape::Box {
+            half_extents: size.map(|x| x / 2.0),
+        },
+        mesh @ Geometry::Mesh { uri, scale, .. } => {
+            let found = hull(mesh, scale, meshes);
+            found.map_err(|reason| format!("the mesh {uri} {reason}"))?
+        }
+    })
+}
+
+fn hull(mesh: &Geometry, scale: &[f64; 3], meshes: &mut dyn MeshHulls) -> Result<Shape, String> {
+    let vertices = meshes
+        .vertices(mesh)?
+        .iter()
+        .map(|v| Vector3::from(*v).map(f64::from));
+    let hull = Hull::new(vertices.collect()).map_err(|error| format!("has no hull: {error}"))?;
+    if scale.iter().any(|s| *s == 0.0 || !s.is_finite()) {
+        return Err(format!(
+            "has the scale {scale:?}, of which no number may be zero or not finite"
+        ));
+    }
+    Ok(Shape::Hull {
+        hull: Arc::new(hull),
+        scale: *scale,
+    })
+}

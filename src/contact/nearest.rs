@@ -1,0 +1,233 @@
+//! The nearest points of two links, with the gradient of their distance.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DVector, Vector3};
+
+use super::kinematics::{BodyPoint, each_jacobian_column};
+use super::link_shapes::{LinkShape, LinkShapes};
+use crate::collision::{PairFeature, Witness, nearest_features, witness};
+use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::error::{UnknownName, message};
+use crate::model::{FrameId, Model};
+use crate::spatial::Transform;
+
+/// The nearest points of two links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Distance, m; not positive where the links overlap: then the least translation that separates the two nearest shapes, negative.
+    pub distance: f64,
+    /// Points in the world, that of the first link first, m.
+    pub points: [Vector3<f64>; 2],
+    /// Unit normal from the first link to the second, in the world.
+    pub normal: Vector3<f64>,
+    /// Derivative of the distance in the tangent of q, length `nv`, m/rad or m/m.
+    pub gradient: DVector<f64>,
+    /// The nearest shapes of the two links, indices in [`LinkShapes::shapes`].
+    pub shapes: [usize; 2],
+    /// The features of these shapes that are nearest.
+    pub feature: Option<PairFeature>,
+}
+
+impl Nearest {
+    /// Memory for a model: no distance yet.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            distance: f64::INFINITY,
+            points: [Vector3::zeros(); 2],
+            normal: Vector3::z(),
+            gradient: DVector::zeros(model.nv()),
+            shapes: [0; 2],
+            feature: None,
+        }
+    }
+}
+
+/// Error for links without a distance.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NearestError {
+    /// The robot has no such link, or it has no collision shape.
+    #[error(transparent)]
+    UnknownName(#[from] UnknownName),
+    /// A link has a mesh, whose file is not read here.
+    #[error("{}", message(format_args!("link \"{link}\": {reason}; LinkShapes::new reads the files of meshes")))]
+    MissingShape {
+        /// The link.
+        link: String,
+        /// The reason, as a sentence.
+        reason: String,
+    },
+    /// Two half-spaces have no distance, and where a coordinate is not finite there is none.
+    #[error("{}", message(format_args!("links \"{first}\" and \"{second}\" have no distance: a coordinate is not finite")))]
+    NoDistance {
+        /// The first link.
+        first: String,
+        /// The second link.
+        second: String,
+    },
+}
+
+/// Computes the nearest points of two links, with the gradient of their distance.
+///
+/// For one pair once: [`LinkShapes::nearest_into`] keeps shapes and memory. Meshes are not read, and a link with one is an error. Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `first`, `second` – names of links
+///
+/// # Errors
+/// If the model has no such link, or one has no collision shape, or one that is a mesh; if q is not finite.
+///
+/// # Panics
+/// If `q` has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Model, contact};
+///
+/// let model = Model::from_urdf_str(r#"<robot name="slider">
+///   <link name="world"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+///   <link name="box"><collision><geometry><box size="0.2 1 1"/></geometry></collision>
+///     <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+///   <joint name="slide" type="prismatic"><parent link="world"/><child link="box"/><axis xyz="1 0 0"/>
+///     <limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"#)?;
+/// let near = contact::nearest(&model, &[0.5], "world", "box")?;
+/// assert!((near.distance - 0.3).abs() < 1e-15);
+/// assert_eq!(near.gradient[0], 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn nearest(
+    model: &Model,
+    q: &[f64],
+    first: &str,
+    second: &str,
+) -> Result<Nearest, NearestError> {
+    LinkShapes::without_meshes(model).nearest(model, q, first, second)
+}
+
+impl LinkShapes {
+    /// Computes the nearest points of two links. Allocates; see [`nearest_into`](Self::nearest_into).
+    ///
+    /// # Errors
+    /// If the model has no such link, or one has no collision shape, or one that is [missing](Self::missing); if q is not finite.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the shapes are those of another robot.
+    pub fn nearest(
+        &self,
+        model: &Model,
+        q: &[f64],
+        first: &str,
+        second: &str,
+    ) -> Result<Nearest, NearestError> {
+        for link in [first, second] {
+            if let Some(missing) = self.missing().iter().find(|missing| missing.link == link) {
+                return Err(NearestError::MissingShape {
+                    link: link.to_owned(),
+                    reason: missing.reason.clone(),
+                });
+            }
+        }
+        let links = [
+            self.find_link(model, first)?,
+            self.find_link(model, second)?,
+        ];
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(model, q, &vec![0.0; model.nv()], &mut kinematics);
+        let mut out = Nearest::new(model);
+        if self.nearest_into(model, &kinematics, links, &mut out) {
+            return Ok(out);
+        }
+        Err(NearestError::NoDistance {
+            first: first.to_owned(),
+            second: second.to_owned(),
+        })
+    }
+
+    /// Computes the nearest points of two links, without allocation. Returns `false`, with an infinite distance, where there is none: a link without shapes, two
+    /// half-spaces, a coordinate that is not finite.
+    ///
+    /// The distance is that of the nearest two shapes of the links, of equally near ones the first. Its gradient is ∂d/∂q = n · (J₂ − J₁) with the Jacobians of the
+    /// links at the two points: that of the distance returned. Where features switch it is that of one side.
+    ///
+    /// * `links` – frames of the links, see [`find_link`](Self::find_link)
+    ///
+    /// # Panics
+    /// If `out`, the kinematics or the shapes are those of another robot.
+    pub fn nearest_into(
+        &self,
+        model: &Model,
+        kinematics: &Kinematics<f64>,
+        links: [FrameId; 2],
+        out: &mut Nearest,
+    ) -> bool {
+        self.check(model);
+        kinematics.check(model);
+        assert_eq!(out.gradient.len(), model.nv(), "length of the gradient");
+        out.distance = f64::INFINITY;
+        out.feature = None;
+        out.gradient.fill(0.0);
+        let of = |link: FrameId| {
+            let shapes = self.shapes().iter().enumerate();
+            shapes.filter(move |(_, shape)| shape.link == link)
+        };
+        for (i, a) in of(links[0]) {
+            let X_WA = pose(kinematics, a);
+            for (j, b) in of(links[1]) {
+                let X_WB = pose(kinematics, b);
+                if let Some((feature, found)) = nearest_of_shapes(a, &X_WA, b, &X_WB)
+                    && found.distance < out.distance
+                {
+                    let Witness {
+                        distance,
+                        points,
+                        normal,
+                    } = found;
+                    (out.distance, out.points, out.normal) = (distance, points, normal);
+                    (out.shapes, out.feature) = ([i, j], Some(feature));
+                }
+            }
+        }
+        if out.feature.is_some() {
+            self.add_gradient(model, kinematics, out);
+        }
+        out.feature.is_some()
+    }
+
+    /// ∂d/∂q = n · (J₂ − J₁), with the points as those of the bodies.
+    fn add_gradient(&self, model: &Model, kinematics: &Kinematics<f64>, out: &mut Nearest) {
+        let normal = out.normal;
+        for (shape, point, sign) in [
+            (out.shapes[0], out.points[0], -1.0),
+            (out.shapes[1], out.points[1], 1.0),
+        ] {
+            let body = self.shapes()[shape].body;
+            let in_body = kinematics.pose(body).inverse().point(&point);
+            let point = BodyPoint {
+                body,
+                in_body: &in_body,
+            };
+            let gradient = &mut out.gradient;
+            each_jacobian_column(model, kinematics, point, |k, velocity| {
+                gradient[k] += sign * normal.dot(&velocity);
+            });
+        }
+    }
+}
+
+/// The pose `X_WS` of a shape.
+pub(super) fn pose(kinematics: &Kinematics<f64>, shape: &LinkShape) -> Transform<f64> {
+    kinematics.pose(shape.body) * shape.placement
+}
+
+/// The nearest features of two shapes, with their distance, which is finite.
+pub(super) fn nearest_of_shapes(
+    a: &LinkShape,
+    X_WA: &Transform<f64>,
+    b: &LinkShape,
+    X_WB: &Transform<f64>,
+) -> Option<(PairFeature, Witness<f64>)> {
+    let feature = nearest_features(&a.shape, X_WA, &b.shape, X_WB)?;
+    let found = witness(&feature, &a.shape, X_WA, &b.shape, X_WB);
+    found.distance.is_finite().then_some((feature, found))
+}
