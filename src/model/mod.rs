@@ -58,6 +58,7 @@ mod tree;
 mod up_axis;
 pub(crate) mod walk;
 mod weightless;
+mod world;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -85,6 +86,7 @@ pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
 pub(crate) use weightless::Weightless;
+pub use world::{Object, World};
 
 use crate::error::UnknownName;
 use crate::numbers::{Domain, Numbers as _};
