@@ -75,6 +75,7 @@ mod urdf;
 mod values;
 mod version;
 mod write;
+mod world_meshes;
 mod xml;
 
 pub use massless::MasslessLinks;
