@@ -74,8 +74,8 @@ pub(crate) mod temporary;
 mod urdf;
 mod values;
 mod version;
-mod write;
 mod world_meshes;
+mod write;
 mod xml;
 
 pub use massless::MasslessLinks;

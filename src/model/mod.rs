@@ -10,6 +10,7 @@
 //! |---|---|---|---|
 //! | how is a robot made in code? | [`ModelBuilder`], [`LinkSpec`], [`JointSpec`] | O(n) | |
 //! | small robots to try things on? | [`samples`] | O(n) | |
+//! | several robots and objects in one model? | [`World`], [`Object`] | O(n) | |
 //! | where in q and v is a joint? | [`Model::find_joint`], then [`Model::joint_q`], [`Model::joint_v`] | O(n) by name, then O(1) | |
 //! | which frame has this name? | [`Model::find_frame`] | O(n) | |
 //! | how does a configuration move, how far apart are two? | [`Model::integrate`], [`Model::difference`], [`Model::interpolate`] | O(n) | [Murray, Li, Sastry 1994, chapter 2] |

@@ -13,7 +13,9 @@ use crate::spatial::{Motion, Representation, Transform};
 
 /// The body that a floating joint on the world moves.
 fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, UnknownName> {
-    let found = model.joint(joint).map(|id| model.body(model.joint_body(id)));
+    let found = model
+        .joint(joint)
+        .map(|id| model.body(model.joint_body(id)));
     let free = found.filter(|body| is_free(body));
     free.ok_or_else(|| UnknownName {
         model: model.name().into(),

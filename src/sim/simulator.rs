@@ -11,8 +11,8 @@ use crate::contact::Contacts;
 use crate::dynamics::each_passive;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::memory;
-use crate::model::{JointPart, Model};
 use crate::model::manifold::v_range;
+use crate::model::{JointPart, Model};
 use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Over, Scalar, is_more_than_values};
 

@@ -613,7 +613,9 @@ fn sdf_world_is_read_with_all_its_models() {
     let simulator = simulator(world, Integrator::SemiImplicitEuler);
     assert_eq!(simulator.nu(), 1);
     let fallen = simulator.rollout(&state, 100, |_, _, _| {});
-    let ball = fallen.last().free_pose(simulator.model(), "ball::floating_base");
+    let ball = fallen
+        .last()
+        .free_pose(simulator.model(), "ball::floating_base");
     // Semi-implicit Euler falls by g dt² n (n + 1) / 2.
     let expected = 2.0 - 1.6 * DT * DT * 100.0 * 101.0 / 2.0;
     assert!((ball.unwrap().translation.z - expected).abs() < SAME_ALGEBRA);
