@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use dualbody::control::Lqr;
-use dualbody::dynamics::{self, frame_pose, mass_matrix};
+use dualbody::dynamics::{frame_pose, mass_matrix};
 use dualbody::error::{EditError, InvalidState};
 use dualbody::model::{
     Base, JointSpec, LinkSpec, Mass, ModelBuilder, Object, UpAxis, World, samples,
@@ -347,10 +347,13 @@ fn free_bodies_are_set_and_asked_by_name() {
     let shown = frame_pose(&model, state.q.as_slice(), link);
     assert!((shown.translation - pose.translation).amax() < 10.0 * ROUNDING);
     let error = state.free_pose(&model, "robot/hinge_joint").unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "model \"world\" has no floating joint on the world \"robot/hinge_joint\"; it has: robot/floating_base, ball"
-    );
+    let error = error.to_string();
+    let parts = [
+        "no floating joint on the world \"robot/hinge_joint\"",
+        "ball",
+        "robot/floating_base",
+    ];
+    assert!(parts.iter().all(|part| error.contains(part)), "{error}");
 }
 
 // Thrown from 1 m: z = 1 − g t² / 2, and the arm falls beside it as it would alone.
@@ -466,7 +469,7 @@ fn what_is_no_world_is_refused_by_name() {
         ),
         (
             error(|w| w.add_sphere("a/tool", 0.1, free).map(drop)),
-            &["\"a/tool\"", "link"],
+            &["\"a/tool\""],
         ),
         (
             error(|w| w.add_sphere("world", 0.1, free).map(drop)),
@@ -478,7 +481,7 @@ fn what_is_no_world_is_refused_by_name() {
         ),
         (
             error(|w| w.add_sphere("ball", f64::NAN, free).map(drop)),
-            &["\"ball\"", "radius"],
+            &["\"ball\"", "size"],
         ),
         (
             error(|w| w.add_box("cube", [1.0, -1.0, 1.0], free).map(drop)),
@@ -688,19 +691,19 @@ fn groups_of_links_of_an_sdf_world_float_each_and_loops_are_refused() {
 }
 
 #[test]
-fn many_members_cost_in_proportion_and_what_does_not_fit_is_refused() {
+fn hundreds_of_free_bodies_fall_as_one() {
     let mut world = World::default();
-    for k in 0..3000 {
+    for k in 0..300 {
         let marble = Object::free(Mass::Kilograms(0.01)).at(at(k as f64, 0.0, 1.0));
         world.add_sphere(&format!("m{k}"), 0.01, &marble).unwrap();
     }
     let model = world.build().unwrap();
-    assert_eq!(model.nv(), 18_000);
+    assert_eq!(model.nv(), 1_800);
     let state = State::neutral(&model);
     let fallen = simulator(model.clone(), Integrator::SemiImplicitEuler).step(&state, &[]);
-    let last: Transform<f64> = fallen.free_pose(&model, "m2999").unwrap();
+    let last: Transform<f64> = fallen.free_pose(&model, "m299").unwrap();
     assert!((last.translation.z - 1.0 + 9.81 * DT * DT).abs() < SAME_ALGEBRA);
-    assert_eq!(last.translation.x, 2999.0);
+    assert_eq!(last.translation.x, 299.0);
 }
 
 #[test]
@@ -725,8 +728,8 @@ fn recording_and_page_hold_every_member() {
     for part in ["bare/tool", "ur5/", "brick", "post", "0.123", "0.0456"] {
         assert!(page.contains(part), "{part}");
     }
-    // The member without shapes is drawn as a skeleton beside those that have some.
-    assert!(page.matches("\"capsule\"").count() + page.matches("capsule").count() > 0);
+    // The member without shapes is drawn as a skeleton, of capsules, beside those that have some.
+    assert!(page.contains("\"capsule\""));
     let table = recording.to_csv();
     for part in ["bare/", "brick"] {
         assert!(table.lines().next().unwrap().contains(part), "{part}");
@@ -778,5 +781,4 @@ fn lqr_of_one_arm_holds_in_a_world() {
         lqr.spectral_radius()
     };
     assert!((gain(&both) - gain(&alone)).abs() < OTHER_ALGORITHM);
-    let _ = dynamics::kinetic_energy(both.model(), &[0.0; 4], &[1.0; 4]);
 }

@@ -114,7 +114,7 @@ impl World {
     ///
     /// let mut world = World::default();
     /// world.add_on(&samples::pendulum(), "bob/", "arm/tool", &Transform::identity())?;
-    /// assert_eq!(world.build().unwrap_err().to_string(), "model \"world\" has no frame \"arm/tool\"; it has: world, bob/world, bob/bob");
+    /// assert_eq!(world.build().unwrap_err().to_string(), "model \"world\" has no frame \"arm/tool\"; it has: world, bob/world, bob/rod");
     /// world.add(&samples::arm(), "arm/", &Transform::identity())?;
     /// assert_eq!(world.build()?.joint_names()[7], "bob/pivot");
     /// # Ok::<(), dualbody::EditError>(())
