@@ -479,6 +479,14 @@ pub enum InvalidState {
         /// Norm of the quaternion.
         norm: f64,
     },
+    /// A joint is of another kind in the model that takes over the state, or follows another one in one of the two.
+    #[error("{}", message(format_args!("joint \"{name}\" {reason}")))]
+    OtherJoint {
+        /// The joint.
+        name: String,
+        /// What is different.
+        reason: String,
+    },
 }
 
 /// Error for a change that a robot cannot take.
@@ -531,6 +539,14 @@ pub enum EditError {
     CannotScale {
         /// The link.
         link: String,
+        /// Reason why not.
+        reason: String,
+    },
+    /// The shape of an object has no volume, so that a mass gives it no inertia.
+    #[error("{}", message(format_args!("object \"{object}\" has no inertia: {reason}")))]
+    Shape {
+        /// Name of the object.
+        object: String,
         /// Reason why not.
         reason: String,
     },

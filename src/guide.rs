@@ -15,6 +15,9 @@ struct Derivatives;
 #[doc = include_str!("../guide/src/simulation.md")]
 struct Simulation;
 
+#[doc = include_str!("../guide/src/worlds.md")]
+struct Worlds;
+
 #[doc = include_str!("../guide/src/contact.md")]
 struct Contact;
 

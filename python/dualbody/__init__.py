@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import dynamics
-from ._dualbody import EngineCoordinates, ImportReport, Model, Plot, Recording, Simulator, __version__, memory_limit, set_memory_limit, set_threads, threads
+from ._dualbody import EngineCoordinates, ImportReport, Model, Plot, Recording, Simulator, World, __version__, carried_state, memory_limit, set_memory_limit, set_threads, threads
 from .dynamics import *  # noqa: F403
 
 if TYPE_CHECKING:
@@ -81,7 +81,9 @@ __all__ = [
     "Simulator",
     "Status",
     "StepGradient",
+    "World",
     "__version__",
+    "carried_state",
     "codegen",
     "contact",
     "control",

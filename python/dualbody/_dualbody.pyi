@@ -55,6 +55,7 @@ class LoaderKeywords(TypedDict, total=False):
     locked_joints: Mapping[str, float | Sequence[float]]
     massless_links: Literal["kept", "refused"] | tuple[float, float]
     mesh_up_axis: Literal["auto", "honour", "ignore"]
+    all_models: bool
     model_name: str
     search_paths: Sequence[str | PathLike[str]]
     roots: Sequence[str | PathLike[str]]
@@ -229,6 +230,39 @@ class Model:
     def _repr_html_(self) -> str: ...
 
 @final
+class ObjectKeywords(TypedDict, total=False):
+    mass: float
+    density: float
+    fixed: bool
+    position: Sequence[float]
+    quaternion: Sequence[float]
+    on: str
+    color: Sequence[float]
+    has_gravity: bool
+
+class World:
+    def __init__(self, name: str = "world", *, gravity: Sequence[float] | None = None) -> None: ...
+    def add(
+        self,
+        model: Model,
+        prefix: str = "",
+        position: Sequence[float] = (0, 0, 0),
+        quaternion: Sequence[float] = (1, 0, 0, 0),
+        on: str | None = None,
+    ) -> None: ...
+    def add_box(self, name: str, size: Sequence[float], **object: Unpack[ObjectKeywords]) -> None: ...
+    def add_sphere(self, name: str, radius: float, **object: Unpack[ObjectKeywords]) -> None: ...
+    def add_cylinder(self, name: str, radius: float, length: float, **object: Unpack[ObjectKeywords]) -> None: ...
+    def add_capsule(self, name: str, radius: float, length: float, **object: Unpack[ObjectKeywords]) -> None: ...
+    def add_mesh(self, name: str, path: str | PathLike[str], scale: Sequence[float] = (1, 1, 1), **object: Unpack[ObjectKeywords]) -> None: ...
+    def remove(self, member: str) -> None: ...
+    @property
+    def members(self) -> list[str]: ...
+    def build(self) -> Model: ...
+
+def _build_world(name: str, gravity: Sequence[float] | None, calls: Sequence[tuple[str, tuple[Any, ...], dict[str, Any]]]) -> Model: ...
+def carried_state(before: Model, after: Model, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]: ...
+
 class EngineCoordinates:
     def __new__(cls, model: Model, engine: EngineName, joint_order: Sequence[str] | None = None) -> EngineCoordinates: ...
     @property

@@ -10,7 +10,7 @@
 //! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
 //! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
-//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view`, `world` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -40,6 +40,7 @@ mod threads;
 mod trajopt;
 mod view;
 mod words;
+mod world;
 
 use pyo3::prelude::*;
 
@@ -114,6 +115,8 @@ mod _dualbody {
         _curve_at, _ddp, _position_bounds, _shooting_at, _shooting_variables, _single_shooting,
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
+    #[pymodule_export]
+    use super::world::{PyWorld, _build_world, carried_state};
     #[pymodule_export]
     use super::view::{_plot, _recording, PyPlot, PyRecording};
 

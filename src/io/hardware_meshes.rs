@@ -36,7 +36,7 @@ impl Hardware {
 
 /// The solids of mesh files, each file once, or what is wrong with it.
 #[derive(Debug, Default)]
-struct Solids {
+pub(super) struct Solids {
     found: HashMap<MeshFile, Result<Inertia<f64>, String>>,
 }
 

@@ -74,6 +74,7 @@ pub(crate) mod temporary;
 mod urdf;
 mod values;
 mod version;
+mod world_meshes;
 mod write;
 mod xml;
 

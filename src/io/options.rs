@@ -41,6 +41,8 @@ pub struct ModelOptions {
     pub(super) up_axis: UpAxis,
     /// Name of the model of an SDF file to load; by default the only one.
     pub(super) model_name: Option<String>,
+    /// Whether all models of an SDF file are loaded, as one world.
+    pub(super) all_models: bool,
     /// The joints that stay joints; by default all.
     pub(super) kept_joints: Option<Vec<String>>,
     /// Joints that become fixed, with where; by default none.
@@ -59,6 +61,7 @@ impl Default for ModelOptions {
             roots: Roots::default(),
             up_axis: UpAxis::default(),
             model_name: None,
+            all_models: false,
             kept_joints: None,
             locked_joints: Vec::new(),
             massless_links: MasslessLinks::default(),
@@ -183,6 +186,28 @@ impl ModelOptions {
     #[must_use]
     pub fn with_model_name(mut self, name: impl Into<String>) -> Self {
         self.model_name = Some(name.into());
+        self
+    }
+
+    /// Loads all models of an SDF file or of its world as one model, a [world](crate::model::World): names are `model::part`; static models are fixed; what
+    /// no joint holds floats, from the pose in the file, on a joint `model::floating_base` that takes no input. [`with_base`](Self::with_base) of
+    /// [`Base::Fixed`] holds everything where it is. URDF files hold one robot: this has no effect on them.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{ModelOptions, State};
+    ///
+    /// let ball = |name: &str, z: f64| format!("<model name='{name}'><pose>0 0 {z} 0 0 0</pose><link name='l'/></model>");
+    /// let xml = format!("<sdf version='1.9'><world name='two'>{}{}</world></sdf>", ball("a", 1.0), ball("b", 2.0));
+    /// let (world, _) = ModelOptions::default().with_all_models().load_sdf_str(&xml)?;
+    /// assert_eq!((world.name(), world.nv()), ("two", 12));
+    /// let b = State::neutral(&world).free_pose(&world, "b::floating_base").unwrap();
+    /// assert_eq!(b.translation.z, 2.0);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_all_models(mut self) -> Self {
+        self.all_models = true;
         self
     }
 

@@ -183,6 +183,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             friction: joint.friction,
             second,
             mimic: joint.mimic.clone(),
+            is_passive: joint.is_passive,
         });
         self.specs.push(joint);
         at

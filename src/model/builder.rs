@@ -119,6 +119,7 @@ pub struct JointSpec {
     pub(super) spring: Spring<f64>,
     pub(super) mimic: Option<Mimic>,
     pub(super) second: Option<SecondAxis>,
+    pub(super) is_passive: bool,
 }
 
 impl JointSpec {
@@ -147,6 +148,7 @@ impl JointSpec {
             spring: Spring::default(),
             mimic: None,
             second: (kind == JointKind::Universal).then(|| SecondAxis::about([0.0, 1.0, 0.0])),
+            is_passive: false,
         }
     }
 
@@ -255,6 +257,14 @@ impl JointSpec {
             armature: self.armature,
             spring: self.spring,
         }
+    }
+
+    /// Makes the joint passive: a [`Simulator`](crate::Simulator) gives it no input, unless it is among the
+    /// [actuated joints](crate::Simulator::with_actuated_joints) that are named.
+    #[must_use]
+    pub fn passive(mut self) -> Self {
+        self.is_passive = true;
+        self
     }
 
     /// Makes the joint follow another one; see [`Mimicry`] for what becomes of its coordinate.

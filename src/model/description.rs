@@ -109,6 +109,11 @@ impl JointSpec {
         body_frame(self.kind, &unit_axis(self))
     }
 
+    /// Whether the joint has no input by default, see [`passive`](Self::passive).
+    pub fn is_passive(&self) -> bool {
+        self.is_passive
+    }
+
     /// The second axis of a universal joint.
     pub fn second_axis(&self) -> Option<&SecondAxis> {
         self.second.as_ref()

@@ -10,6 +10,7 @@
 //! |---|---|---|---|
 //! | how is a robot made in code? | [`ModelBuilder`], [`LinkSpec`], [`JointSpec`] | O(n) | |
 //! | small robots to try things on? | [`samples`] | O(n) | |
+//! | several robots and objects in one model? | [`World`], [`Object`] | O(n) | |
 //! | where in q and v is a joint? | [`Model::find_joint`], then [`Model::joint_q`], [`Model::joint_v`] | O(n) by name, then O(1) | |
 //! | which frame has this name? | [`Model::find_frame`] | O(n) | |
 //! | how does a configuration move, how far apart are two? | [`Model::integrate`], [`Model::difference`], [`Model::interpolate`] | O(n) | [Murray, Li, Sastry 1994, chapter 2] |
@@ -58,6 +59,7 @@ mod tree;
 mod up_axis;
 pub(crate) mod walk;
 mod weightless;
+mod world;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -85,6 +87,7 @@ pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
 pub(crate) use weightless::Weightless;
+pub use world::{Object, World};
 
 use crate::error::UnknownName;
 use crate::numbers::{Domain, Numbers as _};

@@ -97,6 +97,8 @@ pub struct Joint {
     pub second: Option<SecondAxis>,
     /// The joint that it should follow.
     pub mimic: Option<Mimic>,
+    /// Whether it has no input by default, see [`JointSpec::passive`](super::JointSpec::passive).
+    pub is_passive: bool,
 }
 
 impl Joint {

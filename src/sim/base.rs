@@ -8,7 +8,7 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Quaternion, Representation, SPATIAL, Transform};
 
 /// Entries of q that a floating base has: position and quaternion.
-const BASE_POSE: usize = 7;
+pub(super) const BASE_POSE: usize = 7;
 
 impl<T: Scalar> State<T> {
     /// Pose `X_WB` of a floating base in the world; `None` if the base is fixed.
@@ -46,9 +46,7 @@ impl<T: Scalar> State<T> {
     pub fn set_base_pose<P: Scalar>(&mut self, model: &Model<P>, X_WB: &Transform<T>) {
         model.check_q(self.q.as_slice());
         assert_floating(model);
-        let q = &mut self.q.as_mut_slice()[..BASE_POSE];
-        q[..3].copy_from_slice(X_WB.translation.as_slice());
-        Quaternion::from_matrix(&X_WB.rotation).write_to(&mut q[3..]);
+        write_pose(&mut self.q.as_mut_slice()[..BASE_POSE], X_WB);
     }
 
     /// Velocity of a floating base in a representation (m/s, rad/s); `None` if the base is fixed. Does not allocate.
@@ -85,9 +83,26 @@ impl<T: Scalar> State<T> {
         model.check_v(self.v.as_slice());
         assert_floating(model);
         let X_WB = model.body(BodyId(0)).place(self.q.as_slice());
-        let V_WB_B = representation.velocity_to_body(&X_WB, velocity);
-        self.v.as_mut_slice()[..SPATIAL].copy_from_slice(&V_WB_B.to_array());
+        let own = &mut self.v.as_mut_slice()[..SPATIAL];
+        write_velocity(own, &X_WB, velocity, representation);
     }
+}
+
+/// Writes a pose as the configuration of a floating joint.
+pub(super) fn write_pose<T: Scalar>(q: &mut [T], X: &Transform<T>) {
+    q[..3].copy_from_slice(X.translation.as_slice());
+    Quaternion::from_matrix(&X.rotation).write_to(&mut q[3..]);
+}
+
+/// Writes the velocity of a floating joint, given in a representation at a pose.
+pub(super) fn write_velocity<T: Scalar>(
+    v: &mut [T],
+    X_WB: &Transform<T>,
+    velocity: &Motion<T>,
+    representation: Representation,
+) {
+    let V_WB_B = representation.velocity_to_body(X_WB, velocity);
+    v.copy_from_slice(&V_WB_B.to_array());
 }
 
 fn assert_floating<P: Scalar>(model: &Model<P>) {

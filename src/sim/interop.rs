@@ -11,11 +11,14 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use super::base::write_pose;
+use super::free_body::is_free;
 use super::state::State;
 use crate::error::UnknownName;
 use crate::joint::{Joint, JointKind};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, JointId, Model};
+use crate::spatial::Transform;
 
 /// Whose coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,8 +26,8 @@ use crate::model::{Body, BodyId, JointId, Model};
 pub enum Engine {
     /// Quaternions (x, y, z, w); continuous joints and the angle of planar joints as (cos, sin); velocities as here.
     Pinocchio,
-    /// Quaternions (w, x, y, z); the linear velocity of a floating base in the world, its angular velocity in the base; a planar
-    /// joint is two slides and a hinge.
+    /// Quaternions (w, x, y, z); the linear velocity of a floating base in the world, its angular velocity in the base; of a floating joint on the world
+    /// the pose in the world, wherever the joint is placed; a planar joint is two slides and a hinge.
     MuJoCo,
     /// Quaternions (w, x, y, z); base velocity in the mixed representation, linear first.
     JaxSim,
@@ -158,9 +161,11 @@ impl<'m> EngineCoordinates<'m> {
     /// If `q` has the wrong length.
     pub fn configuration_to(&self, q: &[f64]) -> DVector<f64> {
         self.model.check_q(q);
-        let own = self
-            .bodies()
-            .flat_map(|body| configuration_to(self.engine, body.joint, &q[q_range(body)]));
+        let own = self.bodies().flat_map(|body| {
+            let q = &q[q_range(body)];
+            let moved = self.placed(body).map(|X_WJ| moved(X_WJ, q));
+            configuration_to(self.engine, body.joint, moved.as_deref().unwrap_or(q))
+        });
         DVector::from_vec(own.collect())
     }
 
@@ -180,11 +185,11 @@ impl<'m> EngineCoordinates<'m> {
         for body in self.bodies() {
             let own;
             (own, rest) = rest.split_at(width(self.engine, body.joint));
-            out.as_mut_slice()[q_range(body)].copy_from_slice(&configuration_from(
-                self.engine,
-                body.joint,
-                own,
-            ));
+            let mut own = configuration_from(self.engine, body.joint, own);
+            if let Some(X_WJ) = self.placed(body) {
+                own = moved(&X_WJ.inverse(), &own);
+            }
+            out.as_mut_slice()[q_range(body)].copy_from_slice(&own);
         }
         out
     }
@@ -284,6 +289,14 @@ impl<'m> EngineCoordinates<'m> {
         T.tr_mul(M) * T
     }
 
+    /// Where a floating joint is placed on the world, for an engine whose free joints have the pose in the world.
+    fn placed(&self, body: &'m Body<f64>) -> Option<&'m Transform<f64>> {
+        let moves = self.engine == Engine::MuJoCo
+            && is_free(body)
+            && body.placement != Transform::identity();
+        moves.then_some(&body.placement)
+    }
+
     /// The bodies with coordinates, in the engine's order.
     fn bodies(&self) -> impl Iterator<Item = &'m Body<f64>> {
         self.order.iter().map(|&body| self.model.body(body))
@@ -304,7 +317,9 @@ impl<'m> EngineCoordinates<'m> {
         let (mut T, mut row) = (DMatrix::zeros(nv, nv), 0);
         for body in self.bodies() {
             let n = body.joint.nv();
-            let axes = axes(self.engine, body.joint, &q[q_range(body)]);
+            let q = &q[q_range(body)];
+            let moved = self.placed(body).map(|X_WJ| moved(X_WJ, q));
+            let axes = axes(self.engine, body.joint, moved.as_deref().unwrap_or(q));
             T.view_mut((row, body.v), (n, n)).copy_from(&axes);
             row += n;
         }
@@ -339,6 +354,13 @@ fn find(position: &HashMap<&str, usize>, name: &str, engine: Engine) -> Result<u
             known: known.into_iter().map(|(_, name)| name.to_owned()).collect(),
         }
     })
+}
+
+/// The configuration of a floating joint moved by a pose before it.
+fn moved(X_WJ: &Transform<f64>, q: &[f64]) -> Vec<f64> {
+    let mut out = q.to_vec();
+    write_pose(&mut out, &(*X_WJ * JointKind::Floating.transform(q)));
+    out
 }
 
 /// Number of configuration coordinates that the engine has for a joint.

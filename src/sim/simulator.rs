@@ -11,8 +11,8 @@ use crate::contact::Contacts;
 use crate::dynamics::each_passive;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::memory;
-use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::model::{JointPart, Model};
 use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Over, Scalar, is_more_than_values};
 
@@ -63,16 +63,18 @@ pub struct Simulator<P = f64> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated. The joint of a floating base has no name:
-    /// [`with_frame_actuators`](Self::with_frame_actuators) is for thrusters.
+    /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated that is not [passive](crate::model::JointSpec::passive). The
+    /// joint of a floating base has no name: [`with_frame_actuators`](Self::with_frame_actuators) is for thrusters.
     ///
     /// # Panics
     /// If the mass matrix is singular: the message names the links without inertia and the ways out.
     /// [`Model::check_mass_matrix`] says so beforehand.
     pub fn new(model: Model<P>) -> Self {
         model.assert_mass_matrix();
-        let parts = model.joint_parts().map(|part| model.body(part.body));
+        let driven = |part: &JointPart<'_>| !model.joints()[part.id.0].is_passive;
+        let parts = model.joint_parts().filter(driven);
         let actuated = parts
+            .map(|part| model.body(part.body))
             .filter(|body| body.coupling.is_none())
             .flat_map(v_range);
         let actuated = actuated.collect();

@@ -211,35 +211,66 @@ fn links(model: &Model) -> Vec<Link> {
     links.collect()
 }
 
-/// The visuals; where there are none the collisions; where there are none either, a skeleton.
+/// The visuals of each member; of one without the collisions; of one with neither a skeleton.
 pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
-    let visuals = model.links().iter().flat_map(|link| {
-        let shapes = link.visuals.iter();
-        shapes.map(|v| (link.frame, &v.placement, &v.geometry, v.color))
-    });
-    let collisions = model.links().iter().flat_map(|link| {
-        let shapes = link.collisions.iter();
-        shapes.map(|c| (link.frame, &c.placement, &c.geometry, None))
-    });
-    let mut given: Vec<_> = visuals.collect();
-    if given.is_empty() {
-        given = collisions.collect();
-    }
-    if given.is_empty() {
-        return skeleton(model);
+    let member_of_link = members(model);
+    let n = member_of_link.last().map_or(0, |last| last + 1);
+    let (mut shown, mut touching) = (vec![false; n], vec![false; n]);
+    for (link, &member) in model.links().iter().zip(&member_of_link) {
+        shown[member] |= !link.visuals.is_empty();
+        touching[member] |= !link.collisions.is_empty();
     }
     let mut shapes = Vec::new();
-    for (frame, placement, geometry, color) in given {
-        let frame = &model.frames()[frame.0];
+    for (link, &member) in model.links().iter().zip(&member_of_link) {
+        let frame = &model.frames()[link.frame.0];
         let owner = format!("{}, link \"{}\"", model.name(), frame.name);
-        for (X, piece, own) in meshes.pieces(&owner, geometry) {
-            shapes.push(Shape {
-                body: frame.body.map(|body| body.0),
-                pose: pose(&(frame.placement * *placement * X)),
-                color: color.or(own),
-                piece,
-            });
+        let visuals = link.visuals.iter();
+        let visuals = visuals.map(|v| (&v.placement, &v.geometry, v.color));
+        let collisions = link.collisions.iter().filter(|_| !shown[member]);
+        let collisions = collisions.map(|c| (&c.placement, &c.geometry, None));
+        for (placement, geometry, color) in visuals.chain(collisions) {
+            for (X, piece, own) in meshes.pieces(&owner, geometry) {
+                shapes.push(Shape {
+                    body: frame.body.map(|body| body.0),
+                    pose: pose(&(frame.placement * *placement * X)),
+                    color: color.or(own),
+                    piece,
+                });
+            }
         }
     }
+    let member_of_body = of_bodies(model, &member_of_link);
+    let bare = (0..n).filter(|&member| !shown[member] && !touching[member]);
+    shapes.extend(bare.flat_map(|member| skeleton(model, &|body| member_of_body[body] == member)));
     shapes
+}
+
+/// The member of each link: 0 for the root and a robot that is alone, then what a root `world` carries, one after another.
+fn members(model: &Model) -> Vec<usize> {
+    let builder = model.to_builder();
+    let steps = builder.walk();
+    let is_world = steps
+        .first()
+        .is_some_and(|step| step.link.name() == "world");
+    let mut member = 0;
+    let mut of = |depth: usize| {
+        member += usize::from(is_world && depth == 1);
+        member
+    };
+    steps.iter().map(|step| of(step.depth)).collect()
+}
+
+/// The member of each body: that of its links, or of those that it carries.
+fn of_bodies(model: &Model, member_of_link: &[usize]) -> Vec<usize> {
+    let mut out = vec![None; model.n_bodies()];
+    for (link, &member) in model.links().iter().zip(member_of_link) {
+        if let Some(body) = model.frames()[link.frame.0].body {
+            out[body.0] = Some(member);
+        }
+    }
+    let mut next = 0;
+    for member in out.iter_mut().rev() {
+        next = *member.get_or_insert(next);
+    }
+    out.into_iter().map(Option::unwrap_or_default).collect()
 }

@@ -1,4 +1,4 @@
-//! Skeleton of a robot that has no shapes: bones between its joints and balls at its centres of mass.
+//! Skeleton of a robot, or of a member of a world, that has no shapes: bones between its joints and balls at its centres of mass.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -13,15 +13,20 @@ use crate::spatial::Transform;
 const THICKNESS: [f64; 2] = [0.022, 0.05];
 
 /// A bone from each joint to those that its body carries and to the centre of mass, where there is a ball.
-pub(super) fn skeleton(model: &Model) -> Vec<Shape> {
+///
+/// * `has` – whether a body is one of those that are drawn
+pub(super) fn skeleton(model: &Model, has: &dyn Fn(usize) -> bool) -> Vec<Shape> {
     let bodies = model.bodies();
-    let reach = bodies
-        .iter()
-        .map(|b| b.placement.translation.norm().max(b.inertia.com().norm()));
+    let own = || bodies.iter().enumerate().filter(|(i, _)| has(*i));
+    // No bone leads from the world to where a robot stands.
+    let reach = own().map(|(_, b)| match b.parent {
+        Some(_) => b.placement.translation.norm().max(b.inertia.com().norm()),
+        None => b.inertia.com().norm(),
+    });
     let largest = reach.fold(0.1, f64::max);
     let (bone, ball) = (largest * THICKNESS[0], largest * THICKNESS[1]);
     let mut shapes = Vec::new();
-    for (i, body) in bodies.iter().enumerate() {
+    for (i, body) in own() {
         let children = bodies
             .iter()
             .filter(|child| child.parent == Some(BodyId(i)));

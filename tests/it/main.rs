@@ -82,4 +82,5 @@ mod trajopt_table;
 mod trajopt_transcription;
 mod trust_boundary;
 mod weightless;
+mod worlds;
 mod yielding_constraints;

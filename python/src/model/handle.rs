@@ -89,7 +89,7 @@ impl PyModel {
 }
 
 impl PyModel {
-    pub(super) fn new(model: Model, recipe: (&'static str, Bound<'_, PyTuple>)) -> Self {
+    pub(crate) fn new(model: Model, recipe: (&'static str, Bound<'_, PyTuple>)) -> Self {
         Self {
             model: Arc::new(model),
             id: next_id(),

@@ -60,6 +60,10 @@ fn with_option(
         }
         "massless_links" => options.with_massless_links(massless(value)?),
         "mesh_up_axis" => options.with_mesh_up_axis(up_axis(&text()?)?),
+        "all_models" => match value.extract().map_err(wrong)? {
+            true => options.with_all_models(),
+            false => options,
+        },
         "model_name" => options.with_model_name(text()?),
         "search_paths" => (paths()?.into_iter()).fold(options, ModelOptions::with_search_path),
         "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),

@@ -12,7 +12,8 @@
 //! | inertial, visual, collision | its link |
 //!
 //! Names of parts of nested models are `model::part`; those of merged ones have no prefix. A static model is fixed to the world,
-//! link by link. Joints of a [world] hold the robot or join other models to it.
+//! link by link. Joints of a [world] hold the robot or join other models to it. Where all models are read, the world is the model
+//! that has them as parts: each group of links that joints connect and nothing holds is on a floating joint.
 
 mod assemble;
 mod entry;
@@ -77,7 +78,12 @@ pub(super) fn load(
         version,
         finder,
     };
-    let robot = select::read(&mut reader, root, options.model_name.as_deref())?;
+    let robot = if options.all_models {
+        select::read_all(&mut reader, root)?;
+        scene::WORLD
+    } else {
+        select::read(&mut reader, root, options.model_name.as_deref())?
+    };
     let mut context = reader.context;
     let scene = &shared.scene;
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);

@@ -23,8 +23,10 @@ pub(super) struct Scene {
     pub(super) joints: Vec<JointEntry>,
     /// Gravity of the world, m/s²; `None` if the file has no world.
     pub(super) gravity: Option<[f64; 3]>,
-    /// The model that becomes the robot, once it is met.
+    /// The model that becomes the robot, once it is met; the world itself if all do.
     pub(super) robot: Option<usize>,
+    /// Name of the world, if all its models are read.
+    pub(super) title: Option<String>,
 }
 
 /// A scope of names: a model, or the world.
@@ -173,6 +175,7 @@ impl Scene {
             joints: Vec::new(),
             gravity: None,
             robot: None,
+            title: None,
         }
     }
 

@@ -1,8 +1,9 @@
-//! Selects the model of a file that becomes the robot.
+//! Selects the model of a file that becomes the robot, or reads them all.
 
 use super::entry::{name, read_model};
 use super::reader::{Reader, candidates};
-use super::world::Joined;
+use super::scene::WORLD;
+use super::world::{self, Joined};
 use crate::error::LoadError;
 use crate::io::context::{Node, children, tag};
 
@@ -33,6 +34,30 @@ pub(super) fn read(
     let robot = read_model(reader, chosen)?;
     joined.read(reader)?;
     Ok(robot)
+}
+
+/// Reads all models of a file, with what stands around them, as one world.
+pub(super) fn read_all(reader: &mut Reader<'_, '_, '_>, root: Node<'_>) -> Result<(), LoadError> {
+    // No model is the robot, whose names would have no prefix.
+    reader.shared.scene.robot = Some(WORLD);
+    let worlds: Vec<Node<'_>> = children(root, "world").collect();
+    if worlds.len() > 1 {
+        return Err(LoadError::ModelChoice {
+            file: reader.context.file.into(),
+            reason: "there are several worlds, of which a file to be read whole has one".into(),
+            names: worlds.iter().map(|world| name(*world)).collect(),
+        });
+    }
+    for model in candidates(root) {
+        read_model(reader, model)?;
+    }
+    if let Some(&world) = worlds.first() {
+        world::read_all(reader, world)?;
+    }
+    if reader.shared.scene.links.is_empty() {
+        return Err(reader.context.missing(root, "link"));
+    }
+    Ok(())
 }
 
 fn choose<'a>(

@@ -1,7 +1,7 @@
 //! Makes a tree of joints between links: finds the root and tells which joints lead towards it.
 
 use super::frames::Placements;
-use super::scene::Scene;
+use super::scene::{Scene, WORLD};
 use crate::error::LoadError;
 
 /// A joint on its way from the root outwards.
@@ -26,6 +26,8 @@ pub(super) struct Tree {
     /// The link at the root; `None` is the world.
     pub(super) root: Option<usize>,
     pub(super) edges: Vec<Edge>,
+    /// Links on floating joints, if the root is the world with all models.
+    pub(super) floating: Vec<usize>,
 }
 
 /// The ends of a joint; `None` is the world.
@@ -70,10 +72,18 @@ pub(super) fn build(
     robot: usize,
 ) -> Result<Tree, LoadError> {
     let graph = Graph::new(scene, placements)?;
+    let mut walk = Walk::new(scene, &graph);
+    if robot == WORLD {
+        return walk.all(&graph, placements);
+    }
     let root = graph.root(placements, scene.models[robot].frame);
-    let (edges, seen) = graph.walk(scene, root)?;
-    graph.check_reached(scene, root, &seen)?;
-    Ok(Tree { root, edges })
+    walk.from(&graph, graph.node(root))?;
+    graph.check_reached(scene, root, &walk.seen)?;
+    Ok(Tree {
+        root,
+        edges: walk.edges,
+        floating: Vec::new(),
+    })
 }
 
 /// Node 0 is the world with everything static, node i + 1 is link i.
@@ -129,38 +139,6 @@ impl Graph {
             .or(canonical)
     }
 
-    /// Breadth first from the root.
-    fn walk(
-        &self,
-        scene: &Scene,
-        root: Option<usize>,
-    ) -> Result<(Vec<Edge>, Vec<bool>), LoadError> {
-        let start = self.node(root);
-        let mut edges: Vec<Edge> = Vec::new();
-        let mut seen = vec![false; self.joints.len()];
-        let mut used = vec![false; scene.joints.len()];
-        // The joint that leads to each node, and the node from where.
-        let mut carriers = vec![None; self.joints.len()];
-        seen[start] = true;
-        let mut order = vec![start];
-        let mut next = 0;
-        while let Some(&node) = order.get(next) {
-            next += 1;
-            for &(edge, other) in &self.joints[node] {
-                if std::mem::replace(&mut used[edge.joint], true) {
-                    continue;
-                }
-                if std::mem::replace(&mut seen[other], true) {
-                    return Err(closes_loop(scene, &carriers, edge.joint, [node, other]));
-                }
-                carriers[other] = Some((edge.joint, node));
-                edges.push(edge);
-                order.push(other);
-            }
-        }
-        Ok((edges, seen))
-    }
-
     fn check_reached(
         &self,
         scene: &Scene,
@@ -187,6 +165,76 @@ impl Graph {
                 .file
                 .clone(),
             roots,
+        })
+    }
+}
+
+/// A walk over the links, breadth first.
+struct Walk<'s> {
+    scene: &'s Scene,
+    edges: Vec<Edge>,
+    seen: Vec<bool>,
+    /// Joints that were met.
+    used: Vec<bool>,
+    /// The joint that leads to each node, and the node from where.
+    carriers: Vec<Option<(usize, usize)>>,
+}
+
+impl<'s> Walk<'s> {
+    fn new(scene: &'s Scene, graph: &Graph) -> Self {
+        let n = graph.joints.len();
+        Self {
+            scene,
+            edges: Vec::new(),
+            seen: vec![false; n],
+            used: vec![false; scene.joints.len()],
+            carriers: vec![None; n],
+        }
+    }
+
+    /// Visits what joints connect to a node.
+    fn from(&mut self, graph: &Graph, start: usize) -> Result<(), LoadError> {
+        self.seen[start] = true;
+        let mut order = vec![start];
+        let mut next = 0;
+        while let Some(&node) = order.get(next) {
+            next += 1;
+            for &(edge, other) in &graph.joints[node] {
+                if std::mem::replace(&mut self.used[edge.joint], true) {
+                    continue;
+                }
+                if std::mem::replace(&mut self.seen[other], true) {
+                    let ends = [node, other];
+                    return Err(closes_loop(self.scene, &self.carriers, edge.joint, ends));
+                }
+                self.carriers[other] = Some((edge.joint, node));
+                self.edges.push(edge);
+                order.push(other);
+            }
+        }
+        Ok(())
+    }
+
+    /// Visits everything: first what is held, then groups of links from one that no joint moves, a canonical one before others.
+    fn all(mut self, graph: &Graph, placements: &Placements) -> Result<Tree, LoadError> {
+        self.from(graph, 0)?;
+        let models = self.scene.models.iter();
+        let canonical = models.filter_map(|model| placements.link[model.frame]);
+        let links = 0..self.scene.links.len();
+        let unmoved = |link: &usize| !graph.is_child[link + 1];
+        let starts = canonical.filter(unmoved);
+        let starts = starts.chain(links.clone().filter(unmoved)).chain(links);
+        let mut floating = Vec::new();
+        for link in starts {
+            if !graph.is_static[link] && !self.seen[link + 1] {
+                floating.push(link);
+                self.from(graph, link + 1)?;
+            }
+        }
+        Ok(Tree {
+            root: None,
+            edges: self.edges,
+            floating,
         })
     }
 }

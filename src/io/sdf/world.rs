@@ -54,18 +54,9 @@ impl<'a> Joined<'a> {
         model.parent_element() == Some(self.world) && self.names.contains(&name(model))
     }
 
-    /// Reads what stands around the robot: gravity, and the frames that its pose may be relative to.
+    /// Reads what stands around the robot, with the frames that its pose may be relative to.
     pub(super) fn read_around(&self, reader: &mut Reader<'_, '_, '_>) -> Result<(), LoadError> {
-        check(&mut reader.context, self.world, &schema::WORLD)?;
-        let gravity = Elements::numbers::<3>(&mut reader.context, self.world, "gravity")?;
-        if gravity.is_none() {
-            let reason = "no <gravity>: taken as 0 0 -9.8, as the SDF says";
-            reader.context.warn(self.world, reason);
-        }
-        reader.shared.scene.gravity = Some(gravity.unwrap_or(GRAVITY_OF_WORLD));
-        for frame in children(self.world, "frame") {
-            reader.frame(frame, WORLD)?;
-        }
+        read_surroundings(reader, self.world)?;
         for other in children(self.world, "model").filter(|model| !self.has(*model)) {
             read_neighbour(reader, other)?;
         }
@@ -89,6 +80,34 @@ impl<'a> Joined<'a> {
         }
         Ok(())
     }
+}
+
+/// Reads what is in a world besides models and joints: gravity, and the frames that poses may be relative to.
+fn read_surroundings(reader: &mut Reader<'_, '_, '_>, world: Node<'_>) -> Result<(), LoadError> {
+    check(&mut reader.context, world, &schema::WORLD)?;
+    let gravity = Elements::numbers::<3>(&mut reader.context, world, "gravity")?;
+    if gravity.is_none() {
+        let reason = "no <gravity>: taken as 0 0 -9.8, as the SDF says";
+        reader.context.warn(world, reason);
+    }
+    reader.shared.scene.gravity = Some(gravity.unwrap_or(GRAVITY_OF_WORLD));
+    for frame in children(world, "frame") {
+        reader.frame(frame, WORLD)?;
+    }
+    Ok(())
+}
+
+/// Reads a world with all that is in it.
+pub(super) fn read_all(reader: &mut Reader<'_, '_, '_>, world: Node<'_>) -> Result<(), LoadError> {
+    read_surroundings(reader, world)?;
+    reader.shared.scene.title = attribute(world, "name").filter(|name| !name.is_empty());
+    for model in candidates(world) {
+        read_model(reader, model)?;
+    }
+    for joint in children(world, "joint") {
+        reader.joint(joint, WORLD)?;
+    }
+    Ok(())
 }
 
 /// Models that hold the frames of a world, directly or by other frames, by name of the frame; the world itself for the

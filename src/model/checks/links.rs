@@ -50,6 +50,8 @@ pub(super) fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), 
         Part::new(builder, element, &link.name).bounded("size", &lengths(geometry))?;
     }
     for visual in &link.visuals {
+        let color = visual.color.unwrap_or_default();
+        Part::new(builder, "visual", &link.name).finite("colour", &color)?;
         check_size(builder, link, &visual.geometry, false)?;
     }
     for collision in &link.collisions {

@@ -8,7 +8,8 @@ use std::collections::HashSet;
 
 use self::joints::{check_joint, check_mimics};
 use self::links::{check_inertia, check_link};
-use self::part::{Part, check_pose};
+use self::part::Part;
+pub(super) use self::part::check_pose;
 use super::Model;
 use super::builder::ModelBuilder;
 use crate::error::LoadError;

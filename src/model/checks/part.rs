@@ -70,7 +70,7 @@ pub(super) fn malformed(
     })
 }
 
-pub(super) fn check_pose(
+pub(in crate::model) fn check_pose(
     builder: &ModelBuilder,
     element: &str,
     name: &str,

@@ -266,7 +266,10 @@ fn no(shape: LinkShape) -> String {
 }
 
 /// Inertia of a shape as a solid of density 1 in its own frame, or why there is none.
-fn solid_of(shape: &Geometry, meshes: &mut dyn MeshSolids) -> Result<Inertia<f64>, String> {
+pub(in crate::model) fn solid_of(
+    shape: &Geometry,
+    meshes: &mut dyn MeshSolids,
+) -> Result<Inertia<f64>, String> {
     let solid = match shape {
         Geometry::Mesh { uri, scale, .. } => {
             let unit = meshes.solid(shape);

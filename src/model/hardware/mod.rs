@@ -23,6 +23,7 @@ use crate::scalar::{CHUNK, Dual, Scalar};
 use crate::spatial::Transform;
 pub use dimension::Dimension;
 use link::Scaled;
+pub(super) use link::solid_of;
 pub use link::{LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub(crate) use stretch::Stretch;
 

@@ -2,13 +2,13 @@
 
 use std::collections::HashSet;
 
-use crate::error::EditError;
+use crate::error::{EditError, UnknownName};
 use crate::joint::JointKind;
 use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::Transform;
 
 /// Name, after the prefix, of the joint that holds an attached robot.
-const ATTACHMENT: &str = "attachment";
+pub(in crate::model) const ATTACHMENT: &str = "attachment";
 
 impl ModelBuilder {
     /// Attaches another robot: its root link is welded to a frame of this one, by a fixed joint called
@@ -44,9 +44,10 @@ impl ModelBuilder {
         other.clone().with_base(Base::Fixed).build()?;
         let root = format!("{prefix}{}", other.walk()[0].link.name);
         let mut joined = self.clone();
-        let mut other = other.clone();
+        let mut other = other.with_prefix(prefix);
+        other.overrides.retain(|edit| edit.joint.is_some());
         joined.agree_on_mimicry(&mut other);
-        joined.append(&other, prefix);
+        joined.append(&other);
         let name = format!("{prefix}{ATTACHMENT}");
         joined.add_joint(
             JointSpec::new(name, JointKind::Fixed, link, root).with_placement(placement * *pose),
@@ -58,7 +59,7 @@ impl ModelBuilder {
 
     /// Makes two robots agree on mimicry: where joints follow in one and are independent in the other, the latter have
     /// nothing to follow any more.
-    fn agree_on_mimicry(&mut self, other: &mut Self) {
+    pub(in crate::model) fn agree_on_mimicry(&mut self, other: &mut Self) {
         if self.mimicry != other.mimicry {
             for builder in [self, other] {
                 if builder.mimicry == Mimicry::Independent {
@@ -70,33 +71,38 @@ impl ModelBuilder {
         }
     }
 
-    /// Adds the parts of another robot with a prefix before every name.
-    fn append(&mut self, other: &Self, prefix: &str) {
+    /// The parts with a prefix before every name.
+    pub(in crate::model) fn with_prefix(&self, prefix: &str) -> Self {
         let rename = |name: &mut String| name.insert_str(0, prefix);
-        for mut link in other.links.iter().cloned() {
+        let mut out = self.clone();
+        for link in &mut out.links {
             rename(&mut link.name);
-            self.links.push(link);
         }
-        for mut joint in other.joints.iter().cloned() {
+        for joint in &mut out.joints {
             rename(&mut joint.name);
             rename(&mut joint.parent);
             rename(&mut joint.child);
             if let Some(mimic) = &mut joint.mimic {
                 rename(&mut mimic.leader);
             }
-            self.joints.push(joint);
         }
-        for mut frame in other.frames.iter().cloned() {
+        for frame in &mut out.frames {
             rename(&mut frame.name);
             rename(&mut frame.link);
-            self.frames.push(frame);
         }
-        for mut edit in other.overrides.iter().cloned() {
-            if let Some(joint) = &mut edit.joint {
-                rename(joint);
-                self.overrides.push(edit);
-            }
-        }
+        let of_joints = out.overrides.iter_mut();
+        of_joints
+            .filter_map(|edit| edit.joint.as_mut())
+            .for_each(rename);
+        out
+    }
+
+    /// Adds the parts of another robot.
+    pub(in crate::model) fn append(&mut self, other: &Self) {
+        self.links.extend_from_slice(&other.links);
+        self.joints.extend_from_slice(&other.joints);
+        self.frames.extend_from_slice(&other.frames);
+        self.overrides.extend_from_slice(&other.overrides);
     }
 
     fn check_names(&self) -> Result<(), EditError> {
@@ -107,7 +113,10 @@ impl ModelBuilder {
     }
 
     /// The link that carries a frame, and the frame's pose in it.
-    fn find_frame(&self, name: &str) -> Result<(String, Transform<f64>), EditError> {
+    pub(in crate::model) fn find_frame(
+        &self,
+        name: &str,
+    ) -> Result<(String, Transform<f64>), UnknownName> {
         if let Some(frame) = self.frames.iter().find(|frame| frame.name == name) {
             return Ok((frame.link.clone(), frame.placement));
         }
@@ -116,7 +125,7 @@ impl ModelBuilder {
         }
         let links = self.links.iter().map(|link| link.name.as_str());
         let known = links.chain(self.frames.iter().map(|frame| frame.name.as_str()));
-        Err(self.unknown("frame", name, known).into())
+        Err(self.unknown("frame", name, known))
     }
 }
 

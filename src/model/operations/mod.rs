@@ -8,6 +8,7 @@ mod edit;
 mod lock;
 mod scale;
 
+pub(super) use attach::ATTACHMENT;
 pub(super) use edit::positive;
 
 use super::ModelBuilder;

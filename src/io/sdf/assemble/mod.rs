@@ -22,6 +22,9 @@ use crate::spatial::Transform;
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
 
+/// Name, in its model, of the joint on which a model of a world floats.
+const FLOATING_BASE: &str = "floating_base";
+
 /// Makes the parts of a model.
 pub(super) struct Assembly<'a, 'c> {
     scene: &'a Scene,
@@ -43,7 +46,8 @@ pub(super) fn assemble(
 ) -> Result<ModelBuilder, LoadError> {
     let placements = &Placements::new(scene, robot)?;
     let tree = tree::build(scene, placements, robot)?;
-    let name = &scene.frames[scene.models[robot].frame].name;
+    let own_name = &scene.frames[scene.models[robot].frame].name;
+    let name = scene.title.as_ref().unwrap_or(own_name);
     let builder = ModelBuilder::new(name)
         .with_source(context.file)
         .with_mimicry(options.mimicry);
@@ -92,6 +96,13 @@ impl Assembly<'_, '_> {
                 }
             }
         }
+        let mut taken = HashSet::new();
+        for &link in &tree.floating {
+            match base {
+                Base::Fixed => self.hold(link),
+                Base::Auto | Base::Floating => self.float(link, &mut taken),
+            }
+        }
         for link in 0..self.scene.links.len() {
             if is_static(self.scene, link) {
                 self.hold(link);
@@ -110,6 +121,20 @@ impl Assembly<'_, '_> {
         let joint = format!("{WORLD}::{name}");
         let spec = JointSpec::new(joint, JointKind::Fixed, WORLD, name);
         self.builder.add_joint(spec.with_placement(X_WL));
+    }
+
+    /// Lets a link float, at first where it stands, by a joint that is called after its model, or after itself where another link of the model
+    /// floats.
+    fn float(&mut self, link: usize, taken: &mut HashSet<String>) {
+        let name = self.link_name(Some(link));
+        let model = name.split_once("::").map_or(&*name, |(model, _)| model);
+        let mut joint = format!("{model}::{FLOATING_BASE}");
+        if !taken.insert(joint.clone()) {
+            joint = format!("{name}::{FLOATING_BASE}");
+        }
+        let spec = JointSpec::new(joint, JointKind::Floating, WORLD, &name).passive();
+        self.builder
+            .add_joint(spec.with_placement(self.X_W(Some(link))));
     }
 
     fn link_name(&self, link: Option<usize>) -> String {

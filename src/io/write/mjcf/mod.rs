@@ -283,16 +283,19 @@ impl Writer<'_> {
     }
 
     fn motors(&mut self) {
-        let hinges = self.builder.joints().iter().flat_map(|joint| {
-            let second = joint
-                .second_axis()
-                .zip(self.second_hinges.get(joint.name()));
-            let second = second.map(|(second, name)| (name.clone(), second.limits.effort));
-            let is_single = joint.kind().nv() == 1 && !self.follows(joint);
-            let first = (is_single || second.is_some())
-                .then(|| (joint.name().to_owned(), joint.limits().effort));
-            first.into_iter().chain(second)
-        });
+        let joints = self.builder.joints().iter();
+        let hinges = joints
+            .filter(|joint| !joint.is_passive())
+            .flat_map(|joint| {
+                let second = joint
+                    .second_axis()
+                    .zip(self.second_hinges.get(joint.name()));
+                let second = second.map(|(second, name)| (name.clone(), second.limits.effort));
+                let is_single = joint.kind().nv() == 1 && !self.follows(joint);
+                let first = (is_single || second.is_some())
+                    .then(|| (joint.name().to_owned(), joint.limits().effort));
+                first.into_iter().chain(second)
+            });
         let driven: Vec<_> = hinges.filter(|(_, effort)| *effort != Some(0.0)).collect();
         if driven.is_empty() {
             return;

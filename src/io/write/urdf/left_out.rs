@@ -32,6 +32,9 @@ fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) 
             "left out: joint {name} moves independently of {leader}, which it was to mimic ({multiplier}, {offset})"
         ));
     }
+    if joint.is_passive() {
+        notes.push(format!("left out: joint {name} takes no input"));
+    }
     if armature != 0.0 {
         notes.push(format!("left out: armature {armature} of joint {name}"));
     }

@@ -1,0 +1,323 @@
+//! Worlds: robots and objects in one model.
+
+use dualbody::model::{Mass, Object, World};
+use dualbody::spatial::{Quaternion, Transform};
+use dualbody::State;
+use nalgebra::Vector3;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use crate::errors::{OrRaise, guarded, type_error, value_error};
+use crate::model::PyModel;
+use crate::options::set_options;
+
+/// Largest distance of a quaternion's norm from one.
+const NORM_TOLERANCE: f64 = 1e-6;
+
+/// Robots and objects, each under a name of its own, that become one model.
+///
+/// >>> import dualbody as db
+/// >>> arm, world = db.samples.arm(), db.World("cell")
+/// >>> world.add(arm, prefix="left/", position=(-0.4, 0, 0.7))
+/// >>> world.add(arm, prefix="right/", position=(0.4, 0, 0.7))
+/// >>> world.add_box("table", (1.2, 0.8, 0.1), fixed=True, position=(0, 0, 0.65))
+/// >>> world.add_sphere("ball", 0.05, mass=0.2, position=(0, 0, 1))
+/// >>> model = world.build()
+/// >>> model.nv, db.Simulator(model).nu
+/// (20, 14)
+///
+/// Links, joints and frames of a robot have its prefix; an object is a link and, if it is free, a floating joint of its name. A robot stands or floats as its model
+/// does; it floats on a joint "{prefix}floating_base". Such a joint takes no input; its coordinates are the pose relative to the one at which the member was added, so that
+/// the neutral configuration has everything where it was put. Members are ordered by name, whatever the order of adding.
+#[pyclass(name = "World", module = "dualbody")]
+pub(crate) struct PyWorld {
+    world: World,
+    name: String,
+    gravity: Option<[f64; 3]>,
+    /// The calls that made each member: its name, a method and its arguments.
+    calls: Vec<(String, Py<PyTuple>)>,
+}
+
+/// A pose from a position and a quaternion (w, x, y, z).
+fn pose_of(position: [f64; 3], quaternion: [f64; 4]) -> PyResult<Transform<f64>> {
+    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if !((norm - 1.0).abs() <= NORM_TOLERANCE) {
+        return Err(value_error(format_args!(
+            "quaternion is {quaternion:?}, whose norm is {norm}, not 1"
+        )));
+    }
+    let rotation = Quaternion::from_slice(&quaternion.map(|x| x / norm)).to_matrix();
+    Ok(Transform::new(rotation, Vector3::from(position)))
+}
+
+/// Keywords of objects.
+struct Keywords {
+    mass: Option<Mass>,
+    is_fixed: bool,
+    has_gravity: bool,
+    position: [f64; 3],
+    quaternion: [f64; 4],
+    on: Option<String>,
+    color: Option<[f64; 4]>,
+}
+
+impl Keywords {
+    fn read(given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut out = Self {
+            mass: None,
+            is_fixed: false,
+            has_gravity: true,
+            position: [0.0; 3],
+            quaternion: [1.0, 0.0, 0.0, 0.0],
+            on: None,
+            color: None,
+        };
+        if let Some(given) = given {
+            set_options("an object", given, |name, value| out.set(name, value))?;
+        }
+        Ok(out)
+    }
+
+    fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+        match name {
+            "mass" => self.set_mass(Mass::Kilograms(value.extract()?))?,
+            "density" => self.set_mass(Mass::Density(value.extract()?))?,
+            "fixed" => self.is_fixed = value.extract()?,
+            "has_gravity" => self.has_gravity = value.extract()?,
+            "position" => self.position = value.extract()?,
+            "quaternion" => self.quaternion = value.extract()?,
+            "on" => self.on = value.extract()?,
+            "color" => self.color = value.extract()?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn set_mass(&mut self, mass: Mass) -> PyResult<()> {
+        match self.mass.replace(mass) {
+            None => Ok(()),
+            Some(_) => Err(value_error("an object has a mass or a density, not both")),
+        }
+    }
+
+    fn object(self) -> PyResult<Object> {
+        let object = match (self.on, self.is_fixed, self.mass) {
+            (Some(frame), _, mass) => {
+                Object::fixed_to(frame, mass.unwrap_or(Mass::Kilograms(0.0)))
+            }
+            (None, true, _) => Object::fixed(),
+            (None, false, Some(mass)) => Object::free(mass),
+            (None, false, None) => {
+                return Err(value_error(
+                    "a free object needs mass= or density=; fixed=True makes one that stands",
+                ));
+            }
+        };
+        let mut object = object.at(pose_of(self.position, self.quaternion)?);
+        if let Some(color) = self.color {
+            object = object.with_color(color);
+        }
+        if !self.has_gravity {
+            object = object.without_gravity();
+        }
+        Ok(object)
+    }
+}
+
+impl PyWorld {
+    /// Notes the call that made a member.
+    fn note<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        method: &str,
+        arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let keywords = match object {
+            Some(given) => given.copy()?,
+            None => PyDict::new(py),
+        };
+        let call = (method, arguments.into_pyobject(py)?, keywords).into_pyobject(py)?;
+        self.calls.push((name.to_owned(), call.unbind()));
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl PyWorld {
+    /// An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members.
+    #[new]
+    #[pyo3(signature = (name = "world", *, gravity = None))]
+    fn new(name: &str, gravity: Option<[f64; 3]>) -> Self {
+        let world = World::new(name);
+        Self {
+            world: match gravity {
+                Some(gravity) => world.with_gravity(gravity),
+                None => world,
+            },
+            name: name.to_owned(),
+            gravity,
+            calls: Vec::new(),
+        }
+    }
+
+    /// Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given.
+    #[pyo3(signature = (model, prefix = "", position = [0.0; 3], quaternion = [1.0, 0.0, 0.0, 0.0], on = None))]
+    fn add(
+        &mut self,
+        py: Python<'_>,
+        model: &Bound<'_, PyModel>,
+        prefix: &str,
+        position: [f64; 3],
+        quaternion: [f64; 4],
+        on: Option<&str>,
+    ) -> PyResult<()> {
+        let (pose, robot) = (pose_of(position, quaternion)?, &model.get().model);
+        let added = guarded(|| match on {
+            None => self.world.add(robot, prefix, &pose).map(drop),
+            Some(frame) => self.world.add_on(robot, prefix, frame, &pose).map(drop),
+        })?;
+        added.or_raise()?;
+        let arguments = (model, prefix, position, quaternion, on);
+        self.note(py, prefix, "add", arguments, None)
+    }
+
+    /// Adds a box with full edge lengths, m.
+    #[pyo3(signature = (name, size, **object))]
+    fn add_box<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        size: [f64; 3],
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        guarded(|| self.world.add_box(name, size, &wanted).map(drop))?.or_raise()?;
+        self.note(py, name, "add_box", (name, size), object)
+    }
+
+    /// Adds a ball; radius in m.
+    #[pyo3(signature = (name, radius, **object))]
+    fn add_sphere<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        radius: f64,
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        guarded(|| self.world.add_sphere(name, radius, &wanted).map(drop))?.or_raise()?;
+        self.note(py, name, "add_sphere", (name, radius), object)
+    }
+
+    /// Adds a cylinder about z; radius and full length in m.
+    #[pyo3(signature = (name, radius, length, **object))]
+    fn add_cylinder<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        radius: f64,
+        length: f64,
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        let world = &mut self.world;
+        guarded(|| world.add_cylinder(name, radius, length, &wanted).map(drop))?.or_raise()?;
+        self.note(py, name, "add_cylinder", (name, radius, length), object)
+    }
+
+    /// Adds a capsule about z; radius, and length between the half balls, in m.
+    #[pyo3(signature = (name, radius, length, **object))]
+    fn add_capsule<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        radius: f64,
+        length: f64,
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        let world = &mut self.world;
+        guarded(|| world.add_capsule(name, radius, length, &wanted).map(drop))?.or_raise()?;
+        self.note(py, name, "add_capsule", (name, radius, length), object)
+    }
+
+    /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
+    #[pyo3(signature = (name, path, scale = [1.0; 3], **object))]
+    fn add_mesh<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        path: std::path::PathBuf,
+        scale: [f64; 3],
+        object: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        // A pickle may be read in another folder.
+        let path = std::path::absolute(&path).unwrap_or(path);
+        guarded(|| self.world.add_mesh(name, &path, scale, &wanted).map(drop))?.or_raise()?;
+        let arguments = (name, path.into_os_string(), scale);
+        self.note(py, name, "add_mesh", arguments, object)
+    }
+
+    /// Removes a robot by its prefix, or an object by its name.
+    fn remove(&mut self, member: &str) -> PyResult<()> {
+        self.world.remove(member).map(drop).or_raise()?;
+        self.calls.retain(|(name, _)| name != member);
+        Ok(())
+    }
+
+    /// Prefixes of the robots and names of the objects, in their order in the model.
+    #[getter]
+    fn members(&self) -> Vec<String> {
+        self.world.members().map(Into::into).collect()
+    }
+
+    /// Builds the model.
+    fn build(&self, py: Python<'_>) -> PyResult<PyModel> {
+        let model = guarded(|| self.world.build())?.or_raise()?;
+        let calls = PyList::new(py, self.calls.iter().map(|(_, call)| call.clone_ref(py)))?;
+        let recipe = (&self.name, self.gravity, calls).into_pyobject(py)?;
+        Ok(PyModel::new(model, ("_build_world", recipe)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("World(\"{}\", {:?})", self.name, self.members())
+    }
+}
+
+/// Builds a world from the calls that made it: what a pickled model is made again by.
+#[pyfunction]
+pub(crate) fn _build_world<'py>(
+    py: Python<'py>,
+    name: &str,
+    gravity: Option<[f64; 3]>,
+    calls: Vec<(String, Bound<'py, PyTuple>, Bound<'py, PyDict>)>,
+) -> PyResult<PyModel> {
+    let world = Bound::new(py, PyWorld::new(name, gravity))?;
+    for (method, arguments, keywords) in calls {
+        if !method.starts_with("add") {
+            return Err(type_error(format_args!("\"{method}\" adds no member")));
+        }
+        world.call_method(method.as_str(), arguments, Some(&keywords))?;
+    }
+    let built = world.borrow();
+    built.build(py)
+}
+
+/// The state (q, v) of one model in another, joint by joint of the same name: a world with other members, say.
+///
+/// Free bodies keep their pose in the world; joints that `before` does not have are neutral and at rest.
+#[pyfunction]
+pub(crate) fn carried_state<'py>(
+    py: Python<'py>,
+    before: &PyModel,
+    after: &PyModel,
+    q: Vec<f64>,
+    v: Vec<f64>,
+) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+    let state = guarded(|| State::new(&q, &v).carried(&before.model, &after.model))?.or_raise()?;
+    Ok([state.q, state.v].map(|x| PyArray1::from_slice(py, x.as_slice())))
+}

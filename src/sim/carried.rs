@@ -1,0 +1,150 @@
+//! States of a world in another one, joint by joint of the same name.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::collections::HashMap;
+
+use super::base::{BASE_POSE, write_pose};
+use super::free_body::is_free;
+use super::simulator::Simulator;
+use super::state::State;
+use crate::contact::Contacts;
+use crate::error::InvalidState;
+use crate::model::{BodyId, Joint, Model};
+use crate::spatial::SPATIAL;
+
+impl State<f64> {
+    /// The state of a robot or world in another one that shares joints with it, as a world with other objects does.
+    ///
+    /// Joints of the same name keep configuration and velocity; a body on a floating joint keeps its pose in the world. Joints that `from` does not have
+    /// are neutral and at rest, so that a free object is where it was added; those that `to` does not have are dropped. The state has no state of contact, see
+    /// [`Simulator::carried_state`].
+    ///
+    /// Cost: O(n); allocates.
+    ///
+    /// * `from`, `to` – models of this state and of the new one
+    ///
+    /// # Errors
+    /// If this is no state of `from` ([`check`](Self::check)), or a joint of the same name is of another kind, or follows another joint in one of them only.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::{Mass, Object, World, samples};
+    /// use dualbody::{State, spatial::Transform};
+    ///
+    /// let mut world = World::default();
+    /// world.add(&samples::pendulum(), "left/", &Transform::identity())?;
+    /// let before = world.build()?;
+    /// world.add_sphere("ball", 0.1, &Object::free(Mass::Kilograms(1.0)))?;
+    /// let after = world.build()?;
+    /// let state = State::new(&[0.5], &[-2.0]).carried(&before, &after)?;
+    /// let pivot = after.joint_q(after.find_joint("left/pivot")?);
+    /// assert_eq!((state.q.len(), state.q[pivot.start]), (8, 0.5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn carried(&self, from: &Model, to: &Model) -> Result<Self, InvalidState> {
+        self.check(from)?;
+        let mut out = Self::neutral(to);
+        if from.has_floating_base() && to.has_floating_base() {
+            let (q, v) = (&mut out.q, &mut out.v);
+            q.rows_mut(0, BASE_POSE)
+                .copy_from(&self.q.rows(0, BASE_POSE));
+            v.rows_mut(0, SPATIAL).copy_from(&self.v.rows(0, SPATIAL));
+        }
+        let joints = from.joints().iter();
+        let old: HashMap<&str, &Joint> = joints.map(|joint| (&*joint.name, joint)).collect();
+        for joint in to.joints() {
+            if let Some(old) = old.get(&*joint.name) {
+                out.carry(joint, to, self, old, from)?;
+            }
+        }
+        Ok(out)
+    }
+
+    /// Takes over the coordinates of a joint.
+    fn carry(
+        &mut self,
+        joint: &Joint,
+        to: &Model,
+        before: &Self,
+        old: &Joint,
+        from: &Model,
+    ) -> Result<(), InvalidState> {
+        let (body, old_body) = (to.body(joint.body), from.body(old.body));
+        let follows = body.coupling.is_some();
+        if let Some(reason) = difference(joint, old, [follows, old_body.coupling.is_some()]) {
+            let name = joint.name.clone();
+            return Err(InvalidState::OtherJoint { name, reason });
+        }
+        if follows {
+            return Ok(());
+        }
+        // A universal joint has two bodies, with coordinates side by side.
+        let first = to.body(BodyId(joint.bodies().start));
+        let old_first = from.body(BodyId(old.bodies().start));
+        let (nq, nv) = (joint.kind.nq(), joint.kind.nv());
+        let (q, v) = (&mut self.q, &mut self.v);
+        q.rows_mut(first.q, nq)
+            .copy_from(&before.q.rows(old_first.q, nq));
+        v.rows_mut(first.v, nv)
+            .copy_from(&before.v.rows(old_first.v, nv));
+        if is_free(body) && is_free(old_body) && body.placement != old_body.placement {
+            let X_WB = old_body.place(before.q.as_slice());
+            let q = &mut self.q.as_mut_slice()[body.q..body.q + nq];
+            write_pose(q, &(body.placement.inverse() * X_WB));
+        }
+        Ok(())
+    }
+}
+
+impl Simulator {
+    /// The state of another simulator in this one: [`State::carried`] with the state of contact. The bristles of a link that has as many points of contact in
+    /// both are kept, others are straight.
+    ///
+    /// # Errors
+    /// As for [`State::carried`].
+    ///
+    /// # Panics
+    /// If the state is not as long as the states of `from`.
+    pub fn carried_state(&self, from: &Self, state: &State) -> Result<State, InvalidState> {
+        from.check(state);
+        let out = state.carried(from.model(), self.model())?;
+        let mut out = self.state(out.q.as_slice(), out.v.as_slice());
+        if out.contact.is_empty() || state.contact.is_empty() {
+            return Ok(out);
+        }
+        let old = points_of_links(from);
+        for (link, points) in points_of_links(self) {
+            let Some(old) = old.get(link).filter(|old| old.len() == points.len()) else {
+                continue;
+            };
+            for (&point, &old) in points.iter().zip(old) {
+                let bristle = state.contact.fixed_rows::<3>(3 * old);
+                out.contact
+                    .fixed_rows_mut::<3>(3 * point)
+                    .copy_from(&bristle);
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Reason why a joint cannot take over the coordinates of another one.
+fn difference(joint: &Joint, old: &Joint, [follows, followed]: [bool; 2]) -> Option<String> {
+    if joint.kind != old.kind {
+        return Some(format!("is {} and was {}", joint.kind, old.kind));
+    }
+    let reason = || "follows another joint in one of the two models only".to_owned();
+    (follows != followed).then(reason)
+}
+
+/// Numbers of the points of contact on each link.
+fn points_of_links(simulator: &Simulator) -> HashMap<&str, Vec<usize>> {
+    let points = simulator.contacts().map_or(&[][..], Contacts::points);
+    let mut of_links: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (k, point) in points.iter().enumerate() {
+        let link = &simulator.model().frames()[point.link.0].name;
+        of_links.entry(link).or_default().push(k);
+    }
+    of_links
+}

@@ -1,0 +1,153 @@
+//! Pose and velocity of the free bodies of a world, by name.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::base::{write_pose, write_velocity};
+use super::state::State;
+use crate::error::UnknownName;
+use crate::joint::JointKind;
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{Body, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Motion, Representation, Transform};
+
+/// The body that a floating joint on the world moves.
+fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, UnknownName> {
+    let found = model
+        .joint(joint)
+        .map(|id| model.body(model.joint_body(id)));
+    let free = found.filter(|body| is_free(body));
+    free.ok_or_else(|| UnknownName {
+        model: model.name().into(),
+        element: "floating joint on the world".into(),
+        name: joint.into(),
+        known: names(model),
+    })
+}
+
+fn names<P: Scalar>(model: &Model<P>) -> Vec<String> {
+    let joints = model.joints().iter();
+    let free = joints.filter(|joint| is_free(model.body(joint.body)));
+    free.map(|joint| joint.name.clone()).collect()
+}
+
+/// Whether a joint lets a body move freely in the world.
+pub(super) fn is_free<P>(body: &Body<P>) -> bool {
+    body.joint == JointKind::Floating && body.parent.is_none()
+}
+
+impl<T: Scalar> State<T> {
+    /// Pose `X_WB` in the world of a body on a floating joint, as objects and floating robots of a [`World`](crate::model::World) have.
+    ///
+    /// * `joint` – name of the joint: that of an object, `{prefix}floating_base` of a robot
+    ///
+    /// # Errors
+    /// If the world carries no floating joint of this name; the error lists those that it carries. [`base_pose`](Self::base_pose) is for a robot alone.
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::{Mass, Object, World};
+    /// use dualbody::{State, spatial::{Motion, Representation, Transform}};
+    ///
+    /// let at = |z: f64| Transform::from_translation([0.0, 0.0, z].into());
+    /// let mut world = World::default();
+    /// world.add_sphere("ball", 0.1, &Object::free(Mass::Kilograms(1.0)).at(at(1.0)))?;
+    /// let model = world.build()?;
+    /// let mut state = State::neutral(&model);
+    /// assert_eq!(state.free_pose(&model, "ball")?, at(1.0));
+    /// state.set_free_pose(&model, "ball", &at(3.0))?;
+    /// let thrown = Motion::from_array([0.0, 0.0, 2.0, 0.0, 0.0, 0.0]);
+    /// state.set_free_velocity(&model, "ball", &thrown, Representation::Mixed)?;
+    /// assert_eq!((state.q[2], state.v[2]), (2.0, 2.0)); // 2 m above its place
+    /// # Ok::<(), dualbody::EditError>(())
+    /// ```
+    pub fn free_pose<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        joint: &str,
+    ) -> Result<Transform<T>, UnknownName>
+    where
+        T: Over<P>,
+    {
+        model.check_q(self.q.as_slice());
+        Ok(find(model, joint)?.place(self.q.as_slice()))
+    }
+
+    /// Sets the pose `X_WB` in the world of a body on a floating joint. The velocity keeps its numbers, and so turns along with the body.
+    ///
+    /// # Errors
+    /// As for [`free_pose`](Self::free_pose).
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn set_free_pose<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        joint: &str,
+        X_WB: &Transform<T>,
+    ) -> Result<(), UnknownName>
+    where
+        T: Over<P>,
+    {
+        model.check_q(self.q.as_slice());
+        let body = find(model, joint)?;
+        let X_JB = body.placement.inverse().lift::<T>() * *X_WB;
+        write_pose(&mut self.q.as_mut_slice()[q_range(body)], &X_JB);
+        Ok(())
+    }
+
+    /// Velocity of a body on a floating joint in a representation, m/s and rad/s. Does not allocate.
+    ///
+    /// # Errors
+    /// As for [`free_pose`](Self::free_pose).
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn free_velocity<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        joint: &str,
+        representation: Representation,
+    ) -> Result<Motion<T>, UnknownName>
+    where
+        T: Over<P>,
+    {
+        model.check_v(self.v.as_slice());
+        let X_WB = self.free_pose(model, joint)?;
+        let first = find(model, joint)?.v;
+        let V_WB_B = Motion::from_array(std::array::from_fn(|k| self.v[first + k]));
+        Ok(representation.velocity_from_body(&X_WB, &V_WB_B))
+    }
+
+    /// Sets the velocity of a body on a floating joint from a representation, m/s and rad/s, at the pose that it has. Does not allocate.
+    ///
+    /// # Errors
+    /// As for [`free_pose`](Self::free_pose).
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn set_free_velocity<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        joint: &str,
+        velocity: &Motion<T>,
+        representation: Representation,
+    ) -> Result<(), UnknownName>
+    where
+        T: Over<P>,
+    {
+        model.check_v(self.v.as_slice());
+        let X_WB = self.free_pose(model, joint)?;
+        let own = v_range(find(model, joint)?);
+        write_velocity(
+            &mut self.v.as_mut_slice()[own],
+            &X_WB,
+            velocity,
+            representation,
+        );
+        Ok(())
+    }
+}
