@@ -17,6 +17,17 @@ pub struct Bounds {
     pub high: Vector3<f64>,
 }
 
+impl Shape {
+    /// Radius of a ball about the origin that holds the shape, m; that of a half-space is infinite.
+    pub(crate) fn reach(&self) -> f64 {
+        if let Self::HalfSpace = self {
+            return f64::INFINITY;
+        }
+        let solid = Solid::new(self, &Transform::identity());
+        solid.reach() + solid.radius()
+    }
+}
+
 impl Bounds {
     /// The smallest box about a shape at a pose `X_WS`, widened by a margin, m. That of a half-space is all of space.
     pub fn of(shape: &Shape, X_WS: &Transform<f64>, margin: f64) -> Self {

@@ -26,10 +26,11 @@ impl<D: Scalar> ActivationMargin<D> {
         }
     }
 
-    /// The height for a velocity with which a point may come down, m/s, on plain values.
-    pub(crate) fn height(&self, closing: D) -> f64 {
-        let way = (closing.value(0).max(0.0) + self.approach.value(0)) * self.duration.value(0);
-        way.max(self.reach)
+    /// The part of the height of two shapes that is due to one of them, by its greatest speed, m/s, on plain values: the parts of both are no less than the height.
+    pub(crate) fn half_height(&self, speed: D) -> f64 {
+        let approach = 0.5 * self.approach.value(0);
+        let way = (speed.value(0) + approach) * self.duration.value(0);
+        way.max(0.5 * self.reach)
     }
 
     /// Distance of a point below the margin, m, in each lane and without derivatives; negative above it.

@@ -22,7 +22,7 @@ use crate::scalar::{Over, Scalar};
 pub struct Contacts<P = f64> {
     terrain: Terrain<P>,
     points: Vec<ContactPoint<P>>,
-    /// Of the points, then of the pairs of shapes.
+    /// Of the points, then that of pairs of shapes, if there are any.
     laws: PointLaws<P>,
     pairs: ShapePairs<P>,
     /// `None` for the exact law.
@@ -43,7 +43,7 @@ pub(crate) enum ContactPart {
     Law(usize),
     Terrain,
     Shape(usize),
-    PairLaw(usize),
+    PairLaw,
 }
 
 impl Contacts<f64> {
@@ -196,8 +196,7 @@ impl Contacts<f64> {
     /// Sets the shapes that can touch each other, with the law of all pairs.
     pub(super) fn set_shape_pairs(&mut self, pairs: ShapePairs<f64>, law: ContactLaw) {
         self.laws.truncate(self.points.len());
-        let count = pairs.pairs.len();
-        (0..count).for_each(|_| self.laws.push(law));
+        self.laws.push(law);
         self.pairs = pairs;
         self.generation = Generation::next();
     }
@@ -360,34 +359,17 @@ impl<P: Scalar> Contacts<P> {
         &self.laws.as_slice()[..self.points.len()]
     }
 
-    /// The law of a pair of shapes.
-    pub(crate) fn pair_law(&self, pair: usize) -> &ContactLaw<P> {
-        &self.laws.as_slice()[self.points.len() + pair]
+    /// The law of bodies that touch each other.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub(crate) fn pair_law(&self) -> &ContactLaw<P> {
+        &self.laws.as_slice()[self.points.len()]
     }
 
     /// The shapes that can touch each other.
     pub(super) fn shape_pairs(&self) -> &ShapePairs<P> {
         &self.pairs
-    }
-
-    /// Number of shapes and of pairs of them that can touch each other.
-    pub(crate) fn n_shapes_and_pairs(&self) -> (usize, usize) {
-        (self.pairs.shapes.len(), self.pairs.pairs.len())
-    }
-
-    /// Links of a shape that can touch others.
-    pub(crate) fn shape_link(&self, shape: usize) -> FrameId {
-        self.pairs.shapes[shape].link
-    }
-
-    /// The shapes of a pair.
-    pub(crate) fn pair_shapes(&self, pair: usize) -> [usize; 2] {
-        self.pairs.pairs[pair]
-    }
-
-    /// Whether bodies can touch each other.
-    pub(crate) fn have_pairs(&self) -> bool {
-        !self.pairs.pairs.is_empty()
     }
 
     /// Returns the contacts with other numbers of the points, one for each point, and the same laws and ground: over dual numbers, for
@@ -466,8 +448,8 @@ impl<P: Scalar> Contacts<P> {
             (own.shape).each_number(&mut of(ContactPart::Shape(k), each));
         }
         self.laws.for_each_mut(|i, law| {
-            if let Some(k) = i.checked_sub(n) {
-                law.each_number(&mut of(ContactPart::PairLaw(k), each));
+            if i >= n {
+                law.each_number(&mut of(ContactPart::PairLaw, each));
             }
         });
     }

@@ -35,19 +35,29 @@ impl LinkShapes {
         Ok(())
     }
 
-    /// Whether two shapes, by their indices, may touch: on different bodies that are no neighbours in the tree, in groups that do, of links that are not
-    /// [excluded](Self::exclude).
+    /// Whether two shapes, by their indices, may touch: on links that are not rigidly joined and that no joint connects, in groups that may, of links that are
+    /// not [excluded](Self::exclude). Joints on the link `world` that is the root, and floating ones, connect nothing.
     ///
     /// # Panics
     /// If there is no shape of an index.
-    pub fn may_touch(&self, model: &Model, first: usize, second: usize) -> bool {
+    pub fn may_touch(&self, first: usize, second: usize) -> bool {
         let (a, b) = (&self.shapes()[first], &self.shapes()[second]);
         let is_excluded = || {
             self.excluded
                 .binary_search(&in_order([a.link, b.link]))
                 .is_ok()
         };
-        a.groups.may_touch(&b.groups) && !are_neighbors(model, a, b) && !is_excluded()
+        a.body != b.body
+            && a.groups.may_touch(&b.groups)
+            && !self.relations().are_joined(a.number, b.number)
+            && !is_excluded()
+    }
+
+    /// Whether two shapes may touch, those of one robot only where that is asked for.
+    pub(super) fn may_collide(&self, first: usize, second: usize, self_collision: bool) -> bool {
+        let [a, b] = [first, second].map(|k| self.shapes()[k].number);
+        let is_asked_for = self_collision || !self.relations().are_of_one_robot(a, b);
+        is_asked_for && self.may_touch(first, second)
     }
 
     /// The pairs of shapes whose boxes overlap, widened by their margins, of those that [may touch](Self::may_touch). O(n log n) in the number of shapes; no
@@ -72,7 +82,7 @@ impl LinkShapes {
         memory.bounds.extend(self.shapes().iter().map(bounds));
         memory
             .broad_phase
-            .pairs(&memory.bounds, |i, j| self.may_touch(model, i, j))
+            .pairs(&memory.bounds, |i, j| self.may_touch(i, j))
     }
 
     /// The pairs of links that touch at a configuration though they may not be meant to: in the neutral one often neighbours of neighbours. They can be
@@ -107,10 +117,4 @@ impl LinkShapes {
 
 fn in_order([a, b]: [FrameId; 2]) -> [FrameId; 2] {
     [a.min(b), a.max(b)]
-}
-
-/// Whether two shapes are on one body, or on a body and its parent.
-fn are_neighbors(model: &Model, a: &LinkShape, b: &LinkShape) -> bool {
-    let parent = |shape: &LinkShape| shape.body.map(|body| model.body(body).parent);
-    a.body == b.body || parent(a) == Some(b.body) || parent(b) == Some(a.body)
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::relations::Relations;
 use super::shapes::{MeshHulls, NoMeshes, ShapeWithoutPoints};
 use crate::collision::{Groups, Hull, Shape};
 use crate::error::UnknownName;
@@ -15,6 +16,8 @@ use crate::spatial::Transform;
 pub struct LinkShape {
     /// Frame of the link.
     pub link: FrameId,
+    /// Place of the link in [`Model::links`].
+    pub(super) number: usize,
     /// Body that carries it; `None` for what is fixed to the world.
     pub body: Option<BodyId>,
     /// Pose `X_BS` of the shape in the body, or in the world.
@@ -36,6 +39,7 @@ pub struct LinkShapes {
     missing: Vec<ShapeWithoutPoints>,
     /// Pairs of links that never touch, the smaller first.
     pub(super) excluded: Vec<[FrameId; 2]>,
+    relations: Relations,
     structure: Structure,
 }
 
@@ -48,14 +52,16 @@ impl LinkShapes {
             shapes: Vec::new(),
             missing: Vec::new(),
             excluded: Vec::new(),
+            relations: Relations::new(model),
             structure: model.structure(),
         };
-        for link in model.links() {
+        for (number, link) in model.links().iter().enumerate() {
             let frame = &model.frames()[link.frame.0];
             for collision in &link.collisions {
                 match shape(collision, meshes) {
                     Ok(shape) => own.shapes.push(LinkShape {
                         link: link.frame,
+                        number,
                         body: frame.body,
                         placement: frame.placement * collision.placement,
                         shape,
@@ -90,6 +96,11 @@ impl LinkShapes {
     /// The shapes that were left out, with the reason.
     pub fn missing(&self) -> &[ShapeWithoutPoints] {
         &self.missing
+    }
+
+    /// What joints make of the links.
+    pub(super) fn relations(&self) -> &Relations {
+        &self.relations
     }
 
     /// The frame of a link that has shapes.

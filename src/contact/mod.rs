@@ -55,6 +55,7 @@ mod point;
 mod point_laws;
 mod point_state;
 pub(crate) mod reason;
+mod relations;
 mod rolling;
 mod shapes;
 mod smoothing;

@@ -67,9 +67,8 @@ impl Contacts<f64> {
 
     /// Lets bodies touch each other, by their collision shapes and one law. Meshes are their convex hulls, from their files. Allocates.
     ///
-    /// Members of a world collide with one another: bodies that no joint but the world connects. A prefix up to the first `/` of the names of links makes what
-    /// is fixed to the world a part of the robot with the same prefix. Links of one robot collide with
-    /// [`CollisionOptions::with_self_collision`]; those that a joint connects never do.
+    /// Robots and objects collide with one another: links between which there is no joint but floating ones and those on the root link `world`. Links of one
+    /// robot collide with [`CollisionOptions::with_self_collision`]; those that a joint connects never do.
     ///
     /// Which features of shapes are near is found anew in each step, up to eight points for two shapes; distance, points and normal are exact, with all derivatives.
     /// Collision shapes of which there is no convex shape are among [`shapes_without_points`](Self::shapes_without_points).
@@ -101,7 +100,7 @@ impl Contacts<f64> {
         law: ContactLaw,
         options: &CollisionOptions,
     ) -> Result<Self, UnknownName> {
-        self.with_collisions_and_meshes(model, law, options, &mut Hulls::default())
+        self.with_link_shapes(model, law, LinkShapes::new(model), options)
     }
 }
 

@@ -24,8 +24,8 @@ pub enum SimulatorParameterGroup {
     Terrain,
     /// The sizes of a collision shape that can touch others.
     CollisionShape(usize),
-    /// The law of a pair of collision shapes.
-    PairLaw(usize),
+    /// The law of bodies that touch each other.
+    PairLaw,
     /// An external force, in the order of [`Simulator::external_forces`].
     ExternalForce(usize),
     /// A frame actuator, in the order of [`Simulator::frame_actuators`].
@@ -50,8 +50,8 @@ pub(crate) struct PartSlots {
     pub(crate) terrain: Range<usize>,
     /// Of the sizes of each shape that can touch others.
     pub(crate) shapes: Vec<Range<usize>>,
-    /// Of the law of each pair of them.
-    pub(crate) pair_laws: Vec<Range<usize>>,
+    /// Of the law of bodies that touch each other.
+    pub(crate) pair_law: Range<usize>,
     /// Of each external force, then of each frame actuator.
     pub(crate) frame_terms: Vec<Range<usize>>,
 }
@@ -61,8 +61,7 @@ impl PartSlots {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let layout = simulator.parameter_layout();
         let n_points = simulator.contacts().map_or(0, |c| c.points().len());
-        let contacts = simulator.contacts();
-        let (n_shapes, n_pairs) = contacts.map_or((0, 0), |c| c.n_shapes_and_pairs());
+        let n_shapes = simulator.contacts().map_or(0, |c| c.n_shapes());
         let forces = simulator.external_forces().len();
         let n_terms = forces + simulator.frame_actuators().len();
         let mut slots = Self {
@@ -72,7 +71,7 @@ impl PartSlots {
             laws: vec![0..0; n_points],
             terrain: 0..0,
             shapes: vec![0..0; n_shapes],
-            pair_laws: vec![0..0; n_pairs],
+            pair_law: 0..0,
             frame_terms: vec![0..0; n_terms],
         };
         for (group, range) in layout.groups() {
@@ -84,7 +83,7 @@ impl PartSlots {
                 Group::ContactLaw(i) => slots.laws[i] = range.clone(),
                 Group::Terrain => slots.terrain = range.clone(),
                 Group::CollisionShape(k) => slots.shapes[k] = range.clone(),
-                Group::PairLaw(k) => slots.pair_laws[k] = range.clone(),
+                Group::PairLaw => slots.pair_law = range.clone(),
                 Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
                 Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),
             }

@@ -129,7 +129,7 @@ impl<P: Scalar> Simulator<P> {
                     ContactPart::Law(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
                     ContactPart::Shape(k) => Group::CollisionShape(k),
-                    ContactPart::PairLaw(k) => Group::PairLaw(k),
+                    ContactPart::PairLaw => Group::PairLaw,
                 };
                 each(group, own, x);
             });
@@ -149,12 +149,6 @@ impl<P: Scalar> Simulator<P> {
         each(Group::TimeStep, time_step, &mut self.time_step);
     }
 
-    /// Name of the link of a shape that can touch others.
-    fn shape_name(&self, shape: usize) -> &str {
-        let link = self.contacts.as_ref().map(|c| c.shape_link(shape));
-        link.map_or("", |link| self.model().frame_of(link).name.as_str())
-    }
-
     /// Name of what the numbers of a group belong to; `None` for the simulator itself.
     ///
     /// * `coordinates` – names of the velocity coordinates
@@ -171,15 +165,12 @@ impl<P: Scalar> Simulator<P> {
                 format!("contact {i} of {link}")
             }
             Group::Terrain => "terrain".to_owned(),
-            Group::CollisionShape(k) => format!("shape {k} of {}", self.shape_name(k)),
-            Group::PairLaw(k) => {
-                let shapes = self
-                    .contacts
-                    .as_ref()
-                    .map(|contacts| contacts.pair_shapes(k));
-                let [first, second] = shapes.unwrap_or_default().map(|k| self.shape_name(k));
-                format!("contact of {first} and {second}")
+            Group::CollisionShape(k) => {
+                let link = self.contacts.as_ref().map(|c| c.shape_link(k));
+                let name = link.map_or("", |link| self.model().frame_of(link).name.as_str());
+                format!("shape {k} of {name}")
             }
+            Group::PairLaw => "contact of bodies".to_owned(),
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
         })

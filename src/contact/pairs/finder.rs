@@ -2,150 +2,132 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
-
-use super::{BodyShape, ShapePairs};
-use crate::collision::{Manifold, PairFeature, Shape, features};
-use crate::contact::Contacts;
+use super::ShapePairs;
+use crate::collision::{Bounds, BroadPhase, Manifold, PairFeature, features};
 use crate::contact::activation::ActivationMargin;
 use crate::contact::point::velocity_at;
+use crate::contact::{Contacts, LinkShapes};
 use crate::dynamics::Kinematics;
-use crate::numbers::Numbers as _;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Transform};
 
 /// Features of a pair of shapes that could touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PairPoint {
-    /// The pair of shapes.
-    pub(crate) pair: usize,
+    /// The shapes; the first one is on a body that moves.
+    pub(crate) shapes: [usize; 2],
     pub(crate) feature: PairFeature,
 }
 
 /// Finds points between bodies. Decisions are on plain values, lane by lane.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PairFinder {
-    shapes: Vec<PlainShape>,
+    shapes: Vec<PlacedShape>,
+    bounds: Vec<Bounds>,
+    broad_phase: BroadPhase,
     manifold: Manifold,
 }
 
-/// A shape as plain values, and where it is.
+/// Where a shape is, and how far away it could touch something.
 #[derive(Clone, Debug)]
-struct PlainShape {
-    X_BS: Transform<f64>,
-    shape: Shape,
-    /// Of a ball about its origin that holds it, m; infinite for a half-space.
-    reach: f64,
+struct PlacedShape {
     X_WS: Transform<f64>,
-    /// Greatest speed of a point of it, m/s.
-    speed: f64,
+    /// Its part of the margin of a pair, m.
+    margin: f64,
 }
 
 impl PairFinder {
-    /// For the shapes of contacts. Allocates.
-    pub(crate) fn new<P: Scalar>(contacts: Option<&Contacts<P>>) -> Self {
-        let shapes = contacts.map_or(&[][..], |contacts| &contacts.shape_pairs().shapes);
-        Self {
-            shapes: shapes.iter().map(PlainShape::new).collect(),
-            manifold: Manifold::default(),
-        }
-    }
-
-    /// Finds the points that could touch within a step of `dt` (s), pair after pair; those of all lanes together.
+    /// Finds the points that could touch within a step of `dt` (s), pair after pair; those of all lanes together. Whether there was memory for all.
     pub(crate) fn find<P: Scalar, T: Over<P>>(
         &mut self,
         contacts: &Contacts<P>,
         kinematics: &Kinematics<T>,
         dt: P,
         out: &mut Vec<PairPoint>,
-    ) {
+    ) -> bool {
         let pairs = contacts.shape_pairs();
-        if pairs.pairs.is_empty() {
-            return;
-        }
+        let Some(plain) = &pairs.plain else {
+            return true;
+        };
         assert!(
             T::HAS_VALUES,
             "contact between bodies cannot be recorded: which features touch is decided on values"
         );
         let margin = contacts.activation_margin(dt);
+        let mut fits = true;
         for lane in 0..T::LANES {
-            self.place(pairs, kinematics, lane);
             let margin = ActivationMargin {
                 duration: margin.duration.value(lane),
                 approach: margin.approach.value(lane),
                 reach: margin.reach,
             };
-            self.find_in_lane(pairs, &margin, lane, out);
+            self.place(plain, kinematics, &margin, lane);
+            fits &= self.find_in_lane(pairs, plain, lane, out);
         }
         if T::LANES > 1 {
-            out.sort_by_key(|point| point.pair);
+            out.sort_by_key(|point| point.shapes);
         }
+        fits
     }
 
-    fn place<P: Scalar, T: Over<P>>(
+    fn place<T: Scalar>(
         &mut self,
-        pairs: &ShapePairs<P>,
+        plain: &LinkShapes,
         kinematics: &Kinematics<T>,
+        margin: &ActivationMargin,
         lane: usize,
     ) {
-        for (plain, own) in self.shapes.iter_mut().zip(&pairs.shapes) {
+        self.shapes.clear();
+        self.bounds.clear();
+        for own in plain.shapes() {
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
             let V = kinematics.velocity(own.body).to_array();
             let V = Motion::from_array(V.map(|x| x.value(lane)));
-            plain.X_WS = X_WB * plain.X_BS;
-            let center = velocity_at(&V, &plain.X_BS.translation).norm();
-            // A half-space that turns has no greatest speed; it does not turn.
+            let X_WS = X_WB * own.placement;
+            let center = velocity_at(&V, &own.placement.translation).norm();
             let turning = V.angular.norm();
-            plain.speed = center
-                + if turning > 0.0 {
-                    turning * plain.reach
-                } else {
-                    0.0
-                };
+            // What is fixed to the world may be endless, and does not turn.
+            let turns = if turning > 0.0 {
+                turning * own.shape.reach()
+            } else {
+                0.0
+            };
+            let margin = margin.half_height(center + turns).max(own.margin);
+            self.bounds.push(Bounds::of(&own.shape, &X_WS, margin));
+            self.shapes.push(PlacedShape { X_WS, margin });
         }
     }
 
     fn find_in_lane<P: Scalar>(
         &mut self,
         pairs: &ShapePairs<P>,
-        margin: &ActivationMargin,
+        plain: &LinkShapes,
         lane: usize,
         out: &mut Vec<PairPoint>,
-    ) {
-        for (pair, &[i, j]) in pairs.pairs.iter().enumerate() {
-            let (a, b) = (&self.shapes[i], &self.shapes[j]);
-            let margin = margin.height(a.speed + b.speed);
-            if a.is_farther_than(b, margin) {
-                continue;
-            }
-            let manifold = &mut self.manifold;
-            features(&a.shape, &a.X_WS, &b.shape, &b.X_WS, margin, manifold);
+    ) -> bool {
+        let may_touch = |i: usize, j: usize| plain.may_collide(i, j, pairs.self_collision);
+        let Ok(near) = self.broad_phase.pairs(&self.bounds, may_touch) else {
+            return false;
+        };
+        for &[i, j] in near {
+            let shapes = if pairs.body(i).is_none() {
+                [j, i]
+            } else {
+                [i, j]
+            };
+            let [a, b] = shapes.map(|k| &self.shapes[k]);
+            let [first, second] = shapes.map(|k| &plain.shapes()[k].shape);
+            let (margin, manifold) = (a.margin + b.margin, &mut self.manifold);
+            features(first, &a.X_WS, second, &b.X_WS, margin, manifold);
             for &feature in manifold.pairs() {
-                let is_same = |own: &PairPoint| own.pair == pair && own.feature.id == feature.id;
+                let is_same =
+                    |own: &PairPoint| own.shapes == shapes && own.feature.id == feature.id;
                 if lane == 0 || !out.iter().any(is_same) {
-                    out.push(PairPoint { pair, feature });
+                    out.push(PairPoint { shapes, feature });
                 }
             }
         }
-    }
-}
-
-impl PlainShape {
-    fn new<P: Scalar>(own: &BodyShape<P>) -> Self {
-        let shape: Shape = own.shape.map_numbers(&mut |x| x.value(0));
-        Self {
-            X_BS: plain_pose(&own.X_BS, 0),
-            reach: reach(&shape),
-            shape,
-            X_WS: Transform::identity(),
-            speed: 0.0,
-        }
-    }
-
-    /// Whether the balls around two shapes are farther apart; never for a half-space.
-    fn is_farther_than(&self, other: &Self, margin: f64) -> bool {
-        let apart = (self.X_WS.translation - other.X_WS.translation).norm();
-        apart - self.reach - other.reach > margin
+        true
     }
 }
 
@@ -154,27 +136,4 @@ fn plain_pose<T: Scalar>(X: &Transform<T>, lane: usize) -> Transform<f64> {
         X.rotation.map(|x| x.value(lane)),
         X.translation.map(|x| x.value(lane)),
     )
-}
-
-/// Radius of a ball about the origin that holds a shape, m.
-fn reach(shape: &Shape) -> f64 {
-    let largest = |lengths: [f64; 3]| lengths.into_iter().fold(0.0, f64::max);
-    match shape {
-        Shape::Sphere { radius } => *radius,
-        Shape::Capsule {
-            radius,
-            half_length,
-        } => radius + half_length,
-        Shape::Box { half_extents } => Vector3::from(*half_extents).norm(),
-        Shape::Cylinder {
-            radius,
-            half_length,
-        } => radius.hypot(*half_length),
-        Shape::Ellipsoid { semi_axes } => largest(*semi_axes),
-        Shape::Hull { hull, scale } => {
-            let scaled = |v: &Vector3<f64>| v.component_mul(&Vector3::from(*scale)).norm();
-            hull.vertices().iter().map(scaled).fold(0.0, f64::max)
-        }
-        Shape::HalfSpace => f64::INFINITY,
-    }
 }

@@ -5,12 +5,15 @@
 mod choice;
 mod finder;
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 pub use choice::CollisionOptions;
 pub(crate) use finder::{PairFinder, PairPoint};
 
 use super::contacts::Contacts;
+use super::link_shapes::LinkShapes;
 use super::point::velocity_at;
 use super::point_state::PointState;
 use crate::collision::{PairFeature, Shape, witness};
@@ -26,20 +29,19 @@ pub(crate) const SHAPE_NUMBERS: usize = <Shape as Numbers<f64>>::COUNT;
 /// A convex shape on a body.
 #[derive(Clone, Debug)]
 pub(super) struct BodyShape<P> {
-    pub(super) link: FrameId,
-    /// `None` for what is fixed to the world.
-    pub(super) body: Option<BodyId>,
     /// Its pose in the body.
     pub(super) X_BS: Transform<P>,
     pub(super) shape: Shape<P>,
 }
 
-/// The shapes of a robot or a world, and the pairs of them that can touch.
+/// The shapes of a robot or a world that can touch each other.
 #[derive(Clone, Debug)]
 pub(super) struct ShapePairs<P> {
+    /// Shapes over the scalar of the contacts, in the order of those that are plain.
     pub(super) shapes: Vec<BodyShape<P>>,
-    /// Of a moving body, and of that or of what is fixed to the world.
-    pub(super) pairs: Vec<[usize; 2]>,
+    /// `None` where bodies do not collide.
+    plain: Option<Arc<LinkShapes>>,
+    self_collision: bool,
 }
 
 /// A point between bodies in motion.
@@ -51,35 +53,69 @@ pub(crate) struct PairState<T> {
     pub(crate) in_second: Vector3<T>,
 }
 
+impl ShapePairs<f64> {
+    fn new(plain: LinkShapes, self_collision: bool) -> Self {
+        let shapes = plain.shapes().iter().map(|own| BodyShape {
+            X_BS: own.placement,
+            shape: own.shape.clone(),
+        });
+        Self {
+            shapes: shapes.collect(),
+            plain: Some(Arc::new(plain)),
+            self_collision,
+        }
+    }
+}
+
 impl<P: Scalar> ShapePairs<P> {
     /// None.
     pub(super) fn none() -> Self {
         Self {
             shapes: Vec::new(),
-            pairs: Vec::new(),
+            plain: None,
+            self_collision: false,
         }
     }
 
     pub(super) fn cast<Q: Over<P>>(&self) -> ShapePairs<Q> {
-        let shapes = self.shapes.iter();
         let cast = |own: &BodyShape<P>| BodyShape {
-            link: own.link,
-            body: own.body,
             X_BS: own.X_BS.lift(),
             shape: own.shape.lift(),
         };
         ShapePairs {
-            shapes: shapes.map(cast).collect(),
-            pairs: self.pairs.clone(),
+            shapes: self.shapes.iter().map(cast).collect(),
+            plain: self.plain.clone(),
+            self_collision: self.self_collision,
         }
+    }
+
+    /// The body of a shape; `None` is the world.
+    fn body(&self, shape: usize) -> Option<BodyId> {
+        let plain = self.plain.as_ref()?;
+        plain.shapes()[shape].body
     }
 }
 
 impl<P: Scalar> Contacts<P> {
+    /// Whether bodies can touch each other.
+    pub(crate) fn have_pairs(&self) -> bool {
+        self.shape_pairs().plain.is_some()
+    }
+
+    /// Number of shapes that can touch each other.
+    pub(crate) fn n_shapes(&self) -> usize {
+        self.shape_pairs().shapes.len()
+    }
+
+    /// Link of a shape that can touch others.
+    pub(crate) fn shape_link(&self, shape: usize) -> FrameId {
+        let plain = self.shape_pairs().plain.as_ref();
+        plain.map_or(FrameId(0), |plain| plain.shapes()[shape].link)
+    }
+
     /// The bodies of a pair of shapes; `None` is the world.
-    pub(crate) fn pair_bodies(&self, pair: usize) -> [Option<BodyId>; 2] {
-        let pairs = self.shape_pairs();
-        pairs.pairs[pair].map(|shape| pairs.shapes[shape].body)
+    pub(crate) fn pair_bodies(&self, shapes: [usize; 2]) -> [Option<BodyId>; 2] {
+        shapes.map(|shape| self.shape_pairs().body(shape))
     }
 
     /// Computes where a point between bodies is and how it moves: half way between the nearest points of both shapes, where equal and opposite forces keep
@@ -92,8 +128,7 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let pairs = self.shape_pairs();
-        let shapes = pairs.pairs[point.pair].map(|shape| &pairs.shapes[shape]);
+        let shapes = point.shapes.map(|shape| &self.shape_pairs().shapes[shape]);
         state_of_shapes(&point.feature, shapes, X, V)
     }
 
@@ -105,8 +140,9 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let pairs = self.shape_pairs();
-        let mut shapes = pairs.pairs[point.pair].map(|shape| pairs.shapes[shape].clone());
+        let mut shapes = point
+            .shapes
+            .map(|shape| self.shape_pairs().shapes[shape].clone());
         let other = &mut shapes[1 - side].shape;
         *other = other.map_numbers(&mut |x| x.detached());
         state_of_shapes(&point.feature, [&shapes[0], &shapes[1]], X, V)
@@ -119,21 +155,19 @@ fn state_of_shapes<P: Scalar, T: Over<P>>(
     X: &[Transform<T>; 2],
     V: &[Motion<T>; 2],
 ) -> PairState<T> {
-    {
-        let (X_WA, X_WB) = (X[0] * a.X_BS.lift(), X[1] * b.X_BS.lift());
-        let found = witness(feature, &a.shape, &X_WA, &b.shape, &X_WB);
-        let position = (found.points[0] + found.points[1]) * T::constant(0.5);
-        let [in_first, in_second] = [0, 1].map(|side| X[side].inverse().point(&position));
-        let velocity = |side: usize, at| rotate(&X[side].rotation, &velocity_at(&V[side], at));
-        PairState {
-            point: PointState {
-                position,
-                velocity: velocity(0, &in_first) - velocity(1, &in_second),
-                normal: -found.normal,
-                depth: -found.distance,
-                in_body: in_first,
-            },
-            in_second,
-        }
+    let (X_WA, X_WB) = (X[0] * a.X_BS.lift(), X[1] * b.X_BS.lift());
+    let found = witness(feature, &a.shape, &X_WA, &b.shape, &X_WB);
+    let position = (found.points[0] + found.points[1]) * T::constant(0.5);
+    let [in_first, in_second] = [0, 1].map(|side| X[side].inverse().point(&position));
+    let velocity = |side: usize, at| rotate(&X[side].rotation, &velocity_at(&V[side], at));
+    PairState {
+        point: PointState {
+            position,
+            velocity: velocity(0, &in_first) - velocity(1, &in_second),
+            normal: -found.normal,
+            depth: -found.distance,
+            in_body: in_first,
+        },
+        in_second,
     }
 }

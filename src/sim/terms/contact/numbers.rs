@@ -145,15 +145,14 @@ impl<T: Scalar> OverNumbers<T> {
         } = place;
         let X = bodies.map(|on| term.kinematics.pose(on));
         let V = bodies.map(|on| term.kinematics.velocity(on));
-        let shapes = self.contacts.pair_shapes(point.pair);
-        for (side, shape) in shapes.into_iter().enumerate() {
+        for (side, shape) in point.shapes.into_iter().enumerate() {
             let simulator = at.point.simulator;
             let point_of = LinearizedPoint::between_numbers;
             let own = point_of(&self.contacts, simulator, point, side, &X, &V);
             let mut sum = out.sum_between(*bodies);
             state(&own, &mut sum);
             let sum = sum.value;
-            add_pair_numbers(&sum, point.pair, shape, side == 0, out);
+            add_pair_numbers(&sum, shape, side == 0, out);
         }
     }
 

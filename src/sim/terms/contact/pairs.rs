@@ -17,24 +17,32 @@ pub(super) struct PairPoints<T> {
     points: Vec<PairPoint>,
     /// Position of each in its second body, m.
     in_second: Vec<Vector3<T>>,
+    /// Whether there were more pairs than memory.
+    full: bool,
 }
 
 impl<T: Scalar> PairPoints<T> {
-    pub(super) fn new<P: Scalar>(contacts: Option<&Contacts<P>>) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            finder: PairFinder::new(contacts),
+            finder: PairFinder::default(),
             points: Vec::new(),
             in_second: Vec::new(),
+            full: false,
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    fn clear(&mut self) {
         self.points.clear();
         self.in_second.clear();
     }
 
     pub(super) fn get(&self, k: usize) -> &PairPoint {
         &self.points[k]
+    }
+
+    /// Whether pairs were left out because there were too many.
+    pub(super) fn is_full(&self) -> bool {
+        self.full
     }
 
     /// Position of a point in its second body, m.
@@ -53,9 +61,10 @@ impl<T: Scalar> PairPoints<T> {
         T: Over<P>,
     {
         self.clear();
-        self.finder.find(contacts, kinematics, dt, &mut self.points);
+        let fits = (self.finder).find(contacts, kinematics, dt, &mut self.points);
+        self.full = !fits;
         for point in &self.points {
-            let bodies = contacts.pair_bodies(point.pair);
+            let bodies = contacts.pair_bodies(point.shapes);
             let X = bodies.map(|body| kinematics.pose(body));
             let V = bodies.map(|body| kinematics.velocity(body));
             let PairState { point, in_second } = contacts.pair_state(point, &X, &V);

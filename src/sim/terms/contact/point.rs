@@ -52,16 +52,15 @@ pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numb
     }
 }
 
-/// Adds derivatives in the numbers of the law of a pair of shapes, and in the sizes of one of them.
+/// Adds derivatives in the numbers of the law of bodies that touch each other, and in the sizes of a shape.
 pub(super) fn add_pair_numbers<T: Scalar>(
     x: &OfBody<T>,
-    pair: usize,
     shape: usize,
     with_law: bool,
     out: &mut Numbers<'_, T>,
 ) {
     let slots = out.slots().0;
-    let (sizes, law) = (slots.shapes[shape].clone(), slots.pair_laws[pair].clone());
+    let (sizes, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
     out.add(&sizes, &x.eps[..LAW]);
     if with_law {
         out.add(&law, &x.eps[LAW..TERRAIN]);
@@ -80,7 +79,7 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
         if last.replace(part) != Some(part) {
             direction = match part {
                 ContactPart::Point(_) | ContactPart::Shape(_) => 0,
-                ContactPart::Law(_) | ContactPart::PairLaw(_) => LAW,
+                ContactPart::Law(_) | ContactPart::PairLaw => LAW,
                 ContactPart::Terrain => TERRAIN,
             };
         }
@@ -132,7 +131,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         let state = contacts.pair_state(point, &X, &V);
         Self {
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::of_pair(contacts, simulator, point, &X, state)
+            ..Self::of_pair(contacts, simulator, &X, state)
         }
     }
 
@@ -194,7 +193,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     ) -> Self {
         let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
-        Self::of_pair(contacts, simulator, point, &X, state)
+        Self::of_pair(contacts, simulator, &X, state)
     }
 }
 
@@ -249,13 +248,12 @@ where
     fn of_pair(
         contacts: &'a Contacts<P>,
         simulator: &Simulator,
-        point: &PairPoint,
         X: &[Transform<OfBody<T>>; 2],
         state: PairState<OfBody<T>>,
     ) -> Self {
         Self {
             contacts,
-            law: contacts.pair_law(point.pair),
+            law: contacts.pair_law(),
             dt: simulator.time_step(),
             R_WB: X[0].rotation,
             axes: state.point.axes_of_any_normal(),

@@ -50,7 +50,7 @@ impl<T: Scalar> Contact<T> {
         Self {
             kinematics: Kinematics::new(model),
             points: vec![PointState::zero(); n],
-            pairs: PairPoints::new(simulator.contacts()),
+            pairs: PairPoints::new(),
             forces: vec![Vector3::zeros(); n],
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
             working: WorkingSet::new(solved, nv),
@@ -96,12 +96,8 @@ impl<T: Scalar> Contact<T> {
         match point.checked_sub(n) {
             None => (&contacts.laws()[point], [contacts.points()[point].link; 2]),
             Some(k) => {
-                let pair = self.pairs.get(k).pair;
-                let links = contacts.pair_shapes(pair);
-                (
-                    contacts.pair_law(pair),
-                    links.map(|k| contacts.shape_link(k)),
-                )
+                let shapes = self.pairs.get(k).shapes;
+                (contacts.pair_law(), shapes.map(|k| contacts.shape_link(k)))
             }
         }
     }
@@ -372,7 +368,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         if contacts.have_bristles() {
             self.update_bristles(at, contacts);
         }
-        if self.working.is_full() {
+        if self.working.is_full() || self.pairs.is_full() {
             balance.report_limit();
         }
     }

@@ -27,7 +27,7 @@ pub(super) struct Touching<'a, P, T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     Link(usize),
-    Pair(usize),
+    Pair([usize; 2]),
 }
 
 impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
@@ -39,14 +39,14 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
     pub(super) fn group(&self, i: usize) -> Group {
         match self.pair(i) {
             None => Group::Link(self.contacts.points()[i].link.0),
-            Some(k) => Group::Pair(self.pairs.get(k).pair),
+            Some(k) => Group::Pair(self.pairs.get(k).shapes),
         }
     }
 
     pub(super) fn law(&self, i: usize) -> &'a ContactLaw<P> {
         match self.pair(i) {
             None => &self.contacts.laws()[i],
-            Some(k) => self.contacts.pair_law(self.pairs.get(k).pair),
+            Some(_) => self.contacts.pair_law(),
         }
     }
 
@@ -54,7 +54,7 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
     pub(super) fn bodies(&self, i: usize) -> [Option<BodyId>; 2] {
         match self.pair(i) {
             None => [Some(self.contacts.points()[i].body), None],
-            Some(k) => self.contacts.pair_bodies(self.pairs.get(k).pair),
+            Some(k) => self.contacts.pair_bodies(self.pairs.get(k).shapes),
         }
     }
 

@@ -315,7 +315,7 @@ mod tests {
             let mut points = vec![PointState::zero(); contacts.points().len()];
             contacts.states_into(&kinematics, &mut points);
             Self {
-                pairs: PairPoints::new(Some(&contacts)),
+                pairs: PairPoints::new(),
                 model,
                 contacts,
                 kinematics,
