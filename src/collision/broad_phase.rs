@@ -1,13 +1,39 @@
 //! Pairs of boxes that overlap, by a tree of boxes that is kept from step to step.
 
+use std::fmt;
+
 use super::bounds::Bounds;
-use crate::error::OutOfMemory;
-use crate::memory;
 
 /// Growth of the area of all nodes at which the tree is built again: refitted trees cost less than a new one until they are about that much looser.
 const LOOSE: f64 = 1.5;
 /// Nodes that wait in a search: two for each level of a balanced tree.
 const MAX_WAITING: usize = 128;
+
+/// Pairs that may always be found.
+const MAX_PAIRS: usize = 1 << 16;
+/// Pairs that may be found besides for each box: far more than bodies have neighbours that do not overlap.
+const MAX_PAIRS_OF_A_BOX: usize = 256;
+
+/// Error for boxes of which too many overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooManyPairs {
+    /// Number of pairs at which the search ended.
+    pub pairs: usize,
+    /// Number of boxes.
+    pub boxes: usize,
+}
+
+impl fmt::Display for TooManyPairs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pairs, boxes } = self;
+        write!(
+            f,
+            "of {boxes} shapes {pairs} pairs or more overlap, which are too many; do all of them lie in one place?"
+        )
+    }
+}
+
+impl std::error::Error for TooManyPairs {}
 
 /// Finds the pairs of shapes whose boxes overlap.
 ///
@@ -26,7 +52,7 @@ const MAX_WAITING: usize = 128;
 /// let mut broad_phase = BroadPhase::default();
 /// let pairs = broad_phase.pairs(&[at(0.0), at(1.5), at(4.0)], |_, _| true)?;
 /// assert_eq!(pairs, [[0, 1]]);
-/// # Ok::<(), dualbody::memory::OutOfMemory>(())
+/// # Ok::<(), dualbody::collision::TooManyPairs>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct BroadPhase {
@@ -38,8 +64,6 @@ pub struct BroadPhase {
     nodes: Vec<Bounds>,
     /// Area of all nodes when the tree was built.
     area: f64,
-    /// Number of boxes for which the tree was built.
-    n_boxes: usize,
     pairs: Vec<[usize; 2]>,
 }
 
@@ -80,27 +104,27 @@ impl BroadPhase {
     /// * `bounds` – a box for each shape; one with a coordinate that is not a number overlaps none
     ///
     /// # Errors
-    /// If there are so many pairs that they would need more memory than the [limit](crate::memory): all shapes in one place, for example.
+    /// If there are more than 65,536 pairs and 256 for each box: all shapes in one place, for example.
     pub fn pairs(
         &mut self,
         bounds: &[Bounds],
         may_touch: impl Fn(usize, usize) -> bool,
-    ) -> Result<&[[usize; 2]], OutOfMemory> {
+    ) -> Result<&[[usize; 2]], TooManyPairs> {
         self.fit(bounds);
         self.pairs.clear();
-        let most = memory::limit() / size_of::<[usize; 2]>();
+        let most = MAX_PAIRS + MAX_PAIRS_OF_A_BOX * bounds.len();
         for (at, &i) in self.order.iter().enumerate() {
             let found = &mut self.pairs;
             search(&self.nodes, &self.order, at, &bounds[i], |j| {
                 if bounds[i].overlaps(&bounds[j]) && may_touch(i.min(j), i.max(j)) {
                     found.push([i.min(j), i.max(j)]);
                 }
-                found.len() < most
+                found.len() <= most
             });
-            check(found.len(), most)?;
+            check(found.len(), most, bounds.len())?;
         }
         self.add_endless(bounds, may_touch);
-        check(self.pairs.len(), most)?;
+        check(self.pairs.len(), most, bounds.len())?;
         self.pairs.sort_unstable();
         Ok(&self.pairs)
     }
@@ -119,7 +143,7 @@ impl BroadPhase {
 
     /// Fits the tree to the boxes.
     fn fit(&mut self, bounds: &[Bounds]) {
-        let is_same = self.n_boxes == bounds.len()
+        let is_same = self.order.len() + self.endless.len() == bounds.len()
             && self.order.iter().all(|&i| bounds[i].is_finite())
             && self.endless.iter().all(|&i| !bounds[i].is_finite());
         if !is_same {
@@ -133,7 +157,6 @@ impl BroadPhase {
     fn sort(&mut self, bounds: &[Bounds]) {
         let is_number = |i: &usize| bounds[*i].overlaps(&bounds[*i]);
         let indices = || (0..bounds.len()).filter(is_number);
-        self.n_boxes = bounds.len();
         self.order.clear();
         self.order
             .extend(indices().filter(|&i| bounds[i].is_finite()));
@@ -240,10 +263,10 @@ fn search(
     }
 }
 
-fn check(pairs: usize, most: usize) -> Result<(), OutOfMemory> {
-    if pairs < most {
-        return Ok(());
+fn check(pairs: usize, most: usize, boxes: usize) -> Result<(), TooManyPairs> {
+    if pairs > most {
+        Err(TooManyPairs { pairs, boxes })
+    } else {
+        Ok(())
     }
-    let what = format_args!("{pairs} or more pairs of shapes that overlap");
-    memory::check(what, usize::MAX)
 }

@@ -36,7 +36,7 @@ mod solid;
 mod witness;
 
 pub use bounds::Bounds;
-pub use broad_phase::BroadPhase;
+pub use broad_phase::{BroadPhase, TooManyPairs};
 pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
 pub use groups::Groups;
 pub use hull::{Hull, HullError};

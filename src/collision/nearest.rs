@@ -14,7 +14,7 @@ use crate::spatial::Transform;
 
 /// Finds the nearest features of two shapes, of overlapping ones those of the least translation that separates them.
 ///
-/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and where a number is not finite.
+/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and where a number is not finite or a length above 10¹⁰⁰ m.
 ///
 /// Where several pairs are equally near, one of them, always the same. Where points coincide, the normal is across both cores, or z of the world.
 ///
@@ -27,6 +27,9 @@ pub fn nearest_features(
 ) -> Option<PairFeature> {
     let [X_A, X_B] = about_first(X_WA, X_WB);
     let (a, b) = (Solid::new(a, &X_A), Solid::new(b, &X_B));
+    if !(a.is_finite() && b.is_finite()) {
+        return None;
+    }
     match (a.shape, b.shape) {
         (Shape::HalfSpace, Shape::HalfSpace) => None,
         (Shape::HalfSpace, _) => Some(on_plane(&a, &b)),

@@ -62,6 +62,7 @@ impl Patch {
         };
         match solid.shape {
             Shape::Cylinder { .. } => own.add_cylinder(solid, n, angle, across),
+            Shape::HalfSpace => {}
             Shape::Ellipsoid { semi_axes } if semi_axes.iter().all(|&s| s > 0.0) => {
                 own.push(Feature::Surface, 0, across.place(&solid.support(n).point));
             }

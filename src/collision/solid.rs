@@ -8,6 +8,9 @@ use super::feature::Feature;
 use super::shape::Shape;
 use crate::spatial::Transform;
 
+/// Largest length, m: squares of lengths, and products of two squares, are finite.
+const LARGEST: f64 = 1e100;
+
 /// A shape at a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solid<'a> {
@@ -25,6 +28,27 @@ pub(super) struct Support {
 impl<'a> Solid<'a> {
     pub(super) fn new(shape: &'a Shape, X: &Transform<f64>) -> Self {
         Self { shape, X: *X }
+    }
+
+    /// Whether no number is infinite, or so large that its square is.
+    pub(super) fn is_finite(&self) -> bool {
+        let sizes: &[f64] = match self.shape {
+            Shape::Sphere { radius } => &[*radius],
+            Shape::Capsule {
+                radius,
+                half_length,
+            }
+            | Shape::Cylinder {
+                radius,
+                half_length,
+            } => &[*radius, *half_length],
+            Shape::Box { half_extents: x }
+            | Shape::Ellipsoid { semi_axes: x }
+            | Shape::Hull { scale: x, .. } => x,
+            Shape::HalfSpace => &[],
+        };
+        let pose = self.X.rotation.iter().chain(self.X.translation.iter());
+        pose.chain(sizes).all(|x| x.abs() <= LARGEST)
     }
 
     /// A vertex in world axes.

@@ -2,9 +2,9 @@
 
 use super::link_shapes::{LinkShape, LinkShapes};
 use super::nearest::{nearest_of_shapes, pose};
-use crate::collision::{Bounds, BroadPhase};
+use crate::collision::{Bounds, BroadPhase, TooManyPairs};
 use crate::dynamics::{Kinematics, forward_kinematics};
-use crate::error::{OutOfMemory, UnknownName};
+use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
 
 /// Memory for the pairs that may touch, kept from step to step.
@@ -64,7 +64,7 @@ impl LinkShapes {
     /// allocation but where there are more shapes or pairs than before.
     ///
     /// # Errors
-    /// If the pairs would need more memory than the [limit](crate::memory).
+    /// If too many pairs overlap.
     ///
     /// # Panics
     /// If the kinematics or the shapes are those of another robot.
@@ -73,7 +73,7 @@ impl LinkShapes {
         model: &Model,
         kinematics: &Kinematics<f64>,
         memory: &'a mut LinkPairs,
-    ) -> Result<&'a [[usize; 2]], OutOfMemory> {
+    ) -> Result<&'a [[usize; 2]], TooManyPairs> {
         self.check(model);
         kinematics.check(model);
         memory.bounds.clear();
@@ -89,7 +89,7 @@ impl LinkShapes {
     /// [excluded](Self::exclude). Allocates.
     ///
     /// # Errors
-    /// If the pairs would need more memory than the [limit](crate::memory).
+    /// If too many pairs overlap.
     ///
     /// # Panics
     /// If `q` has the wrong length, or the shapes are those of another robot.
@@ -97,7 +97,7 @@ impl LinkShapes {
         &self,
         model: &'a Model,
         q: &[f64],
-    ) -> Result<Vec<[&'a str; 2]>, OutOfMemory> {
+    ) -> Result<Vec<[&'a str; 2]>, TooManyPairs> {
         let kinematics = forward_kinematics(model, q, &vec![0.0; model.nv()]);
         let mut memory = LinkPairs::default();
         let mut found = Vec::new();

@@ -5,14 +5,19 @@ use nalgebra::Vector3;
 use super::difference::Difference;
 use super::options::{Choice, Options};
 use crate::collision::feature::{Feature, FeatureId, NormalSource, PairFeature};
+use crate::collision::guard::rejected;
 use crate::collision::newton::newton_step;
 use crate::collision::placed::{Core, Placed, face_normal};
 use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
 use crate::collision::witness::nearest_normal;
 
-/// Most steps of Newton's method on values.
-const MAX_STEPS: usize = 20;
+/// Most steps of Newton's method on values: some ten, more on slivers.
+const MAX_STEPS: usize = 100;
+/// Most halvings of a step.
+const MAX_HALVINGS: i32 = 30;
+/// Part of a gap that is rounding.
+const ROUNDING: f64 = 1e-15;
 /// Step of a unit normal that is rounding.
 const LAST_STEP: f64 = 1e-15;
 /// Part of the size by which gaps differ that are equal but for rounding.
@@ -182,14 +187,58 @@ fn converged(p: &Placed<f64>, q: &Placed<f64>, start: &Vector3<f64>) -> Vector3<
         n = across.try_normalize(f64::MIN_POSITIVE).unwrap_or(n);
     }
     for _ in 0..MAX_STEPS {
-        let step = newton_step(p, q, &n, start);
-        let length = step.norm();
-        // A step of a right angle or more says only where to look.
-        let step = if length > 1.0 { step / length } else { step };
-        n = (n + step).normalize();
+        let (step, length) = ascent(p, q, &n, start);
+        match widened(p, q, &n, &step) {
+            Some(next) => n = next,
+            None => break,
+        }
         if length <= LAST_STEP {
             break;
         }
     }
     n
+}
+
+/// A step of Newton's method where it widens the gap, else one along its derivative; with the length of the step.
+fn ascent(
+    p: &Placed<f64>,
+    q: &Placed<f64>,
+    n: &Vector3<f64>,
+    start: &Vector3<f64>,
+) -> (Vector3<f64>, f64) {
+    let newton = newton_step(p, q, n, start);
+    let w = q.support(&-n) - p.support(n);
+    let along = match (&p.core, &q.core) {
+        (Core::Line(u), _) | (_, Core::Line(u)) => rejected(&w, u),
+        _ => w,
+    };
+    let derivative = along - n * n.dot(&along);
+    let step = if newton.dot(&derivative) >= 0.0 {
+        newton
+    } else {
+        derivative
+    };
+    let length = step.norm();
+    // A step of a right angle or more says only where to look.
+    if length > 1.0 {
+        (step / length, length)
+    } else {
+        (step, length)
+    }
+}
+
+/// The normal after the longest of a step and its parts that does not make the gap of the features narrower.
+fn widened(
+    p: &Placed<f64>,
+    q: &Placed<f64>,
+    n: &Vector3<f64>,
+    step: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let apart = |n: &Vector3<f64>| q.support(&-n) - p.support(n);
+    let before = apart(n);
+    let least = before.dot(n) - ROUNDING * before.norm();
+    let parts = (0..MAX_HALVINGS).map(|k| (n + step * 0.5_f64.powi(k)).normalize());
+    parts
+        .into_iter()
+        .find(|next| apart(next).dot(next) >= least)
 }
