@@ -141,7 +141,7 @@ pub use error::{
 #[cfg(feature = "formats")]
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
-pub use model::{Base, Model};
+pub use model::{Base, Model, World};
 pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;

@@ -201,7 +201,7 @@ impl ModelOptions {
     /// let xml = format!("<sdf version='1.9'><world name='two'>{}{}</world></sdf>", ball("a", 1.0), ball("b", 2.0));
     /// let (world, _) = ModelOptions::default().with_all_models().load_sdf_str(&xml)?;
     /// assert_eq!((world.name(), world.nv()), ("two", 12));
-    /// let b = State::neutral(&world).free_pose(&world, "b::floating_base").unwrap();
+    /// let b = State::<f64>::neutral(&world).free_pose(&world, "b::floating_base").unwrap();
     /// assert_eq!(b.translation.z, 2.0);
     /// # Ok::<(), dualbody::LoadError>(())
     /// ```

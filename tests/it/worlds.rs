@@ -117,9 +117,9 @@ fn members_of_a_world_move_as_each_alone() {
                 let bound = match integrator {
                     // Both stop a search at a tolerance of all coordinates together.
                     Integrator::ImplicitMidpoint => OTHER_ALGORITHM,
-                    _ => SAME_ALGEBRA,
+                    _ => 0.0,
                 };
-                assert!(error < bound, "{integrator:?} {prefix} {k}: {error:e}");
+                assert!(error <= bound, "{integrator:?} {prefix} {k}: {error:e}");
             }
         }
     }
@@ -391,7 +391,9 @@ fn state_is_carried_by_name_to_a_world_with_other_members() {
     assert!(state.v.as_slice()[v].iter().all(|&x| x == 0.0));
     // And back again: the cube goes.
     let back = before.carried_state(&after, &state).unwrap();
-    assert!(difference(&back, moved.last()) < 10.0 * ROUNDING);
+    // Both signs of a quaternion are one rotation.
+    let off = back.deviation(before.model(), moved.last());
+    assert!(off.amax() < 100.0 * ROUNDING, "{:e}", off.amax());
 
     let mut other = samples::cartpole().to_builder();
     other.add_link(LinkSpec::new("x").with_mass(1.0, [0.0; 3], [1.0; 3]));
