@@ -42,7 +42,7 @@ impl<T: Scalar> Blocks<T> {
     }
 
     #[inline(always)]
-    pub(super) fn view(&mut self) -> View<'_, T> {
+    pub(crate) fn view(&mut self) -> View<'_, T> {
         View {
             rows: self.rows,
             lanes: &mut self.lanes,
@@ -79,6 +79,11 @@ impl<T: Scalar> Blocks<T> {
         entries.for_each(|(sum, &x)| *sum += x);
     }
 
+    pub(crate) fn scale(&mut self, by: f64) {
+        let entries = self.lanes.iter_mut();
+        entries.for_each(|x| x.0.iter_mut().for_each(|x| *x = *x * by));
+    }
+
     pub(crate) fn solve(&mut self, factor: &MassMatrixFactor<T>) {
         for block in self.blocks_mut() {
             factor.solve(block);
@@ -99,7 +104,7 @@ impl<T: Scalar> Entries<T> for Blocks<T> {
 }
 
 /// [`Blocks`] whose place is known once and for all.
-pub(super) struct View<'a, T> {
+pub(crate) struct View<'a, T> {
     rows: usize,
     lanes: &'a mut [Pack<T, BLOCK>],
 }

@@ -14,11 +14,9 @@ use nalgebra::DMatrix;
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out, each_spin};
 use super::{HalfStep, each_slope, half_step};
-use crate::dynamics::{
-    At, Blocks, Calls, Entries, InverseDynamicsDerivativesScratch, add_derivatives,
-};
+use crate::dynamics::{At, Blocks, Calls, InverseDynamicsDerivativesScratch, add_derivatives};
 use crate::model::Model;
-use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
+use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, is_nothing};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::simulator::Simulator;
@@ -169,18 +167,18 @@ impl<T: Differentiable> Columns<T> {
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
+    ///
+    /// −½ (−∂c(v + s a₀) + ∂c(v − s a₀)): weights on all numbers at once, so that derivatives are compiled for one output.
     fn differentiate(&mut self, at: &EvaluationPoint<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (model, nv) = (at.model(), at.model().nv());
         self.direct.clear();
-        for side in [1.0, -1.0] {
+        for (side, weight) in [(1.0, -1.0), (-1.0, -0.5)] {
             gyroscopic.velocity_into(model, half_step(at), side, &mut self.v);
-            let mut out = Weighted {
-                columns: &mut self.direct,
-                weight: 0.5 * side,
-            };
             let (q, v, a) = (at.q(), &self.v[..], &self.at_rest[..]);
             let (motion, inverse) = (At { q, v, a }, &mut self.inverse);
+            let mut out = self.direct.view();
             add_derivatives(model, &motion, &[], inverse, &mut out, &mut self.mass);
+            self.direct.scale(weight);
         }
         self.fold_velocities(model);
         each_slope(at, &mut self.fastest, |k, slope| {
@@ -232,19 +230,5 @@ impl<T: Differentiable> Columns<T> {
             }
             x.copy_from_slice(product);
         }
-    }
-}
-
-/// Columns to which derivatives are added with a weight.
-struct Weighted<'a, T> {
-    columns: &'a mut Blocks<T>,
-    weight: f64,
-}
-
-impl<T: Scalar> Entries<T> for Weighted<'_, T> {
-    #[inline(always)]
-    fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T) {
-        self.columns
-            .add(row, column, by_q * self.weight, by_v * self.weight);
     }
 }
