@@ -587,9 +587,9 @@ fn gradient_of_a_rollout_in_sizes_by_the_chain_rule_equals_forward_mode_and_diff
         .unwrap();
     let start = simulator.neutral_state();
     let options = RolloutGradientOptions::default().with_model_parameters_only();
-    let rollout = simulator.rollout_gradient_with(&start, &swing.inputs, &Motion, &options);
+    let rollout = &simulator.rollout_gradients(&[start], &[&swing.inputs], &Motion, &options)[0];
     let to_sizes = swing.hardware.parameter_jacobian(&sizes).unwrap();
-    let mut gradient = to_sizes.transpose() * rollout.parameters;
+    let mut gradient = to_sizes.transpose() * &rollout.parameters;
     gradient
         .iter_mut()
         .zip(swing.hardware.nominal())

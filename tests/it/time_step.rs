@@ -2,12 +2,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use dualbody::autodiff::{VectorFunction, finite_difference, gradient};
+use dualbody::autodiff::{VectorFunction, finite_difference, gradient, jacobian};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
     ContactLaw, Impedance, RelaxedRigid, Rigid, Sigmoid, Smoothing, SoftContact, Terrain,
 };
-use dualbody::linearize::{RolloutCost, RolloutMode, RolloutNumber};
+use dualbody::linearize::RolloutCost;
 use dualbody::model::samples;
 use dualbody::scalar::Lanes;
 use dualbody::sim::SimulatorParameterGroup;
@@ -265,12 +265,9 @@ fn slope_of_rollouts_in_the_time_step_is_that_of_forward_mode_and_finite_differe
     for (what, simulator, start) in all {
         let total = Total(&simulator, &start, STEPS);
         let inputs = vec![DVector::zeros(simulator.nu()); STEPS];
-        let last = RolloutNumber::Parameter(simulator.parameters().len() - 1);
-        let [adjoint, forward] = [RolloutMode::Adjoint, RolloutMode::Forward].map(|mode| {
-            simulator
-                .rollout_slopes_in(mode, &start, &inputs, &End, &[last])
-                .slopes[0]
-        });
+        let gradient = simulator.rollout_gradient(&start, &inputs, &End).parameters;
+        let adjoint = gradient[gradient.len() - 1];
+        let forward = jacobian(&total, &[simulator.time_step()])[0];
         let size = 1.0 + forward.abs();
         assert!(
             (adjoint - forward).abs() < 1e-8 * size,

@@ -20,6 +20,18 @@ struct Moving {
     acceleration: Vec<Along>,
 }
 
+/// The rollout under given inputs.
+fn rollout_under(simulator: &Simulator, start: &State, inputs: &[DVector<f64>]) -> Rollout {
+    simulator.check(start);
+    (inputs.iter()).for_each(|u| simulator.check_input(u.as_slice()));
+    let mut given = inputs.iter();
+    simulator.rollout(start, inputs.len(), |_, _, u| {
+        if let Some(given) = given.next() {
+            u.copy_from_slice(given.as_slice());
+        }
+    })
+}
+
 /// A rollout, and working memory to take it along directions.
 pub(super) struct Directed<'a> {
     simulator: &'a Simulator,
@@ -33,7 +45,7 @@ impl<'a> Directed<'a> {
     pub(super) fn new(simulator: &'a Simulator, start: &State, inputs: &[DVector<f64>]) -> Self {
         Self {
             simulator,
-            rollout: simulator.rollout_under(start, inputs),
+            rollout: rollout_under(simulator, start, inputs),
             step: StepScratch::new(simulator),
             adjoint: StepAdjoint::new(simulator, Calls::Many),
             point: TwicePoint::new(simulator),

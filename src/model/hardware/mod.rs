@@ -38,7 +38,7 @@ pub(crate) use stretch::Stretch;
 ///
 /// Angles, axes, limits, motors, springs, damping and links that are not chosen stay as they are. Anchors of [constraints](crate::constraint) do not move.
 ///
-/// For a rollout of an `f64` robot, [`Simulator::rollout_gradient_with`](crate::Simulator::rollout_gradient_with) gives the gradient in the
+/// For a rollout of an `f64` robot, [`Simulator::rollout_gradients`](crate::Simulator::rollout_gradients) gives the gradient in the
 /// [parameters of the model](Model::parameters), where
 /// [these alone](crate::linearize::RolloutGradientOptions::with_model_parameters_only) are wanted; the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
 ///
