@@ -140,7 +140,7 @@ pub use error::{
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};
-pub use scalar::{Lanes, Over, Scalar};
+pub use scalar::{Cast, Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;
 /// The crate whose `Robot` [`Model::from_urdf`] takes.

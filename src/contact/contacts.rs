@@ -14,7 +14,7 @@ use crate::error::{OutOfMemory, UnknownName};
 use crate::memory;
 use crate::model::{Generation, Model, Structure};
 use crate::numbers::{EachIn, Numbers, of};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 
 /// Places at which a robot can touch the ground, and the law that answers.
 #[derive(Clone, Debug)]
@@ -369,21 +369,6 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Converts the contacts to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
-        Contacts {
-            terrain: self.terrain.cast(),
-            points: self.points.lift(),
-            laws: self.laws.lift(),
-            smoothing: self.smoothing,
-            solver: self.solver,
-            shapes_without_points: self.shapes_without_points.clone(),
-            mesh_remarks: self.mesh_remarks.clone(),
-            structure: self.structure,
-            generation: Generation::next(),
-        }
-    }
-
     /// Identity of the numbers of points, laws and ground: working memory that holds what follows from them is known by it.
     pub(crate) fn generation(&self) -> Generation {
         self.generation
@@ -426,5 +411,23 @@ impl<P: Scalar> Contacts<P> {
     /// Laws of the points, all of one kind.
     pub(super) fn point_laws(&self) -> &PointLaws<P> {
         &self.laws
+    }
+}
+
+impl<P: Scalar> Cast<P> for Contacts<P> {
+    type To<Q: Scalar> = Contacts<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
+        Contacts {
+            terrain: self.terrain.cast(),
+            points: self.points.lift(),
+            laws: self.laws.lift(),
+            smoothing: self.smoothing,
+            solver: self.solver,
+            shapes_without_points: self.shapes_without_points.clone(),
+            mesh_remarks: self.mesh_remarks.clone(),
+            structure: self.structure,
+            generation: Generation::next(),
+        }
     }
 }

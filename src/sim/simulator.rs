@@ -14,7 +14,7 @@ use crate::memory;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::numbers::{Domain, Numbers};
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
@@ -405,8 +405,8 @@ impl<P: Scalar> Simulator<P> {
             divergence_bound: self.divergence_bound,
             integrator: self.integrator,
             actuated: self.actuated.clone(),
-            actuation: self.actuation.as_ref().map(Actuation::cast),
-            contacts: self.contacts.as_ref().map(Contacts::cast),
+            actuation: self.actuation.as_ref().map(Cast::cast),
+            contacts: self.contacts.as_ref().map(Cast::cast),
             constraints: self.constraints.lift(),
             frames: self.frames.lift(),
             resists: false,

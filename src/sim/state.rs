@@ -9,7 +9,7 @@ use crate::error::InvalidState;
 use crate::joint::JointKind;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Cast, Scalar};
 
 /// Configuration, velocity, and what contact remembers.
 ///
@@ -165,13 +165,16 @@ impl<T: Scalar> State<T> {
             .zip(self.numbers())
             .for_each(|(out, &own)| *out = own);
     }
+}
 
-    /// Converts the state to another scalar type, without derivatives.
-    pub fn lift<S: From<T> + Scalar>(&self) -> State<S> {
+impl<P: Scalar> Cast<P> for State<P> {
+    type To<Q: Scalar> = State<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> State<Q> {
         State {
-            q: self.q.map(<S as From<T>>::from),
-            v: self.v.map(<S as From<T>>::from),
-            contact: self.contact.map(<S as From<T>>::from),
+            q: self.q.map(<Q as From<P>>::from),
+            v: self.v.map(<Q as From<P>>::from),
+            contact: self.contact.map(<Q as From<P>>::from),
         }
     }
 }

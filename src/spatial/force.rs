@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::SPATIAL;
 use super::linear::{lift_vector, zero};
 use super::vector::spatial_vector;
-use crate::scalar::{Additive, Over, Scalar};
+use crate::scalar::{Cast, Additive, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///
@@ -49,7 +49,15 @@ impl<T: Scalar> Force<T> {
 
     /// Lifts the force to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Force<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Force<S> {
         Force::new(lift_vector(&self.linear), lift_vector(&self.angular))
+    }
+}
+
+impl<P: Scalar> Cast<P> for Force<P> {
+    type To<Q: Scalar> = Force<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Force<Q> {
+        self.lift()
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{dot, fused, rows};
 use crate::numbers::numbers;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// A symmetric 3 × 3 matrix, by the six entries of its upper triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,7 +179,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// Lifts the matrix to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
         // Written out: the map of an array is not always inlined.
         Symmetric3 {
             xx: self.xx.into(),
@@ -189,6 +189,14 @@ impl<T: Scalar> Symmetric3<T> {
             yz: self.yz.into(),
             zz: self.zz.into(),
         }
+    }
+}
+
+impl<P: Scalar> Cast<P> for Symmetric3<P> {
+    type To<Q: Scalar> = Symmetric3<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Symmetric3<Q> {
+        self.lift()
     }
 }
 

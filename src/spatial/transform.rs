@@ -12,7 +12,7 @@ use super::linear::{
 };
 use super::{Force, Inertia, Motion};
 use crate::numbers::numbers;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// Numbers in a transform: those of a rotation matrix and a vector.
 pub(crate) const TRANSFORM_ENTRIES: usize = 12;
@@ -186,8 +186,16 @@ impl<T: Scalar> Transform<T> {
 
     /// Lifts the pose to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Transform<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Transform<S> {
         Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))
+    }
+}
+
+impl<P: Scalar> Cast<P> for Transform<P> {
+    type To<Q: Scalar> = Transform<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Transform<Q> {
+        self.lift()
     }
 }
 

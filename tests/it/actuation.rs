@@ -334,7 +334,7 @@ impl VectorFunction for InActuator {
         };
         let ideal = Actuation::ideal(&self.0).with_actuators(&[actuator]);
         let simulator: Simulator<T> = Simulator::new(self.0.cast::<T>()).with_actuation(ideal);
-        let next = simulator.step(&self.1.lift(), &[T::constant(50.0)]);
+        let next = simulator.step(&self.1.cast(), &[T::constant(50.0)]);
         y[0] = next.v[0];
     }
 }

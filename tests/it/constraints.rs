@@ -505,7 +505,7 @@ impl VectorFunction for InLengths {
         let u = vec![T::zero(); simulator.nu()];
         let next = simulator
             .with_constraints(constraints)
-            .step(&self.1.lift(), &u);
+            .step(&self.1.cast(), &u);
         y.copy_from_slice(next.v.as_slice());
     }
 }

@@ -360,7 +360,7 @@ impl VectorFunction for Pulled {
             forces[1].with_parameters(&x[6..]),
         ];
         let simulator = self.0.cast::<T>().with_external_forces(forces);
-        let mut state = self.1.lift::<T>();
+        let mut state = self.1.cast::<T>();
         for _ in 0..5 {
             state = simulator.step(&state, &[]);
         }

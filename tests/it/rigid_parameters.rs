@@ -133,7 +133,7 @@ impl VectorFunction for InNumbers {
         let contacts = own.with_laws(&vec![self.kind.law(of_law); own.points().len()]);
         let simulator: Simulator<T> = self.simulator.cast();
         let simulator = simulator.with_contacts(contacts.with_terrain(ground));
-        let next = simulator.step(&self.state.lift(), &[]);
+        let next = simulator.step(&self.state.cast(), &[]);
         y.copy_from_slice(next.v.as_slice());
     }
 }

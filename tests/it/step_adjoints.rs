@@ -317,8 +317,8 @@ impl VectorFunction for Weighted<'_> {
             ..
         } = self.0;
         let variant = simulator.with_parameters(x);
-        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
-        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let next = variant.step(&state.cast::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).cast::<T>();
         let change = next.deviation(simulator.model(), &here);
         let products = change.iter().zip(adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -530,8 +530,8 @@ impl VectorFunction for OfFriction<'_> {
         let variant = simulator
             .cast::<T>()
             .with_contacts(contacts.with_laws(&laws));
-        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
-        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let next = variant.step(&state.cast::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).cast::<T>();
         let change = next.deviation(simulator.model(), &here);
         let products = change.iter().zip(adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -933,7 +933,7 @@ impl VectorFunction for Changed<'_> {
         let changed = parameters.iter_mut().step_by(Self::APART);
         changed.zip(dp).for_each(|(p, &dp)| *p += dp);
         let variant: Simulator<T> = simulator.with_parameters(parameters.as_slice());
-        let start = case.state.lift::<T>().integrate(variant.model(), dx);
+        let start = case.state.cast::<T>().integrate(variant.model(), dx);
         let (mut k, mut total) = (0, T::zero());
         let trajectory = variant.rollout_over(&start, inputs.len(), |_, state, u| {
             for (u, &given) in u.iter_mut().zip(&inputs[k]) {

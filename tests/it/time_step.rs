@@ -47,8 +47,8 @@ impl VectorFunction for Weighted<'_> {
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let variant = with_step(self.simulator, x[0]);
         let u: Vec<T> = self.u.iter().map(|&u| T::constant(u)).collect();
-        let next = variant.step(&self.state.lift::<T>(), &u);
-        let here = self.simulator.step(self.state, self.u).lift::<T>();
+        let next = variant.step(&self.state.cast::<T>(), &u);
+        let here = self.simulator.step(self.state, self.u).cast::<T>();
         let change = next.deviation(self.simulator.model(), &here);
         let products = change.iter().zip(self.adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -248,7 +248,7 @@ impl VectorFunction for Total<'_> {
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let Self(simulator, start, steps) = self;
         let variant = with_step(simulator, x[0]);
-        let trajectory = variant.rollout_over(&start.lift::<T>(), *steps, |_, _, _| {});
+        let trajectory = variant.rollout_over(&start.cast::<T>(), *steps, |_, _, _| {});
         y[0] = End.end(trajectory.last());
     }
 }
@@ -349,7 +349,7 @@ fn lanes_may_have_time_steps_of_their_own() {
         let variant = with_step(&simulator, Lanes(steps));
         let lanes = |x: f64| Lanes::<4>::constant(x);
         let over: Vec<_> = u.iter().map(|&u| lanes(u)).collect();
-        let next = variant.step(&state.lift(), &over);
+        let next = variant.step(&state.cast(), &over);
         for (lane, dt) in steps.into_iter().enumerate() {
             let expected = simulator.clone().with_time_step(dt).step(&state, &u);
             for (found, expected) in next.numbers().zip(expected.numbers()) {

@@ -130,6 +130,7 @@ impl<P: Scalar> ContactLaw<P> {
 
 #[cfg(test)]
 mod tests {
+use crate::scalar::Cast;
     use super::*;
 
     fn all() -> [ContactLaw; 3] {

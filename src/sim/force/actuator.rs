@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{AXES, check_finite, each_place, unit_forces};
 use crate::constraint::Anchor;
 use crate::numbers::{Each, Numbers, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 use crate::spatial::{Force, Representation};
 
 /// A wrench on a place of a robot times an entry of the input: a thruster, a rotor, a push.

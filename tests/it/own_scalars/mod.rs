@@ -112,7 +112,7 @@ impl Case {
         let (q, rest) = x.split_at(nq);
         let (v, rest) = rest.split_at(nv);
         let (m, u) = rest.split_at(self.state.contact.len());
-        let mut state: State<T> = self.state.lift();
+        let mut state: State<T> = self.state.cast();
         state.q.copy_from_slice(q);
         state.v.copy_from_slice(v);
         state.contact.copy_from_slice(m);

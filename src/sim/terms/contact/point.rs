@@ -8,7 +8,7 @@ use crate::contact::{
     BodyMotion, BristleLoad, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS, POINT_NUMBERS,
     PointKinematics, PointState, ROWS, body_force,
 };
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
