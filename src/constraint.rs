@@ -177,7 +177,7 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// Number of scalar equations, rows of φ, of the constraint.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.kind.rows()
     }
 

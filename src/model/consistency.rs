@@ -71,7 +71,7 @@ impl fmt::Display for InertiaFlaw {
 /// let moments = [1.0, 1.0, 3.0];
 /// assert_eq!(inertia_flaw(&inertia), Some(InertiaFlaw::TriangleInequality { moments }));
 /// ```
-pub fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
+pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
     let about_com = if inertia.mass == 0.0 {
         inertia.rotational
     } else {

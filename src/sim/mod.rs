@@ -22,7 +22,7 @@
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
-//! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
+//! | the same in another engine's coordinates? | [`EngineCoordinates`] | O(n), O(n²) for matrices | |
 //! | where is the base, how fast? | [`State::base_pose`], [`State::base_velocity`], and to set them [`State::set_base_pose`], [`State::set_base_velocity`] | O(1) | |
 //! | a random state? | [`State::random`], [`State::random_within`] | O(n) | |
 //! | is a state from outside one? | [`State::check`] | O(n) | |

@@ -26,6 +26,7 @@ pub struct State<T: Scalar = f64> {
     pub contact: DVector<T>,
 }
 
+#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
 impl<T: Scalar> State<T> {
     /// From slices, without a state of contact.
     ///
@@ -107,7 +108,7 @@ impl<T: Scalar> State<T> {
     ///
     /// # Panics
     /// If a state or the tangent has the wrong length.
-    pub fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
+    pub(crate) fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
         let (dq, rest) = dx.split_at(model.nv());
         model.integrate_into(self.q.as_slice(), dq, out.q.as_mut_slice());
         let moved = out.v.iter_mut().chain(&mut out.contact);
@@ -138,10 +139,6 @@ impl<T: Scalar> State<T> {
         self.q.len() + self.v.len() + self.contact.len()
     }
 
-    /// `true` if there are none, as of a robot that cannot move.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
 
     /// Takes over all numbers from a slice (q, v, state of contact).
     ///

@@ -43,7 +43,7 @@ impl<T: Additive> Force<T> {
 impl<T: Scalar> Force<T> {
     /// Multiplies the force by `s`.
     #[inline(always)]
-    pub fn scaled(&self, s: T) -> Self {
+    pub(crate) fn scaled(&self, s: T) -> Self {
         Self::new(self.linear * s, self.angular * s)
     }
 

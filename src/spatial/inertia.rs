@@ -100,7 +100,7 @@ impl<P: Scalar> Inertia<P> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
-    pub fn column(&self, k: usize) -> Force<P> {
+    pub(crate) fn column(&self, k: usize) -> Force<P> {
         match k {
             2 => self.column_linear_z(),
             5 => self.column_angular_z(),

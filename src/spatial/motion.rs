@@ -29,7 +29,7 @@ impl<T: Additive> Motion<T> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
-    pub fn coordinate_mut(&mut self, k: usize) -> &mut T {
+    pub(crate) fn coordinate_mut(&mut self, k: usize) -> &mut T {
         if k < 3 {
             &mut self.linear[k]
         } else {
@@ -60,7 +60,7 @@ impl<T: Scalar> Motion<T> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline]
-    pub fn basis(k: usize) -> Self {
+    pub(crate) fn basis(k: usize) -> Self {
         let mut out = Self::zero();
         *out.coordinate_mut(k) = T::one();
         out

@@ -193,7 +193,7 @@ impl Problem {
     /// let error = problem(usize::MAX).check_memory().unwrap_err();
     /// assert!(error.to_string().starts_with("a solver's 18446744073709551615 stages need"));
     /// ```
-    pub fn check_memory(&self) -> Result<(), OutOfMemory> {
+    pub(crate) fn check_memory(&self) -> Result<(), OutOfMemory> {
         let width = self.dynamics.ndx() + self.dynamics.nu();
         let stage = 4 * width * (width + 4) * size_of::<f64>();
         let stages = self.horizon.saturating_add(1);
@@ -211,11 +211,6 @@ impl Problem {
         self.horizon
     }
 
-    /// The stage of a longer motion that the problem begins at.
-    pub fn first_stage(&self) -> usize {
-        self.first_stage
-    }
-
     /// The state from which the trajectory starts, length `nx`.
     pub fn start(&self) -> &DVector<f64> {
         &self.start
@@ -224,16 +219,6 @@ impl Problem {
     /// Whether the first state is given or free.
     pub fn initial(&self) -> InitialState {
         self.initial
-    }
-
-    /// Cost per unit of time of a stage.
-    pub fn stage_cost(&self) -> &Cost {
-        &self.stage_cost
-    }
-
-    /// Cost of the last state.
-    pub fn final_cost(&self) -> &Cost {
-        &self.final_cost
     }
 
     /// Lower bounds of the inputs, length `nu`.

@@ -61,6 +61,7 @@ pub(super) fn check_later(time: f64, last: Option<f64>) {
     }
 }
 
+#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
 impl Recording {
     /// An empty recording of one robot, to be filled with [`push`](Self::push).
     pub fn new(model: &Model) -> Self {
@@ -209,7 +210,7 @@ impl Recording {
     /// assert_eq!(recording.series()[0].values[0], -1.0);
     /// ```
     pub fn set_series(&mut self, name: &str, value: f64) -> &mut Self {
-        assert!(!self.is_empty(), "\"{name}\" has no moment yet");
+        assert!(self.len() > 0, "\"{name}\" has no moment yet");
         let known = self.series.iter().position(|series| series.name == name);
         let at = known.unwrap_or(self.series.len());
         if at == self.series.len() {
@@ -288,11 +289,6 @@ impl Recording {
     /// Number of times that are recorded.
     pub fn len(&self) -> usize {
         self.times.len()
-    }
-
-    /// `true` if nothing is recorded.
-    pub fn is_empty(&self) -> bool {
-        self.times.is_empty()
     }
 
     /// Times, s, each later than the one before.

@@ -8,7 +8,7 @@ use dualbody::model::{JointSpec, Limits, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 
 use crate::common::{FINITE_DIFFERENCE, OTHER_ALGORITHM, SAME_ALGEBRA, asset};
 

@@ -10,7 +10,7 @@ use dualbody::dynamics::{
 };
 use dualbody::model::{FrameId, LinkSpec, Mass, samples};
 use dualbody::spatial::Representation;
-use dualbody::{Linearization, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Linearization, Model, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::common::base::{

@@ -10,7 +10,7 @@ use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::spatial::{Quaternion, Transform};
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::{DMatrix, Vector3, vector};
 use num_dual::{Dual2_64, DualNum};
 

@@ -6,7 +6,7 @@ use dualbody::contact::{
     RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
 };
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Model, ModelOptions, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, ModelOptions, Scalar, Simulator, State};
 use nalgebra::{Vector3, vector};
 
 use crate::common::ground::{self, base_velocity, differences, free, hills, run, waves};

@@ -18,7 +18,7 @@ use dualbody::trajopt::{
     Activation, Cost, Ddp, DdpOptions, InputError, Problem, Robot, StateError, Trajectory,
 };
 use dualbody::view::Recording;
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3, vector};
 
 use crate::common::everything::{INTEGRATORS, REPRESENTATIONS};

@@ -9,7 +9,7 @@ use dualbody::joint::JointKind;
 use dualbody::linearize::RolloutCost;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mass, ModelBuilder};
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3};
 
 use crate::common::ground::{differences, on, run};

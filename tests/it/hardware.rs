@@ -119,7 +119,7 @@ fn robots_at_their_own_sizes_are_what_they_are() {
     let robots = ASSETS.map(asset);
     for model in robots.iter().chain([&chain()]) {
         let hardware = all_of(model);
-        assert!(!hardware.is_empty(), "{}", model.name());
+        assert!(!hardware.names().is_empty(), "{}", model.name());
         let same = hardware.model(hardware.nominal()).unwrap();
         let off = distance(&same, model);
         assert!(off < 10.0 * ROUNDING, "{}: {off:e}", model.name());
@@ -499,7 +499,7 @@ fn derivatives_in_sizes_equal_finite_differences() {
         hardware: &hardware,
         model: &model,
     };
-    let x = vec![1.1; hardware.len()];
+    let x = vec![1.1; hardware.names().len()];
     let (exact, numeric) = (
         jacobian(&torques, &x),
         finite_difference::jacobian(&torques, &x),
@@ -579,7 +579,7 @@ impl VectorFunction for Swing {
 #[test]
 fn gradient_of_a_rollout_in_sizes_by_the_chain_rule_equals_forward_mode_and_differences() {
     let swing = Swing::new();
-    let x = vec![1.05; swing.hardware.len()];
+    let x = vec![1.05; swing.hardware.names().len()];
     let sizes = swing.sizes(&x);
     let simulator = swing
         .simulator

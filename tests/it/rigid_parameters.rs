@@ -4,7 +4,7 @@ use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{
     ContactLaw, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, Smoothing, Terrain,
 };
-use dualbody::{Scalar, Simulator, State};
+use dualbody::{Cast, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::ground::{free, hills, on, waves};

@@ -16,7 +16,7 @@ use dualbody::sim::{
     FrameActuator, PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
 };
 use dualbody::spatial::{Force, Motion, Representation, Transform};
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 
@@ -456,10 +456,10 @@ fn parameters_of_a_simulator_begin_with_the_models_and_have_names_of_their_own()
         } = &case;
         let (p, layout) = (simulator.parameters(), simulator.parameter_layout());
         let of_model = simulator.model().parameter_layout();
-        let n = of_model.len();
+        let n = of_model.names().len();
         assert_eq!(
             (p.len(), &layout.names()[..n]),
-            (layout.len(), of_model.names()),
+            (layout.names().len(), of_model.names()),
             "{name}"
         );
         assert_eq!(p.rows(0, n), simulator.model().parameters(), "{name}");

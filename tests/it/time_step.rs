@@ -11,7 +11,7 @@ use dualbody::linearize::RolloutCost;
 use dualbody::model::samples;
 use dualbody::scalar::Lanes;
 use dualbody::sim::SimulatorParameterGroup;
-use dualbody::{Integrator, Model, Scalar, Simulator, State, codegen};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State, codegen};
 use nalgebra::DVector;
 
 use crate::common::everything::INTEGRATORS;

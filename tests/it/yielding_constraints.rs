@@ -6,7 +6,7 @@ use dualbody::constraint::{Anchor, Constraint};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::DMatrix;
 
 use crate::common::everything::INTEGRATORS;

@@ -106,16 +106,6 @@ impl Hardware {
         Ok(out)
     }
 
-    /// Number of parameters.
-    pub fn len(&self) -> usize {
-        self.nominal.len()
-    }
-
-    /// `true` if nothing was chosen.
-    pub fn is_empty(&self) -> bool {
-        self.nominal.is_empty()
-    }
-
     /// Name of each parameter: link and number, as in `forearm: length`.
     pub fn names(&self) -> &[String] {
         &self.names
@@ -187,10 +177,10 @@ impl Hardware {
     pub fn parameter_jacobian(&self, x: &[f64]) -> Result<DMatrix<f64>, EditError> {
         self.check(x)?;
         let rows = self.model.parameters().len();
-        let mut out = DMatrix::zeros(rows, self.len());
+        let mut out = DMatrix::zeros(rows, self.names().len());
         let mut duals: Vec<Dual<f64, CHUNK>> = x.iter().map(|&x| x.into()).collect();
-        for first in (0..self.len()).step_by(CHUNK) {
-            let end = self.len().min(first + CHUNK);
+        for first in (0..self.names().len()).step_by(CHUNK) {
+            let end = self.names().len().min(first + CHUNK);
             (first..end).for_each(|k| duals[k].eps[k - first] = 1.0);
             let slopes = self.model(&duals)?.parameter_derivatives();
             out.columns_mut(first, end - first)
@@ -221,7 +211,7 @@ impl Hardware {
     }
 
     fn check<T: Scalar>(&self, x: &[T]) -> Result<(), EditError> {
-        let (own, given) = (self.len(), x.len());
+        let (own, given) = (self.names().len(), x.len());
         assert_eq!(
             given,
             own,

@@ -12,7 +12,7 @@ impl ModelBuilder {
     ///
     /// # Errors
     /// If there is no such link, it has no mass yet, or the mass is not positive.
-    pub fn set_link_mass(&mut self, link: &str, mass: f64) -> Result<&mut Self, EditError> {
+    pub(crate) fn set_link_mass(&mut self, link: &str, mass: f64) -> Result<&mut Self, EditError> {
         let index = self.link_index(link)?;
         positive("mass", mass)?;
         let inertia = &mut self.links[index].inertia;

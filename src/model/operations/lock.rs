@@ -32,7 +32,7 @@ impl ModelBuilder {
     /// assert_eq!(builder.build()?.joint_names(), ["shoulder"]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn lock_joints(&mut self, positions: &[(&str, &[f64])]) -> Result<&mut Self, EditError> {
+    pub(crate) fn lock_joints(&mut self, positions: &[(&str, &[f64])]) -> Result<&mut Self, EditError> {
         // Where a joint is locked follows from numbers that must be possible.
         checks::check(self)?;
         let mut locked: HashMap<usize, Vec<f64>> = HashMap::new();
@@ -74,7 +74,7 @@ impl ModelBuilder {
     ///
     /// # Errors
     /// As for [`lock_joints`](Self::lock_joints); and if a kept joint is to be locked, itself or by what it follows.
-    pub fn keep_joints(
+    pub(crate) fn keep_joints(
         &mut self,
         kept: &[&str],
         positions: &[(&str, &[f64])],

@@ -23,7 +23,7 @@ impl ModelBuilder {
     ///
     /// # Errors
     /// If a factor is not positive.
-    pub fn scale(&mut self, length: f64, density: f64) -> Result<&mut Self, EditError> {
+    pub(crate) fn scale(&mut self, length: f64, density: f64) -> Result<&mut Self, EditError> {
         positive("length factor", length)?;
         positive("density factor", density)?;
         for link in &mut self.links {

@@ -19,6 +19,7 @@ pub struct Port {
     unit: String,
 }
 
+#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
 impl Port {
     /// A single number.
     pub fn number(name: impl Into<String>) -> Self {
@@ -65,11 +66,6 @@ impl Port {
     /// Number of numbers.
     pub fn len(&self) -> usize {
         self.rows * self.columns
-    }
-
-    /// `true` if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The units; empty if nobody said.

@@ -69,6 +69,7 @@ type StepGroup = fn(
     &mut Group<BatchScalar, BATCH_WIDTH>,
 );
 
+#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
 impl BatchSimulator {
     /// A simulator of `len` states of one robot, on all cores.
     pub fn new(simulator: Simulator, len: usize) -> Self {
@@ -165,10 +166,6 @@ impl BatchSimulator {
         self.len
     }
 
-    /// `true` if there are no states.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
 
     /// The most threads that are used.
     pub fn threads(&self) -> usize {

@@ -2,7 +2,7 @@
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::linearize::Linearization;
-use dualbody::{Scalar, Simulator, State};
+use dualbody::{Cast, Scalar, Simulator, State};
 use nalgebra::DVector;
 
 /// The step as a function (δq, δv, δm, δu) ↦ (δq⁺, δv⁺, δm⁺) that maps zero to zero.

@@ -14,7 +14,7 @@ use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::dynamics::inverse_dynamics_derivatives;
 use dualbody::model::samples;
 use dualbody::sim::Actuation;
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::DVector;
 
 use crate::common::everything::{INTEGRATORS, everything};
