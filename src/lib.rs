@@ -6,7 +6,7 @@
 //! optimisation stand on top.
 //!
 //! ```
-//! use dualbody::{Simulator, State, control::Lqr, model::samples};
+//! use dualbody::{Lqr, Simulator, State, model::samples};
 //! use nalgebra::DMatrix;
 //!
 //! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01).with_actuated_joints(&["linear"])?;
@@ -138,11 +138,17 @@ pub use error::{
 };
 #[cfg(feature = "formats")]
 pub use io::{ImportReport, ModelOptions};
+pub use contact::Contacts;
+pub use control::Lqr;
 pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Cast, Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;
+#[cfg(feature = "trajopt")]
+pub use trajopt::Ddp;
+#[cfg(feature = "view")]
+pub use view::Recording;
 /// The crate whose `Robot` [`Model::from_urdf`] takes.
 #[cfg(feature = "formats")]
 pub use urdf_rs;

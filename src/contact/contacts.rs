@@ -45,7 +45,7 @@ impl Contacts<f64> {
     /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
     ///
     /// # Panics
-    /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`try_with_meshes`](Self::try_with_meshes).
+    /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`with_meshes`](Self::with_meshes).
     ///
     /// # Examples
     /// ```
@@ -67,28 +67,10 @@ impl Contacts<f64> {
     /// let mut meshes = Triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     /// let law = ContactLaw::Rigid(Rigid::default());
     /// let contacts = Contacts::with_meshes(&model, Terrain::flat(0.0), law, &ContactOptions::default(), &mut meshes);
-    /// assert_eq!(contacts.points().len(), 3);
-    /// # Ok::<(), dualbody::LoadError>(())
+    /// assert_eq!(contacts?.points().len(), 3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_meshes(
-        model: &Model,
-        terrain: Terrain,
-        law: ContactLaw,
-        options: &ContactOptions,
-        meshes: &mut dyn MeshHulls,
-    ) -> Self {
-        let made = Self::try_with_meshes(model, terrain, law, options, meshes);
-        memory::granted(made)
-    }
-
-    /// [`with_meshes`](Self::with_meshes) for robots from elsewhere, whose shapes may have more points than there is memory for.
-    ///
-    /// # Errors
-    /// If the points would need more memory than the [limit](crate::memory).
-    ///
-    /// # Panics
-    /// As [`new`](Self::new).
-    pub fn try_with_meshes(
         model: &Model,
         terrain: Terrain,
         law: ContactLaw,

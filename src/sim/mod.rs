@@ -33,6 +33,7 @@ mod assembly;
 mod balance;
 mod base;
 mod batch;
+mod effort_bounds;
 mod evaluation_point;
 mod force;
 mod forces;
@@ -66,6 +67,7 @@ pub use batch::{
     BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
     SingleBatch, SingleScalar,
 };
+pub(crate) use effort_bounds::own_joints;
 pub(crate) use evaluation_point::EvaluationPoint;
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;

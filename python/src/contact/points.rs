@@ -65,7 +65,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             let options = ContactOptions {
                 mesh_points: whole_of(value, "mesh_points")?,
             };
-            guarded(|| Contacts::try_with_options(model, terrain, law, &options))?.or_raise()?
+            guarded(|| Contacts::with_options(model, terrain, law, &options))?.or_raise()?
         }
         Some(points) => {
             let options = ContactOptions::default();
