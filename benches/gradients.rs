@@ -149,9 +149,7 @@ fn measure_hessian(simulator: &Simulator, start: &State, steps: usize, clock: Cl
     let mut along = RolloutDirection::zeros(simulator, steps);
     along.start.fill(1.0);
     let hessian = || drop(simulator.rollout_hessian_product(start, &inputs, &ByDuals, &along));
-    let times = [
-        ("Hessian along a direction", clock.median(hessian)),
-    ];
+    let times = [("Hessian along a direction", clock.median(hessian))];
     print(&times, rollout);
 }
 
@@ -160,7 +158,9 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     let rollout = rollout_time(simulator, start, &inputs, clock);
     let all = RolloutGradientOptions::default();
     let gradient = |options: &RolloutGradientOptions| {
-        clock.median(|| drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options)))
+        clock.median(|| {
+            drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options))
+        })
     };
     let times = [
         ("state, inputs, parameters", gradient(&all)),

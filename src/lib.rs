@@ -133,13 +133,13 @@ pub mod glossary {}
 #[doc = include_str!("references.md")]
 pub mod references {}
 
+pub use contact::Contacts;
+pub use control::Lqr;
 pub use error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
 #[cfg(feature = "formats")]
 pub use io::{ImportReport, ModelOptions};
-pub use contact::Contacts;
-pub use control::Lqr;
 pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Cast, Lanes, Over, Scalar};
@@ -147,11 +147,11 @@ pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;
 #[cfg(feature = "trajopt")]
 pub use trajopt::Ddp;
-#[cfg(feature = "view")]
-pub use view::Recording;
 /// The crate whose `Robot` [`Model::from_urdf`] takes.
 #[cfg(feature = "formats")]
 pub use urdf_rs;
+#[cfg(feature = "view")]
+pub use view::Recording;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

@@ -11,7 +11,12 @@ impl Contacts<f64> {
     /// # Panics
     /// If a number of the law or of the terrain is outside of its domain. If the points would need more memory than the [limit](crate::memory).
     pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        memory::granted(Self::with_options(model, terrain, law, &ContactOptions::default()))
+        memory::granted(Self::with_options(
+            model,
+            terrain,
+            law,
+            &ContactOptions::default(),
+        ))
     }
 
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Meshes have none, and are among

@@ -159,8 +159,8 @@ pub use named_forces::{
     NamedForces, external_forces, external_forces_into, joint_forces, joint_forces_into,
 };
 pub(crate) use passes::to_world;
-pub(crate) use passive::{Passive, each_passive};
 pub(crate) use passive::add_passive_forces;
+pub(crate) use passive::{Passive, each_passive};
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub(crate) use rnea::world_acceleration;

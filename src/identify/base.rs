@@ -49,7 +49,10 @@ pub struct BaseParameters {
     support: Vec<Vec<bool>>,
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BaseParameters {
     /// Finds the base parameters of a regressor. The random motions are always the same.
     pub fn new(regressor: &Regressor) -> Self {

@@ -30,7 +30,12 @@ impl Contacts<f64> {
     /// # }
     /// ```
     pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        memory::granted(Self::with_options(model, terrain, law, &ContactOptions::default()))
+        memory::granted(Self::with_options(
+            model,
+            terrain,
+            law,
+            &ContactOptions::default(),
+        ))
     }
 
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of

@@ -190,7 +190,11 @@ impl JointKind {
     /// # Panics
     /// If the kind is universal.
     #[inline(always)]
-    pub(crate) fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+    pub(crate) fn compose<P: Scalar, T: Over<P>>(
+        self,
+        X_PJ: &Transform<P>,
+        q: &[T],
+    ) -> Transform<T> {
         self.compose_turned(
             X_PJ,
             q,

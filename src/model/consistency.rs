@@ -105,7 +105,7 @@ impl Model<f64> {
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
         let builder = self.to_builder();
         let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
-            .map(|link| (link.name(), link.inertia()))
+            .map(|link| (link.name.as_str(), &link.inertia))
             .collect();
         let flaw = |link: &super::Link| {
             let name = self.frames()[link.frame.0].name.as_str();

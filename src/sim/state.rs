@@ -9,7 +9,7 @@ use crate::error::InvalidState;
 use crate::joint::JointKind;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
-use crate::scalar::{Over, Cast, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 
 /// Configuration, velocity, and what contact remembers.
 ///
@@ -26,7 +26,10 @@ pub struct State<T: Scalar = f64> {
     pub contact: DVector<T>,
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl<T: Scalar> State<T> {
     /// From slices, without a state of contact.
     ///
@@ -138,7 +141,6 @@ impl<T: Scalar> State<T> {
     pub fn len(&self) -> usize {
         self.q.len() + self.v.len() + self.contact.len()
     }
-
 
     /// Takes over all numbers from a slice (q, v, state of contact).
     ///

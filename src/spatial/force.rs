@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::SPATIAL;
 use super::linear::{lift_vector, zero};
 use super::vector::spatial_vector;
-use crate::scalar::{Cast, Additive, Over, Scalar};
+use crate::scalar::{Additive, Cast, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///

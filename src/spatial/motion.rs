@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector, zero};
 use super::vector::spatial_vector;
 use super::{Force, SPATIAL};
-use crate::scalar::{Cast, Additive, Linear, Over, Scalar};
+use crate::scalar::{Additive, Cast, Linear, Over, Scalar};
 
 /// A spatial velocity or acceleration, `[linear; angular]`.
 ///

@@ -61,7 +61,10 @@ pub(super) fn check_later(time: f64, last: Option<f64>) {
     }
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl Recording {
     /// An empty recording of one robot, to be filled with [`push`](Self::push).
     pub fn new(model: &Model) -> Self {

@@ -201,12 +201,12 @@ fn links(model: &Model) -> Vec<Link> {
     let builder = model.to_builder();
     let steps = builder.walk();
     let links = steps.iter().map(|step| Link {
-        name: step.link.name().into(),
+        name: step.link.name.clone(),
         depth: step.depth,
         joint: step
             .joint
-            .map(|joint| format!("{}: {}", joint.name(), joint.kind())),
-        frame: model.frame(step.link.name()).map_or(0, |frame| frame.0),
+            .map(|joint| format!("{}: {}", &joint.name, joint.kind)),
+        frame: model.frame(&step.link.name).map_or(0, |frame| frame.0),
     });
     links.collect()
 }

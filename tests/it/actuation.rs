@@ -290,7 +290,9 @@ fn jacobians_of_the_step_equal_finite_differences_with_every_part() {
         ] {
             let state = State::new(&q, &v);
             let exact = simulator.linearize(&state, &u);
-            let numeric = simulator.estimate_linearization(&state, &u, &finite_difference::Options::default()).linearization;
+            let numeric = simulator
+                .estimate_linearization(&state, &u, &finite_difference::Options::default())
+                .linearization;
             let error = (&exact.a - &numeric.a)
                 .amax()
                 .max((&exact.b - &numeric.b).amax());

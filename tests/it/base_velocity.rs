@@ -5,8 +5,8 @@ use dualbody::contact::{ContactLaw, SoftContact, Terrain};
 use dualbody::dynamics::{
     BaseFrame, MomentumFrame, center_of_mass_jacobian, centroidal_momentum_matrix,
     centroidal_momentum_matrix_derivative, centroidal_momentum_rate, forward_dynamics,
-    frame_acceleration, frame_jacobian, frame_jacobian_derivative, frame_velocity, inverse_dynamics,
-    momentum, momentum_matrix,
+    frame_acceleration, frame_jacobian, frame_jacobian_derivative, frame_velocity,
+    inverse_dynamics, momentum, momentum_matrix,
 };
 use dualbody::model::{FrameId, LinkSpec, Mass, samples};
 use dualbody::spatial::Representation;
@@ -88,9 +88,7 @@ impl InTime<'_> {
         let Case { base, model, .. } = self.0;
         match self.1 {
             Matrix::Mass => base.mass_matrix(q),
-            Matrix::Frame(r) => {
-                base.jacobian(q, &frame_jacobian(model, q, self.0.last_frame(), r))
-            }
+            Matrix::Frame(r) => base.jacobian(q, &frame_jacobian(model, q, self.0.last_frame(), r)),
             Matrix::Momentum => base.jacobian(q, &centroidal_momentum_matrix(model, q)),
         }
     }
@@ -194,8 +192,7 @@ fn motion_of_frames_and_momentum_does_not_depend_on_the_representation() {
     for_all(|case| {
         let (q, own, a) = (case.q(), case.point.v.as_slice(), case.point.w.as_slice());
         let (frame, r) = (case.last_frame(), Representation::Mixed);
-        let rate =
-            acceleration_to(case.model, q, own, a, case.r);
+        let rate = acceleration_to(case.model, q, own, a, case.r);
         let column = |x: [f64; 6]| DVector::from_column_slice(&x);
         let same = |x: [f64; 6], y: [f64; 6]| {
             assert_close_vector(&column(x), &column(y), OTHER_ALGORITHM, &case.what);
@@ -227,8 +224,7 @@ fn motion_of_frames_and_momentum_does_not_depend_on_the_representation() {
 fn power_of_joint_forces_does_not_depend_on_the_representation() {
     for_all(|case| {
         let (q, own, a) = (case.q(), case.point.v.as_slice(), case.point.w.as_slice());
-        let rate =
-            acceleration_to(case.model, q, own, a, case.r);
+        let rate = acceleration_to(case.model, q, own, a, case.r);
         let tau = case.base.inverse_dynamics(q, case.v(), rate.as_slice());
         let expected = inverse_dynamics(case.model, q, own, a).dot(&case.point.v);
         let error = (tau.dot(&case.v) - expected).abs();

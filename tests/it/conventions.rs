@@ -275,7 +275,8 @@ fn states_of_other_engines_differ_as_the_table_says() {
     );
     let wheel = one_joint(JointKind::Continuous, [0.0, 0.0, 1.0]);
     close(
-        EngineCoordinates::new(&wheel, Engine::Pinocchio).state_to(&State::new(&[FRAC_PI_2], &[1.0])),
+        EngineCoordinates::new(&wheel, Engine::Pinocchio)
+            .state_to(&State::new(&[FRAC_PI_2], &[1.0])),
         &[0.0, 1.0],
         &[1.0],
     );

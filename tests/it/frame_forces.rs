@@ -214,7 +214,9 @@ fn jacobians_under_forces_on_frames_equal_finite_differences_with_every_integrat
             let state = State::new(point.q.as_slice(), point.v.as_slice());
             let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).cos()).collect();
             let exact = simulator.linearize(&state, &u);
-            let numeric = simulator.estimate_linearization(&state, &u, &finite_difference::Options::default()).linearization;
+            let numeric = simulator
+                .estimate_linearization(&state, &u, &finite_difference::Options::default())
+                .linearization;
             let what = format!("{} {integrator:?}", model.name());
             assert_close(&exact.a, &numeric.a, FINITE_DIFFERENCE, &what);
             assert_close(&exact.b, &numeric.b, FINITE_DIFFERENCE, &what);

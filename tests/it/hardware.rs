@@ -268,24 +268,24 @@ fn sizes_of_a_limb_equal_those_of_jaxsim() {
             (0.686, [0.014, 0.0, -0.07], [0.0008605184; 3]),
         ];
         for (link, (mass, com, moments)) in description.links().iter().zip(expected) {
-            let inertia = link.inertia();
+            let inertia = &link.inertia;
             let about_com = inertia.about_com();
             assert!(
                 (inertia.mass - mass).abs() < SAME_ALGEBRA,
                 "{masses:?}, {}",
-                link.name()
+                &link.name
             );
             assert!((inertia.com() - Vector3::from(com)).amax() < SAME_ALGEBRA);
             let off = about_com.to_matrix() - nalgebra::Matrix3::from_diagonal(&moments.into());
             assert!(
                 off.amax() < SAME_ALGEBRA,
                 "{masses:?}, {}: {off}",
-                link.name()
+                &link.name
             );
         }
         let origins = [[0.15, 0.04, -0.12], [0.011, 0.022, -1.02]];
         for (joint, origin) in description.joints().iter().zip(origins) {
-            assert!((joint.placement().translation - Vector3::from(origin)).amax() < ROUNDING);
+            assert!((joint.placement.translation - Vector3::from(origin)).amax() < ROUNDING);
         }
         let duals: Vec<Along> = x.iter().map(|&x| x.into()).collect();
         let scaled = hardware.model(&duals).unwrap();
@@ -428,7 +428,7 @@ fn other_shapes_of_a_link_move_and_keep_their_kind() {
     let chosen = ScaledLink::new("leg", &[Dimension::Radius, Dimension::Length]);
     let hardware = Hardware::new(&builder.build().unwrap(), &[chosen]).unwrap();
     let longer = hardware.description(&[0.04, 0.6]).unwrap();
-    let shapes = longer.links()[0].collisions();
+    let shapes = &longer.links()[0].collisions;
     let size = |k: usize| match shapes[k].geometry {
         Geometry::Sphere { radius } => [radius, 0.0],
         Geometry::Cylinder { radius, length } => [radius, length],

@@ -131,8 +131,7 @@ fn equation_of_motion_holds_in_every_representation() {
             inverse_dynamics(model, q, v, still.as_slice()).as_slice(),
             r,
         );
-        let left =
-            BaseFrame::new(model, r).mass_matrix(q) * converted + bias;
+        let left = BaseFrame::new(model, r).mass_matrix(q) * converted + bias;
         assert_close_vector(
             &left,
             &force_to(model, q, point.w.as_slice(), r),

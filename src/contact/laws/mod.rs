@@ -130,8 +130,8 @@ impl<P: Scalar> ContactLaw<P> {
 
 #[cfg(test)]
 mod tests {
-use crate::scalar::Cast;
     use super::*;
+    use crate::scalar::Cast;
 
     fn all() -> [ContactLaw; 3] {
         [

@@ -9,8 +9,8 @@
 use nalgebra::DVector;
 
 use super::{
-    base_velocity, force_from_representation, force_to_representation, velocity_from_representation,
-    velocity_to_representation,
+    base_velocity, force_from_representation, force_to_representation,
+    velocity_from_representation, velocity_to_representation,
 };
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};

@@ -4,8 +4,8 @@ use nalgebra::DVector;
 
 use super::direction::RolloutDirection;
 use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
-use crate::scalar::Cast;
 use crate::dynamics::Calls;
+use crate::scalar::Cast;
 use crate::sim::{
     Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
     StepSlopes, add_integrated,

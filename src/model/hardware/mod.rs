@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::description::indices;
 use super::numbers::Numbers;
-use super::{FrameId, LinkSpec, Model, ModelBuilder, assembly};
+use super::{FrameId, Model, ModelBuilder, assembly};
 use crate::error::{EditError, UnknownName};
 use crate::scalar::{CHUNK, Dual, Scalar};
 use crate::spatial::Transform;
@@ -83,7 +83,7 @@ impl Hardware {
         let builder = model.to_builder();
         let mut out = Self {
             model: model.clone(),
-            link_of_name: indices(builder.links.iter().map(LinkSpec::name)),
+            link_of_name: indices(builder.links.iter().map(|link| link.name.as_str())),
             scaled: Vec::with_capacity(links.len()),
             names: Vec::new(),
             nominal: Vec::new(),

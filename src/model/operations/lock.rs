@@ -32,7 +32,10 @@ impl ModelBuilder {
     /// assert_eq!(builder.build()?.joint_names(), ["shoulder"]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub(crate) fn lock_joints(&mut self, positions: &[(&str, &[f64])]) -> Result<&mut Self, EditError> {
+    pub(crate) fn lock_joints(
+        &mut self,
+        positions: &[(&str, &[f64])],
+    ) -> Result<&mut Self, EditError> {
         // Where a joint is locked follows from numbers that must be possible.
         checks::check(self)?;
         let mut locked: HashMap<usize, Vec<f64>> = HashMap::new();
@@ -89,7 +92,7 @@ impl ModelBuilder {
             let stays = kept_joints.contains(&i) || follows || joint.kind == JointKind::Fixed;
             let mut q = vec![0.0; joint.kind.nq()];
             joint.kind.neutral(&mut q);
-            (!stays && !given.contains(joint.name())).then(|| (joint.name.clone(), q))
+            (!stays && !given.contains(joint.name.as_str())).then(|| (joint.name.clone(), q))
         };
         let others: Vec<(String, Vec<f64>)> =
             self.joints.iter().enumerate().filter_map(neutral).collect();
@@ -131,7 +134,7 @@ impl ModelBuilder {
                 continue;
             };
             for &follower in followers
-                .get(self.joints[leader].name())
+                .get(self.joints[leader].name.as_str())
                 .into_iter()
                 .flatten()
             {
@@ -343,7 +346,7 @@ mod tests {
         builder
             .keep_joints(&["joint0"], &[("joint2", &[0.2])])
             .unwrap();
-        let kinds: Vec<JointKind> = builder.joints.iter().map(JointSpec::kind).collect();
+        let kinds: Vec<JointKind> = builder.joints.iter().map(|joint| joint.kind).collect();
         assert_eq!(
             kinds,
             [JointKind::Prismatic, JointKind::Prismatic, JointKind::Fixed]

@@ -202,7 +202,7 @@ impl Graph {
             model: origin.map_or("a graph", |origin| &origin.name).to_owned(),
             element: element.to_owned(),
             name: name.to_owned(),
-            known: known.iter().map(|port| port.name().to_owned()).collect(),
+            known: known.iter().map(|port| port.name.to_owned()).collect(),
         }
     }
 }
@@ -241,7 +241,7 @@ impl fmt::Display for Graph {
 fn entry(ports: &[Port], mut index: usize) -> String {
     for port in ports {
         if index < port.len() {
-            return format!("{}[{index}]", port.name());
+            return format!("{}[{index}]", &port.name);
         }
         index -= port.len();
     }

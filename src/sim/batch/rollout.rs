@@ -150,7 +150,10 @@ impl Trajectories<'_> {
     }
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchRollout {
     /// Makes room for trajectories of a simulator; where there is not enough, for their first states, and returns `false`.
     fn start(
@@ -202,7 +205,6 @@ impl BatchRollout {
     pub fn len(&self) -> usize {
         self.len
     }
-
 
     /// Status of a trajectory at its end.
     ///

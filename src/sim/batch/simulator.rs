@@ -69,7 +69,10 @@ type StepGroup = fn(
     &mut Group<BatchScalar, BATCH_WIDTH>,
 );
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchSimulator {
     /// A simulator of `len` states of one robot, on all cores.
     pub fn new(simulator: Simulator, len: usize) -> Self {
@@ -165,7 +168,6 @@ impl BatchSimulator {
     pub fn len(&self) -> usize {
         self.len
     }
-
 
     /// The most threads that are used.
     pub fn threads(&self) -> usize {

@@ -57,7 +57,10 @@ pub struct SingleBatch {
     workers: Vec<Worker<SingleScalar>>,
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl SingleBatch {
     /// A batch of some states, rounded to single precision, on all cores.
     ///
@@ -90,7 +93,6 @@ impl SingleBatch {
     pub fn len(&self) -> usize {
         self.groups.len
     }
-
 
     /// The simulator.
     pub fn simulator(&self) -> &Simulator {

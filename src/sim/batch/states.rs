@@ -15,7 +15,10 @@ pub struct BatchStates {
     pub(super) groups: Groups<BatchScalar, BATCH_WIDTH>,
 }
 
-#[expect(clippy::len_without_is_empty, reason = "a count, none of which is rare")]
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchStates {
     pub(super) fn new(simulator: &Simulator, states: &[State]) -> Self {
         Self {
@@ -28,7 +31,6 @@ impl BatchStates {
     pub fn len(&self) -> usize {
         self.groups.len
     }
-
 
     /// A state: after the last step that did not diverge, see [`status`](Self::status). Allocates.
     ///

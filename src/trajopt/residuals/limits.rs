@@ -1,8 +1,8 @@
 //! Limits of a robot's joints as bounds and barriers.
 
 use super::{InputError, StateError};
-use crate::model::manifold::v_range;
 use crate::model::Limits;
+use crate::model::manifold::v_range;
 use crate::sim::{Simulator, own_joints};
 use crate::trajopt::activation::Activation;
 use crate::trajopt::robot::Robot;

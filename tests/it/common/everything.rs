@@ -3,14 +3,15 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{
-    AbaScratch, BaseFrame, BaseQuantity, MassMatrixFactor, MomentumFrame, RneaScratch, add_frame_force, average_velocity, average_velocity_jacobian, bias_forces, center_of_mass,
+    AbaScratch, BaseFrame, BaseQuantity, MassMatrixFactor, MomentumFrame, RneaScratch,
+    add_frame_force, average_velocity, average_velocity_jacobian, bias_forces, center_of_mass,
     center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
-    centroidal_momentum_rate, coriolis_matrix, elastic_energy, forward_dynamics, forward_dynamics_into, forward_dynamics_vjp, forward_kinematics,
-    frame_acceleration, frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative,
-    frame_pose, frame_pose_at, frame_velocity, gravity_forces, inverse_dynamics,
-    inverse_dynamics_into, inverse_dynamics_vjp, joint_torque_regressor, kinetic_energy,
-    kinetic_energy_regressor, locked_inertia, mass_matrix, mass_matrix_inverse,
-    momentum, momentum_matrix, passive_forces, potential_energy,
+    centroidal_momentum_rate, coriolis_matrix, elastic_energy, forward_dynamics,
+    forward_dynamics_into, forward_dynamics_vjp, forward_kinematics, frame_acceleration,
+    frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_pose_at,
+    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into, inverse_dynamics_vjp,
+    joint_torque_regressor, kinetic_energy, kinetic_energy_regressor, locked_inertia, mass_matrix,
+    mass_matrix_inverse, momentum, momentum_matrix, passive_forces, potential_energy,
     potential_energy_regressor,
 };
 use dualbody::model::{FrameId, Model};
@@ -250,7 +251,8 @@ fn add_parameters_and_representations<P: Scalar, T: Over<P>>(
         let base = BaseFrame::new(model, to);
         out.add(
             "velocity_to_representation",
-            base.to_representation(q, BaseQuantity::Velocity, v).as_slice(),
+            base.to_representation(q, BaseQuantity::Velocity, v)
+                .as_slice(),
         );
         out.add(
             "force_to_representation",
@@ -258,7 +260,8 @@ fn add_parameters_and_representations<P: Scalar, T: Over<P>>(
         );
         out.add(
             "acceleration_to_representation",
-            base.to_representation(q, BaseQuantity::Acceleration { v }, w).as_slice(),
+            base.to_representation(q, BaseQuantity::Acceleration { v }, w)
+                .as_slice(),
         );
         out.add(
             "mass_matrix_to_representation",
