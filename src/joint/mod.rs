@@ -4,7 +4,7 @@
 //! laid so that a joint's axis is their local z, and joint velocities are those of B with respect to J *expressed in B*. Then the
 //! motion subspace S of every kind is constant: its columns are coordinate axes of the spatial vector `[linear; angular]`, or for a
 //! screw a fixed sum of two of them ([`JointKind::axes`]). `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the
-//! tangent space of every kind is a Lie algebra whose exponential is [`JointKind::integrate`].
+//! tangent space of every kind is a Lie algebra whose exponential is that of [`Model::integrate`](crate::Model::integrate).
 //!
 //! No such frame exists for a universal joint: its two axes do not commute, so its configurations are no Lie group. It is one joint with
 //! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
@@ -19,10 +19,9 @@
 //! |---|---|---|
 //! | how many coordinates, and degrees of freedom? | [`JointKind::nq`], [`JointKind::nv`] | |
 //! | in which directions does it move (S)? | [`JointKind::axes`] | [Featherstone 2008, table 4.1] |
-//! | where is the body? | [`JointKind::transform`], [`JointKind::compose`] | [Featherstone 2008, 4.4] |
-//! | where does a velocity lead, which one led there? | [`JointKind::integrate`], [`JointKind::difference`] | [Murray, Li, Sastry 1994, chapter 2] |
-//! | how does a step move it, given velocity and acceleration? | [`JointKind::advance`] | |
-//! | where is it at rest, or by chance? | [`JointKind::neutral`], [`JointKind::random`] | [Shoemake 1992] |
+//!
+//! What a joint does to a body is not public: poses, velocities and the manifold of a whole robot are in [`dynamics`](crate::dynamics) and
+//! [`Model`](crate::Model). Their sources are [Featherstone 2008, 4.4], [Murray, Li, Sastry 1994, chapter 2] and, for random rotations, [Shoemake 1992].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -79,7 +78,7 @@ pub enum JointKind {
     /// Two rotations in series about axes through one point; q = the two angles (rad), v = their rates (rad/s).
     ///
     /// A model has two bodies for such a joint, each with a revolute joint, the inner one without inertia. So no body is of this kind, and
-    /// it has no [`axes`](Self::axes) and no [`transform`](Self::transform), which would depend on the angle between the axes.
+    /// it has no [`axes`](Self::axes) and no pose, which would depend on the angle between the axes.
     Universal,
     /// Rotation about a point; q = unit quaternion (w, x, y, z), v = angular velocity in the body frame (rad/s).
     Spherical,

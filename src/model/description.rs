@@ -92,10 +92,9 @@ impl Model<f64> {
     /// use dualbody::model::samples;
     ///
     /// let cartpole = samples::cartpole();
-    /// let mut builder = cartpole.to_builder();
+    /// let builder = cartpole.to_builder();
     /// assert_eq!(builder.links().len(), 3);
-    /// builder.lock_joints(&[("pivot", &[0.1])])?;
-    /// assert_eq!(builder.build()?.nv(), 1);
+    /// assert_eq!(builder.build()?.nv(), 2);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn to_builder(&self) -> ModelBuilder {

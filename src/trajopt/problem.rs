@@ -193,7 +193,7 @@ impl Problem {
     /// let error = problem(usize::MAX).check_memory().unwrap_err();
     /// assert!(error.to_string().starts_with("a solver's 18446744073709551615 stages need"));
     /// ```
-    pub(crate) fn check_memory(&self) -> Result<(), OutOfMemory> {
+    pub fn check_memory(&self) -> Result<(), OutOfMemory> {
         let width = self.dynamics.ndx() + self.dynamics.nu();
         let stage = 4 * width * (width + 4) * size_of::<f64>();
         let stages = self.horizon.saturating_add(1);

@@ -125,7 +125,7 @@ impl Track {
     ///
     /// # Panics
     /// If there is no such time.
-    pub(crate) fn u(&self, k: usize) -> &[f64] {
+    pub fn u(&self, k: usize) -> &[f64] {
         self.u.row(k)
     }
 

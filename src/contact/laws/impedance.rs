@@ -117,7 +117,7 @@ impl<P: Scalar> Sigmoid<P> {
     }
 
     /// s(x) for x within 0 and 1.
-    pub(crate) fn at<T: Over<P>>(&self, x: T) -> T {
+    pub fn at<T: Over<P>>(&self, x: T) -> T {
         let rest = -x + 1.0;
         let Some(Shape { midpoint, power }) = self.shape else {
             // 2 x² and 1 − 2 (1 − x)²

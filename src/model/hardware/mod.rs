@@ -139,7 +139,7 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn model<T: Scalar>(&self, x: &[T]) -> Result<Model<T>, EditError> {
         self.check(x)?;
         let pairs = x.iter().zip(&self.nominal);
@@ -156,7 +156,7 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn description(&self, x: &[f64]) -> Result<ModelBuilder, EditError> {
         self.check(x)?;
         Ok(self.described(x))
@@ -173,7 +173,7 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn parameter_jacobian(&self, x: &[f64]) -> Result<DMatrix<f64>, EditError> {
         self.check(x)?;
         let rows = self.model.parameters().len();

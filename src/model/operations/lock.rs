@@ -13,25 +13,7 @@ use crate::model::{JointSpec, Mimicry, Model, ModelBuilder, checks};
 use crate::spatial::{Quaternion, Transform};
 
 impl ModelBuilder {
-    /// Locks joints at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
-    ///
-    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
-    /// that puts it; one that is locked itself no longer follows. Nothing changes if there is an error.
-    ///
-    /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
-    ///
-    /// # Errors
-    /// If a name is unknown or double, a configuration has the wrong length, or the description is not that of a robot.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::model::samples;
-    ///
-    /// let mut builder = samples::double_pendulum().to_builder();
-    /// builder.lock_joints(&[("elbow", &[0.5])])?;
-    /// assert_eq!(builder.build()?.joint_names(), ["shoulder"]);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
+    /// [`Model::with_locked_joints`].
     pub(crate) fn lock_joints(
         &mut self,
         positions: &[(&str, &[f64])],
@@ -69,14 +51,7 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Keeps some joints and locks all others, at the given positions or else at the neutral one (zeros, identity).
-    ///
-    /// A joint that follows a kept one keeps following it.
-    ///
-    /// * `positions` – as in [`lock_joints`](Self::lock_joints)
-    ///
-    /// # Errors
-    /// As for [`lock_joints`](Self::lock_joints); and if a kept joint is to be locked, itself or by what it follows.
+    /// [`Model::with_kept_joints`].
     pub(crate) fn keep_joints(
         &mut self,
         kept: &[&str],
@@ -166,20 +141,28 @@ fn locked_pose(joint: &JointSpec, q: &[f64]) -> Transform<f64> {
 }
 
 impl Model<f64> {
-    /// The robot with joints locked; see [`ModelBuilder::lock_joints`].
+    /// The robot with joints locked at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
     ///
     /// Its dynamics are those of the whole robot with these joints held.
+    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
+    /// that puts it; one that is locked itself no longer follows.
+    ///
+    /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
     ///
     /// # Errors
-    /// As there, and if what is left is no model.
+    /// If a name is unknown or double, a configuration has the wrong length, or what is left is no model.
     pub fn with_locked_joints(&self, positions: &[(&str, &[f64])]) -> Result<Self, EditError> {
         Ok(self.to_builder().lock_joints(positions)?.build()?)
     }
 
-    /// The robot with some joints, the others locked; see [`ModelBuilder::keep_joints`].
+    /// The robot with some joints; all others are locked, at the given positions or else at the neutral one (zeros, identity).
+    ///
+    /// A joint that follows a kept one keeps following it.
+    ///
+    /// * `positions` – as in [`with_locked_joints`](Self::with_locked_joints)
     ///
     /// # Errors
-    /// As there, and if what is left is no model.
+    /// As there; and if a kept joint is to be locked, itself or by what it follows.
     ///
     /// # Examples
     /// ```

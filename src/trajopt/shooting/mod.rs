@@ -67,7 +67,7 @@ impl<'p> SingleShooting<'p> {
     /// The function of a problem, with default options.
     ///
     /// # Panics
-    /// If there is not enough [memory](Problem::check_memory).
+    /// If there is not enough [memory](crate::memory).
     pub fn new(problem: &'p Problem) -> Self {
         Self::with_options(problem, ShootingOptions::default())
     }
@@ -75,7 +75,7 @@ impl<'p> SingleShooting<'p> {
     /// The function of a problem.
     ///
     /// # Panics
-    /// If an option is out of its range, or there is not enough [memory](Problem::check_memory).
+    /// If an option is out of its range, or there is not enough [memory](crate::memory).
     pub fn with_options(problem: &'p Problem, options: ShootingOptions) -> Self {
         options.check();
         problem.assert_memory();
