@@ -5,17 +5,18 @@
 //! ```
 //!
 //! 1000 steps of 1 ms under small torques, with a quadratic cost of all numbers at each step, whose slopes are written by hand, and the same by
-//! dual numbers; then slopes in four parameters in both modes, and the product of the Hessian with a direction. Medians, and quotients of two of the same run.
+//! dual numbers; then the product of the Hessian with a direction. Medians, and quotients of two of the same run.
 
 mod common;
 
+use std::slice::from_ref;
+
 use common::clock::{Clock, is_test};
 use common::robots::{asset, standing};
-use dualbody::autodiff::CHUNK;
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::linearize::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutDirection, RolloutGradientOptions,
-    RolloutMode, RolloutNumber, StagePoint,
+    StagePoint,
 };
 use dualbody::model::samples;
 use dualbody::sim::RolloutStatus;
@@ -85,7 +86,7 @@ fn main() {
         ("quadruped, standing", &quadruped, on_feet),
     ] {
         measure(name, simulator, &start, steps, clock);
-        measure_few(simulator, &start, steps, few);
+        measure_hessian(simulator, &start, steps, few);
     }
 }
 
@@ -141,26 +142,14 @@ fn print(times: &[(&str, f64)], rollout: f64) {
     }
 }
 
-/// Slopes in four parameters in both modes, and the Hessian along one direction.
-fn measure_few(simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
+/// The Hessian along one direction.
+fn measure_hessian(simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
     let inputs = torques(simulator, steps);
     let rollout = rollout_time(simulator, start, &inputs, clock);
-    let apart = simulator.parameters().len() / CHUNK;
-    let parameter = |k: usize| RolloutNumber::Parameter(k * apart);
-    let numbers: Vec<_> = (0..CHUNK).map(parameter).collect();
-    let slopes = |mode| {
-        clock.median(|| {
-            drop(simulator.rollout_slopes_in(mode, start, &inputs, &ByHand, &numbers));
-        })
-    };
     let mut along = RolloutDirection::zeros(simulator, steps);
     along.start.fill(1.0);
     let hessian = || drop(simulator.rollout_hessian_product(start, &inputs, &ByDuals, &along));
-    let times = [
-        ("four parameters, forward", slopes(RolloutMode::Forward)),
-        ("four parameters, adjoint", slopes(RolloutMode::Adjoint)),
-        ("Hessian along a direction", clock.median(hessian)),
-    ];
+    let times = [("Hessian along a direction", clock.median(hessian))];
     print(&times, rollout);
 }
 
@@ -169,7 +158,9 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     let rollout = rollout_time(simulator, start, &inputs, clock);
     let all = RolloutGradientOptions::default();
     let gradient = |options: &RolloutGradientOptions| {
-        clock.median(|| drop(simulator.rollout_gradient_with(start, &inputs, &ByHand, options)))
+        clock.median(|| {
+            drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options))
+        })
     };
     let times = [
         ("state, inputs, parameters", gradient(&all)),

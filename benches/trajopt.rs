@@ -108,10 +108,10 @@ fn solve(c: &mut Criterion) {
         for minimizer in Minimizer::ALL {
             let name = format!("{minimizer:?}");
             let mut shooting = SingleShooting::with_options(&problem, ShootingOptions::default());
-            let found = shooting.solve(minimizer, &guess);
+            let found = shooting.solve(&guess, minimizer);
             print(&name, robot, (found.status, found.iterations, found.cost));
             group.bench_function(BenchmarkId::new(name, robot), |b| {
-                b.iter(|| black_box(shooting.solve(minimizer, &guess).cost));
+                b.iter(|| black_box(shooting.solve(&guess, minimizer).cost));
             });
         }
     }

@@ -14,7 +14,7 @@ use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{ContactLaw, Contacts, Rigid, SoftContact, Terrain};
 use dualbody::sim::StepScratch;
 use dualbody::view::Recording;
-use dualbody::{Model, Scalar, Simulator};
+use dualbody::{Cast, Model, Scalar, Simulator};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf");
 const RADIUS: f64 = 0.1;

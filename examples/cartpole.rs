@@ -5,6 +5,7 @@
 
 use std::error::Error;
 
+use dualbody::autodiff::finite_difference;
 use dualbody::control::Lqr;
 use dualbody::dynamics::{bias_forces, center_of_mass, mass_matrix};
 use dualbody::sim::{Rollout, RolloutStatus};
@@ -54,7 +55,9 @@ fn lqr(simulator: &Simulator) -> Outcome {
     let (model, upright) = (simulator.model(), State::neutral(simulator.model()));
     let step = simulator.linearize(&upright, &[0.0]);
     println!("\nδx⁺ = A δx + B δu upright: A{:.8}B{:.8}", step.a, step.b);
-    let numeric = simulator.linearize_by_finite_differences(&upright, &[0.0]);
+    let numeric = simulator
+        .estimate_linearization(&upright, &[0.0], &finite_difference::Options::default())
+        .linearization;
     let error = (&step.a - &numeric.a)
         .amax()
         .max((&step.b - &numeric.b).amax());

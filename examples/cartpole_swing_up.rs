@@ -67,10 +67,10 @@ fn plan_by_shooting(problem: &Problem, plan: &DdpSolution) -> Trajectory {
     };
     let mut shooting = SingleShooting::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let shot = shooting.solve_with(Minimizer::NewtonCg, &Trajectory::zero_input(problem), bar);
+    let shot = shooting.solve_with(&Trajectory::zero_input(problem), Minimizer::NewtonCg, bar);
     report("argmin", shot.status, shot.iterations, shot.cost);
     let bar = common::progress_bar(ITERATIONS);
-    let same = shooting.solve_with(Minimizer::Lbfgs, &plan.trajectory, bar);
+    let same = shooting.solve_with(&plan.trajectory, Minimizer::Lbfgs, bar);
     report("argmin from there", same.status, same.iterations, same.cost);
     assert!(shot.is_converged() && same.is_converged());
     assert!((same.cost / plan.cost - 1.0).abs() < 1e-3 && plan.cost <= shot.cost);

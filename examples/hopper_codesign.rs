@@ -234,7 +234,9 @@ impl Design {
         let lengths = Self::lengths(x);
         let (simulator, start) = self.at(lengths)?;
         let options = RolloutGradientOptions::default().with_model_parameters_only();
-        let jump = simulator.rollout_gradient_with(&start, &Self::inputs(x), &Jump, &options);
+        let inputs = [Self::inputs(x)];
+        let mut all = simulator.rollout_gradients(&[start], &inputs, &Jump, &options);
+        let jump = all.swap_remove(0);
         let mut gradient = DVector::zeros(x.len());
         for (k, u) in jump.inputs.iter().enumerate() {
             let mut held = gradient.rows_mut(2 + 2 * (k / HELD), 2);

@@ -67,7 +67,7 @@ pub(crate) use rows::{ConstraintRow, ConstraintRows};
 
 use crate::model::{Model, Structure};
 use crate::numbers::{Domain, Each, Number, Numbers, numbers};
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Cast, Dual, Over, Scalar};
 
 /// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, how it is held, and the largest force that holds it.
 ///
@@ -177,7 +177,7 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// Number of scalar equations, rows of φ, of the constraint.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.kind.rows()
     }
 

@@ -6,7 +6,7 @@
 //! optimisation stand on top.
 //!
 //! ```
-//! use dualbody::{Simulator, State, control::Lqr, model::samples};
+//! use dualbody::{Lqr, Simulator, State, model::samples};
 //! use nalgebra::DMatrix;
 //!
 //! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01).with_actuated_joints(&["linear"])?;
@@ -135,6 +135,8 @@ pub mod glossary {}
 #[doc = include_str!("references.md")]
 pub mod references {}
 
+pub use contact::Contacts;
+pub use control::Lqr;
 pub use error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
@@ -142,12 +144,16 @@ pub use error::{
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model, World};
-pub use scalar::{Lanes, Over, Scalar};
+pub use scalar::{Cast, Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;
+#[cfg(feature = "trajopt")]
+pub use trajopt::Ddp;
 /// The crate whose `Robot` [`Model::from_urdf`] takes.
 #[cfg(feature = "formats")]
 pub use urdf_rs;
+#[cfg(feature = "view")]
+pub use view::Recording;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

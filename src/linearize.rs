@@ -12,14 +12,12 @@
 //! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | with the base velocity in another representation? | [`Linearization::to_representation`] | O(nv²) | |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
-//! | and how these change, along a direction; or of states side by side? | [`Simulator::linearize_over`], [`Simulator::linearize_over_into`] | as for a step, on dual numbers or lanes | [Griewank, Walther 2008, chapter 5] |
+//! | and how these change, along a direction; or of states side by side? | the same, on dual numbers or lanes | as for a step there | [Griewank, Walther 2008, chapter 5] |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
-//! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same | |
-//! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
-//! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
-//! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
+//! | the product of its Hessian with a direction? | [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
+//! | are they right, and is there a kink? | [`Simulator::estimate_linearization`] | some twenty steps for each direction | [Ridders 1982] |
 //! | is the time step short enough? | [`Simulator::remarks`], [`Simulator::remarks_at`] | a Jacobian of step and rate with their eigenvalues, O(nv³); where it is not, some thirty | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
 
@@ -31,6 +29,8 @@ mod representation;
 mod rollout;
 mod vjp;
 
+use std::any::Any;
+
 use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
@@ -41,7 +41,7 @@ use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepP
 pub use rate::RateScratch;
 pub use rollout::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
-    RolloutMode, RolloutNumber, RolloutSlopes, StagePoint, WantedParameters,
+    StagePoint, WantedParameters,
 };
 #[cfg(feature = "second-order")]
 pub use rollout::{RolloutDirection, RolloutHessianProduct};
@@ -104,7 +104,8 @@ impl<T: Differentiable> LinearizeScratch<T> {
 impl Simulator<f64> {
     /// Computes the Jacobians A and B of the step from `state` with input `u`. Allocates.
     ///
-    /// Works for every joint kind, base and integrator; exact to rounding.
+    /// Works for every joint kind, base and integrator; exact to rounding. Over any scalar: on [`Dual`](crate::autodiff::Dual) or the types of num-dual it
+    /// has the second derivatives of the step along directions too, on [`Lanes`](crate::Lanes) the Jacobians of several states side by side.
     ///
     /// # Impacts
     /// They are the Jacobians of the step, not those of the motion in continuous time. In a step in which a point lands:
@@ -126,9 +127,20 @@ impl Simulator<f64> {
     /// assert!((step.a[(1, 0)] + 0.01 * 1.5 * 9.81).abs() < 1e-15);
     /// ```
     ///
+    /// ```
+    /// use dualbody::{Scalar, Simulator, State, autodiff::Dual, model::samples};
+    ///
+    /// // v⁺ = v − Δt (3 g / 2 l) sin q, so that ∂²v⁺/∂q² = Δt (3 g / 2 l) sin q
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let state = State::new(&[Dual::<f64, 1>::variable(0.5, 0)], &[Dual::from(0.0)]);
+    /// let step = simulator.linearize(&state, &[Dual::from(0.0)]);
+    /// assert!((step.a[(1, 0)].eps[0] - 0.01 * 1.5 * 9.81 * 0.5_f64.sin()).abs() < 1e-14);
+    /// ```
+    ///
     /// # Panics
-    /// If state or input have the wrong length.
-    pub fn linearize(&self, state: &State, u: &[f64]) -> Linearization {
+    /// If state or input have the wrong length; over what has lanes or no values, if the forces of contact or constraints are found by a solver; over
+    /// what has second derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has no third ones.
+    pub fn linearize<T: Differentiable>(&self, state: &State<T>, u: &[T]) -> Linearization<T> {
         let mut out = Linearization::zeros(self);
         let mut scratch = LinearizeScratch::new(self);
         self.linearize_into(state, u, &mut scratch, &mut out);
@@ -139,46 +151,41 @@ impl Simulator<f64> {
     /// [`Integrator`](crate::Integrator).
     ///
     /// # Panics
-    /// If state, input, scratch or output have the wrong size.
-    pub fn linearize_into(
+    /// As there, or if scratch or output have the wrong size.
+    pub fn linearize_into<T: Differentiable>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut LinearizeScratch<T>,
+        out: &mut Linearization<T>,
+    ) {
+        // A condition that is known when it compiles: programs do not compile again what the library has.
+        if T::IS_F64 {
+            let (state, scratch, out): (&dyn Any, &mut dyn Any, &mut dyn Any) =
+                (state, scratch, out);
+            let own = (state.downcast_ref(), scratch.downcast_mut());
+            if let ((Some(state), Some(scratch)), Some(u), Some(out)) =
+                (own, T::as_f64(u), out.downcast_mut())
+            {
+                self.linearize_values(state, u, scratch, out);
+            }
+        } else {
+            self.linearize_numbers(state, u, scratch, out);
+        }
+    }
+
+    /// [`linearize_into`](Self::linearize_into) over `f64`: compiled here, once.
+    fn linearize_values(
         &self,
         state: &State,
         u: &[f64],
         scratch: &mut LinearizeScratch,
         out: &mut Linearization,
     ) {
-        self.linearize_over_into(state, u, scratch, out);
+        self.linearize_numbers(state, u, scratch, out);
     }
 
-    /// [`linearize`](Self::linearize) over any scalar: on [`Dual`](crate::autodiff::Dual) or the types of num-dual the second derivatives of the step along
-    /// directions, on [`Lanes`](crate::Lanes) those of several states side by side. Allocates.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length; over what has lanes or no values, if the forces of contact or constraints are found by a solver; over
-    /// what has second derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has no third ones.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Scalar, Simulator, State, autodiff::Dual, model::samples};
-    ///
-    /// // v⁺ = v − Δt (3 g / 2 l) sin q, so that ∂²v⁺/∂q² = Δt (3 g / 2 l) sin q
-    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
-    /// let state = State::new(&[Dual::<f64, 1>::variable(0.5, 0)], &[Dual::from(0.0)]);
-    /// let step = simulator.linearize_over(&state, &[Dual::from(0.0)]);
-    /// assert!((step.a[(1, 0)].eps[0] - 0.01 * 1.5 * 9.81 * 0.5_f64.sin()).abs() < 1e-14);
-    /// ```
-    pub fn linearize_over<T: Differentiable>(&self, state: &State<T>, u: &[T]) -> Linearization<T> {
-        let mut out = Linearization::zeros(self);
-        let mut scratch = LinearizeScratch::new(self);
-        self.linearize_over_into(state, u, &mut scratch, &mut out);
-        out
-    }
-
-    /// [`linearize_over`](Self::linearize_over) without allocation, as [`linearize_into`](Self::linearize_into).
-    ///
-    /// # Panics
-    /// As there, or if scratch or output have the wrong size.
-    pub fn linearize_over_into<T: Differentiable>(
+    fn linearize_numbers<T: Differentiable>(
         &self,
         state: &State<T>,
         u: &[T],
@@ -202,19 +209,7 @@ impl Simulator<f64> {
         method.linearize(self, &at, &mut StepColumns { a, b });
     }
 
-    /// Computes the Jacobians by finite differences of the step, to check against. Allocates.
-    ///
-    /// Where two pieces of a law of contact meet, or nearly, differences cannot tell them apart:
-    /// [`estimate_linearization`](Self::estimate_linearization) says where.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length.
-    pub fn linearize_by_finite_differences(&self, state: &State, u: &[f64]) -> Linearization {
-        self.estimate_linearization(state, u, &Options::default())
-            .linearization
-    }
-
-    /// Computes the Jacobians by finite differences of the step, with an estimate of the error of each entry. Allocates.
+    /// Computes the Jacobians by finite differences of the step, to check against, with an estimate of the error of each entry. Allocates.
     ///
     /// Steps are sought from 1/1024 (rad, m, m/s, N) downward, to nanometres, so that a point that touches the ground by some micrometres
     /// does not leave it. Where it does with any step, as at the very moment of touch-down or of slipping, the two sides have slopes of

@@ -10,7 +10,7 @@
 //! | a batch of rollouts | ends before the first step, with the same status of each |
 //! | a gradient of a rollout | ends before the first step, with the same status; fewer [checkpoints](crate::linearize::Checkpoints) need less |
 //! | a problem of `trajopt` | `Problem::check_memory` is an error; solvers of it panic with its message |
-//! | contact points | [`Contacts::try_with_meshes`](crate::contact::Contacts::try_with_meshes) and `try_with_options` are errors; constructors without `try` panic with their message |
+//! | contact points | [`Contacts::with_meshes`](crate::contact::Contacts::with_meshes) and `with_options` are errors; constructors without `try` panic with their message |
 //! | forces of contact points in a step | [`Contacts::check_memory`](crate::contact::Contacts::check_memory) is an error; a simulator of them panics with its message |
 //! | a grid of heights, Jacobians of a step, a random tree, a plot, gradients that L-BFGS remembers | a panic with the message, before any work |
 //! | samples of a filter, harmonics of a motion for identification | an `IdentifyError` |

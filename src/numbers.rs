@@ -14,7 +14,7 @@
 //! | `hidden()` | numbers that no one may set one by one |
 //! | `kept()` | no number |
 //!
-//! With `pub` in front the type has a public method `cast`.
+//! With `pub` in front the type has the public trait [`Cast`](crate::scalar::Cast).
 
 use std::fmt::Display;
 
@@ -274,9 +274,10 @@ macro_rules! numbers {
     (pub $sort:ident $T:ident $fields:tt) => {
         numbers! { $sort $T $fields }
 
-        impl<P: $crate::scalar::Scalar> $T<P> {
-            /// Converts the numbers to another scalar type.
-            pub fn cast<Q: $crate::scalar::Over<P>>(&self) -> $T<Q> {
+        impl<P: $crate::scalar::Scalar> $crate::scalar::Cast<P> for $T<P> {
+            type To<Q: $crate::scalar::Scalar> = $T<Q>;
+
+            fn cast<Q: $crate::scalar::Over<P>>(&self) -> $T<Q> {
                 $crate::numbers::Numbers::lift(self)
             }
         }

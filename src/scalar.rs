@@ -10,6 +10,7 @@
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data
 //! under dual states, or dual data for derivatives in masses and lengths.
 
+mod cast;
 mod dual;
 mod each;
 mod float;
@@ -29,6 +30,7 @@ pub(crate) use vectorized::{has_lanes, plus_scaled, vectorized, vectorized_over}
 pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
 
+pub use cast::Cast;
 pub use dual::Dual;
 pub use lanes::{Lanes, SingleLanes};
 pub(crate) use lift::{add_into, lift_into};

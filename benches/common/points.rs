@@ -1,5 +1,6 @@
 //! Random inputs over any scalar, drawn before anything is timed.
 
+use dualbody::Cast;
 use dualbody::autodiff::Dual;
 use dualbody::{Lanes, Over, Simulator, State};
 use nalgebra::DVector;
@@ -83,7 +84,7 @@ pub(crate) fn points_from<T: Seed>(simulator: &Simulator, start: &State) -> Vec<
     let (mut state, u) = (start.clone(), vec![0.0; simulator.nu()]);
     let one = |_| {
         state = simulator.step(&state, &u);
-        let mut lifted: State<T> = state.lift();
+        let mut lifted: State<T> = state.cast();
         (lifted.q, lifted.v) = (seeded(&state.q), seeded(&state.v));
         Point {
             state: lifted,

@@ -21,8 +21,8 @@ type PortNumbers = (String, usize, usize, String);
 
 fn ports(ports: &[Port]) -> Vec<PortNumbers> {
     let one = |port: &Port| {
-        let (name, unit) = (port.name().to_owned(), port.unit().to_owned());
-        (name, port.rows(), port.columns(), unit)
+        let (name, unit) = (port.name.to_owned(), port.unit.to_owned());
+        (name, port.rows, port.columns, unit)
     };
     ports.iter().map(one).collect()
 }
@@ -160,7 +160,7 @@ impl PyGraph {
         let choices = [("double", Precision::Double), ("single", Precision::Single)];
         let precision = choice("precision", precision, &choices)?;
         let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
-        let texts = (text.name(), text.header(), text.source());
+        let texts = (&text.name, &text.header, &text.source);
         py.import("dualbody.codegen")?
             .getattr("Source")?
             .call1(texts)
@@ -168,7 +168,7 @@ impl PyGraph {
 
     fn __repr__(&self) -> String {
         let names = |ports: &[Port]| {
-            let all = ports.iter().map(|port| port.name().to_owned());
+            let all = ports.iter().map(|port| port.name.to_owned());
             all.collect::<Vec<_>>().join(", ")
         };
         let (x, y) = (names(self.graph.inputs()), names(self.graph.outputs()));

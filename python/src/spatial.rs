@@ -36,9 +36,9 @@ pub(crate) fn _pose(question: &str, x: Vec<f64>) -> PyResult<Vec<f64>> {
     let pose = Transform::new(rotation, Vector3::new(x[4], x[5], x[6]));
     Ok(match question {
         "adjoint" => rows(&pose.adjoint()),
-        "adjoint_inverse" => rows(&pose.adjoint_inverse()),
+        "adjoint_inverse" => rows(&pose.inverse().adjoint()),
         "force_adjoint" => rows(&pose.force_adjoint()),
-        "force_adjoint_inverse" => rows(&pose.force_adjoint_inverse()),
+        "force_adjoint_inverse" => rows(&pose.inverse().force_adjoint()),
         "log" => pose.log().to_array().to_vec(),
         _ => return Err(unknown(question, x.len())),
     })

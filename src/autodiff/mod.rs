@@ -32,8 +32,6 @@
 //!   [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient), some rollouts however many they are, less than
 //!   dual numbers take for four directions; inside an optimiser
 //!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient), which does the same.
-//! * That cost in few numbers only: [`Simulator::rollout_slopes`](crate::Simulator::rollout_slopes), which takes dual numbers where they cost less, as
-//!   through kinematic constraints.
 //! * Second derivatives of a trajectory: [`Simulator::rollout_hessian_product`](crate::Simulator::rollout_hessian_product).
 //! * Other second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its
 //!   digits at 2 n.

@@ -40,7 +40,7 @@ pub fn linearization(simulator: &Simulator) -> Graph {
                 &columns_of_step(&simulator.cast(), &state, &u),
             );
         } else {
-            let step = simulator.linearize_over(&state, &u);
+            let step = simulator.linearize(&state, &u);
             let columns: Vec<Traced> = step.a.iter().chain(&step.b).copied().collect();
             output_jacobians(t, simulator, &columns);
         }

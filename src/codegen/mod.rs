@@ -53,8 +53,8 @@
 //!
 //! let graph = codegen::step(&Simulator::new(samples::cartpole()));
 //! let text = graph.to_c("cartpole_step", Precision::Double)?;
-//! assert!(text.header().contains("#define CARTPOLE_STEP_IN_U 4"));
-//! assert!(text.source().contains("int cartpole_step("));
+//! assert!(text.header.contains("#define CARTPOLE_STEP_IN_U 4"));
+//! assert!(text.source.contains("int cartpole_step("));
 //! # Ok::<(), dualbody::codegen::CodeError>(())
 //! ```
 

@@ -15,7 +15,7 @@ use crate::error::{OutOfMemory, UnknownName};
 use crate::memory;
 use crate::model::{FrameId, Generation, Model, Structure};
 use crate::numbers::{EachIn, Numbers, of};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 
 /// Places at which a robot can touch the ground, and the law that answers.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl Contacts<f64> {
     /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
     ///
     /// # Panics
-    /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`try_with_meshes`](Self::try_with_meshes).
+    /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`with_meshes`](Self::with_meshes).
     ///
     /// # Examples
     /// ```
@@ -72,28 +72,10 @@ impl Contacts<f64> {
     /// let mut meshes = Triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     /// let law = ContactLaw::Rigid(Rigid::default());
     /// let contacts = Contacts::with_meshes(&model, Terrain::flat(0.0), law, &ContactOptions::default(), &mut meshes);
-    /// assert_eq!(contacts.points().len(), 3);
-    /// # Ok::<(), dualbody::LoadError>(())
+    /// assert_eq!(contacts?.points().len(), 3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_meshes(
-        model: &Model,
-        terrain: Terrain,
-        law: ContactLaw,
-        options: &ContactOptions,
-        meshes: &mut dyn MeshHulls,
-    ) -> Self {
-        let made = Self::try_with_meshes(model, terrain, law, options, meshes);
-        memory::granted(made)
-    }
-
-    /// [`with_meshes`](Self::with_meshes) for robots from elsewhere, whose shapes may have more points than there is memory for.
-    ///
-    /// # Errors
-    /// If the points would need more memory than the [limit](crate::memory).
-    ///
-    /// # Panics
-    /// As [`new`](Self::new).
-    pub fn try_with_meshes(
         model: &Model,
         terrain: Terrain,
         law: ContactLaw,
@@ -409,22 +391,6 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Converts the contacts to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
-        Contacts {
-            terrain: self.terrain.cast(),
-            points: self.points.lift(),
-            laws: self.laws.lift(),
-            pairs: self.pairs.cast(),
-            smoothing: self.smoothing,
-            solver: self.solver,
-            shapes_without_points: self.shapes_without_points.clone(),
-            mesh_remarks: self.mesh_remarks.clone(),
-            structure: self.structure,
-            generation: Generation::next(),
-        }
-    }
-
     /// Identity of the numbers of points, laws and ground: working memory that holds what follows from them is known by it.
     pub(crate) fn generation(&self) -> Generation {
         self.generation
@@ -478,5 +444,24 @@ impl<P: Scalar> Contacts<P> {
     /// Laws of the points, all of one kind.
     pub(super) fn point_laws(&self) -> &PointLaws<P> {
         &self.laws
+    }
+}
+
+impl<P: Scalar> Cast<P> for Contacts<P> {
+    type To<Q: Scalar> = Contacts<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
+        Contacts {
+            terrain: self.terrain.cast(),
+            points: self.points.lift(),
+            laws: self.laws.lift(),
+            pairs: self.pairs.cast(),
+            smoothing: self.smoothing,
+            solver: self.solver,
+            shapes_without_points: self.shapes_without_points.clone(),
+            mesh_remarks: self.mesh_remarks.clone(),
+            structure: self.structure,
+            generation: Generation::next(),
+        }
     }
 }

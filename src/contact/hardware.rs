@@ -8,7 +8,7 @@ use super::contacts::Contacts;
 use super::point::{ContactPoint, Feature};
 use crate::error::EditError;
 use crate::model::{Hardware, Model, Stretch};
-use crate::scalar::Scalar;
+use crate::scalar::{Cast, Scalar};
 use crate::spatial::linear::{lift_vector, rotate};
 
 impl Contacts<f64> {

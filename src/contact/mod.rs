@@ -62,6 +62,8 @@ mod smoothing;
 mod solver_options;
 mod step;
 mod terrain;
+#[cfg(not(feature = "formats"))]
+mod without_files;
 
 pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;

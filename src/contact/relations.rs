@@ -29,13 +29,13 @@ impl Relations {
             .collect();
         let number = |name: &str| numbers.get(name).copied();
         let ends = |joint: &JointSpec| {
-            let both = number(joint.parent()).zip(number(joint.child()));
+            let both = number(&joint.parent).zip(number(&joint.child));
             both.filter(|&(parent, _)| names[parent] != WORLD || parent != 0)
         };
         let joints = builder.joints().iter();
         let all: Vec<_> = joints
-            .filter(|joint| joint.kind() != JointKind::Floating)
-            .filter_map(|joint| ends(joint).map(|ends| (joint.kind() == JointKind::Fixed, ends)))
+            .filter(|joint| joint.kind != JointKind::Floating)
+            .filter_map(|joint| ends(joint).map(|ends| (joint.kind == JointKind::Fixed, ends)))
             .collect();
         let of = |is_taken: &dyn Fn(bool) -> bool| {
             let taken = all.iter().filter(|(is_fixed, _)| is_taken(*is_fixed));

@@ -26,7 +26,7 @@
 //! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
 //! | and a weighted sum of τ, or of v̇, with all inputs and parameters? | [`inverse_dynamics_vjp`], [`forward_dynamics_vjp`] | O(n) | [Griewank, Walther 2008, chapter 3] |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
-//! | what if the base velocity is in another representation? | [`BaseVelocity`]; [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
+//! | what if the base velocity is in another representation? | [`BaseFrame`] | O(nv²) | |
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
@@ -70,7 +70,7 @@ mod aba;
 mod acceleration;
 mod adjoint;
 mod articulated_factor;
-mod base_velocity;
+mod base_frame;
 mod calls;
 mod center_of_mass;
 mod centroidal;
@@ -112,14 +112,8 @@ pub use adjoint::{
     InverseDynamicsVjpScratch, forward_dynamics_vjp, forward_dynamics_vjp_into,
     inverse_dynamics_vjp, inverse_dynamics_vjp_into,
 };
-pub use base_velocity::{
-    BaseVelocity, acceleration_from_representation, acceleration_to_representation,
-    bias_forces_to_representation, coriolis_matrix_to_representation,
-    deviation_from_representation, deviation_to_representation, force_from_representation,
-    force_to_representation, gradient_to_representation, jacobian_derivative_to_representation,
-    jacobian_to_representation, mass_matrix_inverse_to_representation,
-    mass_matrix_to_representation, velocity_from_representation, velocity_to_representation,
-};
+pub use base_frame::{BaseFrame, BaseQuantity};
+pub(crate) use base_frame::{deviation_to_representation, gradient_to_representation};
 pub(crate) use calls::Calls;
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
 pub use centroidal::{
@@ -165,8 +159,9 @@ pub use named_forces::{
     NamedForces, external_forces, external_forces_into, joint_forces, joint_forces_into,
 };
 pub(crate) use passes::to_world;
+pub(crate) use passive::add_passive_forces;
 pub(crate) use passive::{Passive, each_passive};
-pub use passive::{add_passive_forces, elastic_energy, passive_forces, passive_forces_into};
+pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub(crate) use rnea::world_acceleration;
 pub use rnea::{

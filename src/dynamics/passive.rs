@@ -39,7 +39,7 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If an argument has not the size that the model gives it.
-pub fn add_passive_forces<P: Scalar, T: Over<P>>(
+pub(crate) fn add_passive_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],

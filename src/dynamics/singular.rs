@@ -304,7 +304,7 @@ mod tests {
         builder.add_link(LinkSpec::new("world"));
         let mut parent = "world".to_owned();
         for (k, (link, kind, axis)) in links.iter().enumerate() {
-            let child = link.name().to_owned();
+            let child = link.name.to_owned();
             builder.add_link(link.clone());
             let joint = JointSpec::new(format!("j{k}"), *kind, parent, &child);
             builder.add_joint(joint.with_axis(*axis).with_translation([0.1, 0.2, 0.3]));

@@ -49,6 +49,10 @@ pub struct BaseParameters {
     support: Vec<Vec<bool>>,
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BaseParameters {
     /// Finds the base parameters of a regressor. The random motions are always the same.
     pub fn new(regressor: &Regressor) -> Self {
@@ -116,11 +120,6 @@ impl BaseParameters {
     /// Number of base parameters.
     pub fn len(&self) -> usize {
         self.independent.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.independent.is_empty()
     }
 
     /// Indices of the unknowns that stand for themselves, one for each base parameter.

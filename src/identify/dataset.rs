@@ -26,17 +26,12 @@ pub struct Segment {
 
 impl Segment {
     /// Number of samples.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.q.ncols()
     }
 
-    /// Whether there are no samples.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Time of a sample, s.
-    pub fn time(&self, sample: usize) -> f64 {
+    pub(crate) fn time(&self, sample: usize) -> f64 {
         self.start + sample as f64 / self.rate
     }
 
@@ -102,11 +97,6 @@ impl Dataset {
         }
     }
 
-    /// Number of samples.
-    pub fn n_samples(&self) -> usize {
-        self.segments.iter().map(Segment::len).sum()
-    }
-
     /// Splits each segment in two: what to learn from, and the last part, a share of it, to be held back for [validation](super::Robot::validate).
     ///
     /// Better than a part of the same motion is another one.
@@ -125,7 +115,7 @@ impl Dataset {
         };
         let (kept, held): (Vec<_>, Vec<_>) = self.segments.iter().map(split).unzip();
         let not_empty =
-            |segments: Vec<Segment>| segments.into_iter().filter(|segment| !segment.is_empty());
+            |segments: Vec<Segment>| segments.into_iter().filter(|segment| segment.len() > 0);
         (
             Self::new(not_empty(kept).collect()),
             Self::new(not_empty(held).collect()),

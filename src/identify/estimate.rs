@@ -42,11 +42,6 @@ impl Interval {
             upper: value + factor * deviation,
         }
     }
-
-    /// Whether a number lies within.
-    pub fn contains(&self, x: f64) -> bool {
-        (self.lower..=self.upper).contains(&x)
-    }
 }
 
 /// Base parameters by weighted least squares, made by [`estimate`].

@@ -21,7 +21,7 @@ pub enum DryFriction {
 
 impl DryFriction {
     /// Computes s(v).
-    pub fn shape<T: Over<f64>>(self, v: T) -> T {
+    pub(crate) fn shape<T: Over<f64>>(self, v: T) -> T {
         match self {
             Self::Smooth { slip_velocity } => {
                 // The law of a simulator, whose force is against the velocity.

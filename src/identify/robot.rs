@@ -84,7 +84,7 @@ impl Robot {
     ///
     /// # Panics
     /// If the segment has the size of another robot's.
-    pub fn predict_segment(&self, segment: &Segment) -> DMatrix<f64> {
+    pub(crate) fn predict_segment(&self, segment: &Segment) -> DMatrix<f64> {
         match Samples::is_supported() {
             true => self.predict_segment_over::<Samples>(segment),
             false => self.predict_segment_over::<f64>(segment),

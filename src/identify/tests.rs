@@ -230,7 +230,7 @@ fn intervals_hold_the_truth_as_often_as_they_say_and_weights_equal_the_errors() 
         inside += intervals
             .iter()
             .zip(&expected)
-            .filter(|(own, x)| own.contains(**x))
+            .filter(|(own, x)| (own.lower..=own.upper).contains(*x))
             .count();
         all += intervals.len();
         for (found, expected) in found.force_deviations.iter().zip(deviations()) {
@@ -386,7 +386,8 @@ fn report_says_what_was_found() {
     let (robot, regressor) = (truth(&model, SMOOTH), everything(&model, SMOOTH));
     let data = Dataset::new(vec![random_segment(&robot, 1000, &deviations(), 1)]);
     let (learn, held) = data.hold_back(0.25);
-    assert_eq!((learn.n_samples(), held.n_samples()), (750, 250));
+    let count = |data: &Dataset| data.segments.iter().map(Segment::len).sum::<usize>();
+    assert_eq!((count(&learn), count(&held)), (750, 250));
     let found = estimate(&regressor, &learn).unwrap();
     let mended = found.consistent(&ConsistencyOptions::default()).unwrap();
     let report = Report::new(&found, &mended.robot, &held, 0.95).unwrap();

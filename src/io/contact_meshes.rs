@@ -7,11 +7,12 @@ use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, MeshHulls, Terrain,
 };
 use crate::error::{OutOfMemory, UnknownName};
+use crate::memory;
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
 
 impl Contacts<f64> {
-    /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
+    /// The points of all collision shapes of a robot on a terrain, under one law. Meshes are read with the feature `formats`. Allocates.
     ///
     /// # Panics
     /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an
@@ -31,38 +32,30 @@ impl Contacts<f64> {
     /// # }
     /// ```
     pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        Self::with_options(model, terrain, law, &ContactOptions::default())
+        memory::granted(Self::with_options(
+            model,
+            terrain,
+            law,
+            &ContactOptions::default(),
+        ))
     }
 
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of
     /// collision shapes, each once; those that cannot be read have no points and are among
     /// [`shapes_without_points`](Self::shapes_without_points). Allocates.
     ///
-    /// # Panics
-    /// As [`new`](Self::new).
-    pub fn with_options(
-        model: &Model,
-        terrain: Terrain,
-        law: ContactLaw,
-        options: &ContactOptions,
-    ) -> Self {
-        Self::with_meshes(model, terrain, law, options, &mut Hulls::default())
-    }
-
-    /// [`with_options`](Self::with_options) for robots from elsewhere, whose shapes may have more points than there is memory for.
-    ///
     /// # Errors
     /// If the points would need more memory than the [limit](crate::memory).
     ///
     /// # Panics
     /// If a number of the law or of the terrain makes no sense, as in [`new`](Self::new).
-    pub fn try_with_options(
+    pub fn with_options(
         model: &Model,
         terrain: Terrain,
         law: ContactLaw,
         options: &ContactOptions,
     ) -> Result<Self, OutOfMemory> {
-        Self::try_with_meshes(model, terrain, law, options, &mut Hulls::default())
+        Self::with_meshes(model, terrain, law, options, &mut Hulls::default())
     }
 
     /// Lets bodies touch each other, by their collision shapes and one law. Meshes are their convex hulls, from their files. Allocates.

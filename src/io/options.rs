@@ -87,7 +87,7 @@ impl ModelOptions {
     }
 
     /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says;
-    /// links and frames stay, on fewer bodies. See [`ModelBuilder::keep_joints`]. Names are those of the model.
+    /// links and frames stay, on fewer bodies. See [`Model::with_kept_joints`]. Names are those of the model.
     ///
     /// # Examples
     /// ```

@@ -79,7 +79,7 @@ impl Axis {
 
     /// The coordinate of the spatial vector (order `[linear; angular]`) that the velocity is; of a screw the angular one.
     #[inline(always)]
-    pub fn coordinate(self) -> usize {
+    pub(crate) fn coordinate(self) -> usize {
         self.coordinate
     }
 
@@ -106,7 +106,7 @@ impl Axis {
 
     /// The column of S: the motion at unit rate.
     #[inline]
-    pub fn motion<T: Scalar>(self) -> Motion<T> {
+    pub(crate) fn motion<T: Scalar>(self) -> Motion<T> {
         let scaled = |along: Motion<T>, pitch: f64| along * T::constant(pitch);
         self.combine(Motion::basis, |about, along, pitch| {
             about + scaled(along, pitch)
@@ -115,7 +115,7 @@ impl Axis {
 
     /// The row of Sᵀ F: the force along the axis.
     #[inline(always)]
-    pub fn project<T: Scalar>(self, F: &Force<T>) -> T {
+    pub(crate) fn project<T: Scalar>(self, F: &Force<T>) -> T {
         self.combine(
             #[inline(always)]
             |axis| F.coordinate(axis),

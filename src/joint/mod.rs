@@ -4,7 +4,7 @@
 //! laid so that a joint's axis is their local z, and joint velocities are those of B with respect to J *expressed in B*. Then the
 //! motion subspace S of every kind is constant: its columns are coordinate axes of the spatial vector `[linear; angular]`, or for a
 //! screw a fixed sum of two of them ([`JointKind::axes`]). `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the
-//! tangent space of every kind is a Lie algebra whose exponential is [`JointKind::integrate`].
+//! tangent space of every kind is a Lie algebra whose exponential is that of [`Model::integrate`](crate::Model::integrate).
 //!
 //! No such frame exists for a universal joint: its two axes do not commute, so its configurations are no Lie group. It is one joint with
 //! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
@@ -19,10 +19,9 @@
 //! |---|---|---|
 //! | how many coordinates, and degrees of freedom? | [`JointKind::nq`], [`JointKind::nv`] | |
 //! | in which directions does it move (S)? | [`JointKind::axes`] | [Featherstone 2008, table 4.1] |
-//! | where is the body? | [`JointKind::transform`], [`JointKind::compose`] | [Featherstone 2008, 4.4] |
-//! | where does a velocity lead, which one led there? | [`JointKind::integrate`], [`JointKind::difference`] | [Murray, Li, Sastry 1994, chapter 2] |
-//! | how does a step move it, given velocity and acceleration? | [`JointKind::advance`] | |
-//! | where is it at rest, or by chance? | [`JointKind::neutral`], [`JointKind::random`] | [Shoemake 1992] |
+//!
+//! What a joint does to a body is not public: poses, velocities and the manifold of a whole robot are in [`dynamics`](crate::dynamics) and
+//! [`Model`](crate::Model). Their sources are [Featherstone 2008, 4.4], [Murray, Li, Sastry 1994, chapter 2] and, for random rotations, [Shoemake 1992].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -79,7 +78,7 @@ pub enum JointKind {
     /// Two rotations in series about axes through one point; q = the two angles (rad), v = their rates (rad/s).
     ///
     /// A model has two bodies for such a joint, each with a revolute joint, the inner one without inertia. So no body is of this kind, and
-    /// it has no [`axes`](Self::axes) and no [`transform`](Self::transform), which would depend on the angle between the axes.
+    /// it has no [`axes`](Self::axes) and no pose, which would depend on the angle between the axes.
     Universal,
     /// Rotation about a point; q = unit quaternion (w, x, y, z), v = angular velocity in the body frame (rad/s).
     Spherical,
@@ -116,12 +115,12 @@ impl JointKind {
     }
 
     /// `true` if a description gives an axis: of rotation, of translation, or normal to the plane.
-    pub fn has_axis(self) -> bool {
+    pub(crate) fn has_axis(self) -> bool {
         !matches!(self, Self::Fixed | Self::Spherical | Self::Floating)
     }
 
     /// `true` if positions have a least and a largest value, each coordinate by itself: revolute, prismatic, screw and universal joints.
-    pub fn has_limits(self) -> bool {
+    pub(crate) fn has_limits(self) -> bool {
         matches!(
             self,
             Self::Revolute | Self::Prismatic | Self::Screw(_) | Self::Universal
@@ -181,7 +180,7 @@ impl JointKind {
     ///
     /// # Panics
     /// If the kind is universal.
-    pub fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
+    pub(crate) fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         with_joint!(self, joint => joint.transform(q))
     }
 
@@ -190,7 +189,11 @@ impl JointKind {
     /// # Panics
     /// If the kind is universal.
     #[inline(always)]
-    pub fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+    pub(crate) fn compose<P: Scalar, T: Over<P>>(
+        self,
+        X_PJ: &Transform<P>,
+        q: &[T],
+    ) -> Transform<T> {
         self.compose_turned(
             X_PJ,
             q,
@@ -225,7 +228,7 @@ impl JointKind {
     ///
     /// # Panics
     /// If the kind is universal.
-    pub fn motion<T: Scalar>(self, v: &[T]) -> Motion<T> {
+    pub(crate) fn motion<T: Scalar>(self, v: &[T]) -> Motion<T> {
         let mut out = Motion::zero();
         self.add_motion(v, &mut out);
         out
@@ -236,7 +239,7 @@ impl JointKind {
     /// # Panics
     /// If the kind is universal.
     #[inline(always)]
-    pub fn add_motion<T: Scalar>(self, v: &[T], V: &mut Motion<T>) {
+    pub(crate) fn add_motion<T: Scalar>(self, v: &[T], V: &mut Motion<T>) {
         with_joint!(self, joint => joint.add_motion(v, V),
             else *V += Motion::from_array(self.motion_rare(v)));
     }
@@ -254,7 +257,7 @@ impl JointKind {
     /// # Panics
     /// If the kind is universal.
     #[inline(always)]
-    pub fn velocity_product<T: Scalar>(self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+    pub(crate) fn velocity_product<T: Scalar>(self, V: &Motion<T>, v: &[T]) -> Motion<T> {
         with_joint!(self, joint => joint.velocity_product(V, v),
             else V.cross(&Motion::from_array(self.motion_rare(v))))
     }
@@ -265,7 +268,7 @@ impl JointKind {
     /// # Panics
     /// If the kind is universal.
     #[inline(always)]
-    pub fn project<T: Scalar>(self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
+    pub(crate) fn project<T: Scalar>(self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
         with_joint!(self, joint => joint.project(F, each), else {
             let tau = self.project_rare(F.to_array());
             for (k, &tau) in tau.iter().enumerate().take(self.nv()) {
@@ -284,7 +287,7 @@ impl JointKind {
 
     /// out = q ⊕ dv: follows the constant velocity `dv` (tangent, length nv) for one unit of time.
     #[inline(always)]
-    pub fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+    pub(crate) fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
         // The frequent kinds stay in the caller's loop.
         with_joint!(self, joint => joint.integrate(q, dv, out), else self.integrate_rare(q, dv, out));
     }
@@ -292,30 +295,6 @@ impl JointKind {
     #[inline(never)]
     fn integrate_rare<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
         with_joint!(self, joint => joint.integrate(q, dv, out));
-    }
-
-    /// One step of semi-implicit Euler: velocity and configuration after the time `dt` (s), in which the body accelerates by `a`. The time may have
-    /// derivatives of its own.
-    ///
-    /// v⁺ = v + Δt a,  q⁺ = q ⊕ Δt v⁺. Of the kinds whose linear velocity turns with the body, floating and planar, it is the velocity
-    /// in the joint frame that is stepped, and the position with it:  (R v)⁺ = R (v + Δt (a + ω × v)),  p⁺ = p + Δt (R v)⁺. A free
-    /// body whose centre of mass is its origin keeps its linear momentum and flies straight however it spins; stepped in the body, its speed
-    /// would grow by the factor √(1 + (ω Δt)²) a step.
-    ///
-    /// A [`Simulator`](crate::Simulator) steps such a body by position and velocity of its centre of mass c in place of those of its origin, so that
-    /// free bodies keep their linear momentum wherever that is. With `v_c` = v + ω × c:
-    /// (R `v_c`)⁺ = R (`v_c` + Δt (a + ω̇ × c + ω × `v_c`)),  (p + R c)⁺ = p + R c + Δt (R `v_c`)⁺. For c = 0 both are the same.
-    #[inline(always)]
-    pub fn advance<D: Scalar, T: Over<D>>(
-        self,
-        q: &[T],
-        v: &[T],
-        a: &[T],
-        dt: D,
-        next_q: &mut [T],
-        next_v: &mut [T],
-    ) {
-        self.advance_about(Vector3::zeros, q, v, a, dt, next_q, next_v);
     }
 
     /// [`advance`](Self::advance) of position and velocity of a point of the body in place of its origin.
@@ -414,17 +393,17 @@ impl JointKind {
     }
 
     /// out = q1 ⊖ q0: the tangent with `integrate(q0, out) = q1`, rotations by the shorter way.
-    pub fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
+    pub(crate) fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
         with_joint!(self, joint => joint.difference(q0, q1, out));
     }
 
     /// The configuration in which B = J.
-    pub fn neutral<T: Scalar>(self, out: &mut [T]) {
+    pub(crate) fn neutral<T: Scalar>(self, out: &mut [T]) {
         with_joint!(self, joint => joint.neutral(out));
     }
 
     /// A random configuration: angles in (−π, π), lengths in (−1, 1) m, rotations uniform on SO(3).
-    pub fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
+    pub(crate) fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
         with_joint!(self, joint => joint.random(rng, out));
     }
 
@@ -433,7 +412,7 @@ impl JointKind {
     ///
     /// # References
     /// [Hairer, Lubich, Wanner 2006, section III.4]; [Munthe-Kaas 1999].
-    pub fn tangent_rate<T: Scalar>(self, u: &[T], v: &[T], out: &mut [T]) {
+    pub(crate) fn tangent_rate<T: Scalar>(self, u: &[T], v: &[T], out: &mut [T]) {
         /// Coefficients B₁ = ½ and B₂ / 2! = ¹⁄₁₂ of the series of x / (1 − e⁻ˣ).
         const SERIES: [f64; 2] = [0.5, 1.0 / 12.0];
         out.copy_from_slice(v);

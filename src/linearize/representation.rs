@@ -9,7 +9,7 @@ use crate::spatial::Representation;
 
 impl<T: Scalar> Linearization<T> {
     /// The Jacobians of the step between states with the base in another representation:  A' = S(x⁺) A S(x)⁻¹,
-    /// B' = S(x⁺) B, with S as in [`deviation_to_representation`], which says what the tangent of the configuration means
+    /// B' = S(x⁺) B, with S as in [`BaseQuantity::Deviation`](crate::dynamics::BaseQuantity), which says what the tangent of the configuration means
     /// there. Inputs stay as they are. Allocates.
     ///
     /// * `state`, `next` – the states before and after the step, in the crate's own representation

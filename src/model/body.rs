@@ -168,7 +168,7 @@ impl<P: Scalar> Body<P> {
 
     /// S v: the velocity of the body with respect to its parent, in the body frame.
     #[inline]
-    pub fn motion<T: Over<P>>(&self, v: &[T]) -> Motion<T> {
+    pub(crate) fn motion<T: Over<P>>(&self, v: &[T]) -> Motion<T> {
         let mut out = Motion::zero();
         self.add_motion(v, &mut out);
         out
@@ -215,7 +215,7 @@ impl<P: Scalar> Body<P> {
 
     /// The columns of S with the velocity coordinates that they belong to.
     #[inline]
-    pub fn columns<T: Over<P>>(&self) -> impl Iterator<Item = (usize, Motion<T>)> {
+    pub(crate) fn columns<T: Over<P>>(&self) -> impl Iterator<Item = (usize, Motion<T>)> {
         let scale = |S: Motion<T>| {
             self.coupling
                 .map_or(S, |coupling| S * T::from(coupling.ratio))

@@ -16,12 +16,18 @@ pub const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Description of a link for a [`ModelBuilder`]: name, inertia and shapes, in the frame of the link. Numbers are checked when the model is
 /// [built](ModelBuilder::build).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LinkSpec {
-    pub(super) name: String,
-    pub(super) inertia: Inertia<f64>,
-    pub(super) visuals: Vec<Visual>,
-    pub(super) collisions: Vec<Collision>,
-    pub(super) has_gravity: bool,
+    /// Name of the link.
+    pub name: String,
+    /// Inertia of the link in its own frame, about the origin.
+    pub inertia: Inertia<f64>,
+    /// Visual shapes, to show.
+    pub visuals: Vec<Visual>,
+    /// Collision shapes, to touch.
+    pub collisions: Vec<Collision>,
+    /// Whether gravity acts on the link.
+    pub has_gravity: bool,
 }
 
 impl LinkSpec {
@@ -102,24 +108,39 @@ impl LinkSpec {
 ///     .with_translation([0.0, 0.0, -1.0])
 ///     .with_axis([0.0, 1.0, 0.0])
 ///     .with_damping(0.1);
-/// assert_eq!((elbow.parent(), elbow.child(), elbow.damping()), ("upper", "lower", 0.1));
+/// assert_eq!((elbow.parent.as_str(), elbow.child.as_str(), elbow.damping), ("upper", "lower", 0.1));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct JointSpec {
-    pub(super) name: String,
-    pub(super) kind: JointKind,
-    pub(super) parent: String,
-    pub(super) child: String,
-    pub(super) placement: Transform<f64>,
-    pub(super) axis: Vector3<f64>,
-    pub(super) limits: Limits,
-    pub(super) damping: f64,
-    pub(super) friction: f64,
-    pub(super) armature: f64,
-    pub(super) spring: Spring<f64>,
-    pub(super) mimic: Option<Mimic>,
-    pub(super) second: Option<SecondAxis>,
-    pub(super) is_passive: bool,
+    /// Name of the joint.
+    pub name: String,
+    /// Kind of the joint.
+    pub kind: JointKind,
+    /// Name of the link that carries the joint.
+    pub parent: String,
+    /// Name of the link that the joint moves.
+    pub child: String,
+    /// Pose of the joint in the parent link, which is that of the child link at zero.
+    pub placement: Transform<f64>,
+    /// Axis of the joint in the frame of the child link, of any length; of no meaning where the kind has none.
+    pub axis: Vector3<f64>,
+    /// Limits of the joint.
+    pub limits: Limits,
+    /// Viscous damping of each of its degrees of freedom, N·m·s/rad or N·s/m.
+    pub damping: f64,
+    /// Coulomb friction of the joint, N·m or N.
+    pub friction: f64,
+    /// Rotor inertia reflected on each of its degrees of freedom, kg·m² or kg.
+    pub armature: f64,
+    /// Spring along the joint; stiffness zero for none.
+    pub spring: Spring<f64>,
+    /// Joint that this one follows, with ratio and offset; `None` for joints that move by themselves.
+    pub mimic: Option<Mimic>,
+    /// The second axis of a universal joint.
+    pub second: Option<SecondAxis>,
+    /// Whether it has no input by default, see [`passive`](Self::passive).
+    pub is_passive: bool,
 }
 
 impl JointSpec {

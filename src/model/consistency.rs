@@ -71,7 +71,7 @@ impl fmt::Display for InertiaFlaw {
 /// let moments = [1.0, 1.0, 3.0];
 /// assert_eq!(inertia_flaw(&inertia), Some(InertiaFlaw::TriangleInequality { moments }));
 /// ```
-pub fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
+pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
     let about_com = if inertia.mass == 0.0 {
         inertia.rotational
     } else {
@@ -105,7 +105,7 @@ impl Model<f64> {
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
         let builder = self.to_builder();
         let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
-            .map(|link| (link.name(), link.inertia()))
+            .map(|link| (link.name.as_str(), &link.inertia))
             .collect();
         let flaw = |link: &super::Link| {
             let name = self.frames()[link.frame.0].name.as_str();

@@ -1,6 +1,6 @@
 //! Masses and inertias link by link, where several links make up one body.
 
-use super::{LinkSpec, Model};
+use super::Model;
 use crate::error::UnknownName;
 use crate::spatial::Inertia;
 
@@ -41,9 +41,10 @@ impl Model<f64> {
     /// [`link_inertia`](Self::link_inertia). Allocates.
     pub fn link_inertias(&self) -> Vec<Inertia<f64>> {
         let builder = self.to_builder();
-        let places = super::description::indices(builder.links().iter().map(LinkSpec::name));
+        let places =
+            super::description::indices(builder.links().iter().map(|link| link.name.as_str()));
         let inertia = |name: &str| match places.get(name) {
-            Some(&place) => *builder.links()[place].inertia(),
+            Some(&place) => builder.links()[place].inertia,
             None => Inertia::zero(),
         };
         self.link_names().into_iter().map(inertia).collect()

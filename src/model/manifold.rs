@@ -114,8 +114,8 @@ impl<P: Scalar> Model<P> {
         self.integrate(q0, dv.as_slice())
     }
 
-    /// out = u̇, the rate of the tangent coordinates `u` measured from a fixed configuration when the robot moves with `v`; see
-    /// [`JointKind::tangent_rate`].
+    /// out = u̇, the rate of the tangent coordinates `u` measured from a fixed configuration when the robot moves with `v`:
+    /// the inverse of the right Jacobian of the exponential of each joint.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -132,7 +132,7 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// A random configuration: within the position limits where a joint has both, else as in [`JointKind::random`] and moved
+    /// A random configuration: within the position limits where a joint has both, else within half a turn or 1 m of zero and moved
     /// into the limit that there is; rotations are uniform on SO(3).
     pub fn random_configuration<R: Rng + ?Sized>(&self, rng: &mut R) -> DVector<f64> {
         let mut q = DVector::zeros(self.nq());

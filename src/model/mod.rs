@@ -21,7 +21,7 @@
 //! | with links of other lengths, radii, densities, over any scalar? | [`Hardware`] | O(n), built anew | |
 //! | mass, centre of mass, inertia of a link? | [`Model::link_inertia`], [`Model::link_inertias`] | O(n) | |
 //! | derivatives of moves in the numbers of q? | [`Model::integrate_jacobian`], [`Model::difference_jacobian`] | O(nv · nq) | |
-//! | is an inertia that of a body? | [`inertia_flaw`], [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
+//! | is an inertia that of a body? | [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
 //! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
 //! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
 //! | from what was it built? | [`Model::to_builder`] | O(n) | |
@@ -69,7 +69,8 @@ use nalgebra::Vector3;
 pub(crate) use axes::unit;
 pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
-pub use consistency::{InertiaFlaw, inertia_flaw};
+pub use consistency::InertiaFlaw;
+pub(crate) use consistency::inertia_flaw;
 pub(crate) use generation::Generation;
 pub(crate) use hardware::Stretch;
 pub use hardware::{Dimension, Hardware, LinkShape, MassDistribution, MeshSolids, ScaledLink};

@@ -94,13 +94,8 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
     }
 
     /// Number of parameters, over all groups.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.names.len()
-    }
-
-    /// `true` if there are none: never, as there is gravity everywhere.
-    pub fn is_empty(&self) -> bool {
-        self.names.is_empty()
     }
 
     /// Name of each parameter: the link, joint or world that it belongs to and the quantity, as in `forearm: mass`,

@@ -36,7 +36,7 @@ pub(super) fn capsule_volume<T: Scalar>(radius: T, length: T) -> T {
 
 impl Geometry {
     /// The volume, m³; `None` for a mesh, whose file is not read here: see [`inertia`](Self::inertia).
-    pub fn volume(&self) -> Option<f64> {
+    pub(crate) fn volume(&self) -> Option<f64> {
         match *self {
             Self::Box { size: [x, y, z] } => Some(x * y * z),
             Self::Cylinder { radius, length } => Some(PI * radius * radius * length),

@@ -50,9 +50,9 @@ impl ModelBuilder {
         while let Some(step) = open.pop() {
             steps.push(step);
             let mut is_last = true;
-            for joint in carried[link_of_name[step.link.name()]].iter().rev() {
+            for joint in carried[link_of_name[step.link.name.as_str()]].iter().rev() {
                 open.push(Step {
-                    link: &self.links[link_of_name[joint.child()]],
+                    link: &self.links[link_of_name[joint.child.as_str()]],
                     joint: Some(joint),
                     depth: step.depth + 1,
                     is_last,
@@ -73,7 +73,7 @@ mod tests {
         for seed in 0..5 {
             let model = samples::random_tree(25, seed);
             let builder = model.to_builder();
-            let walked: Vec<_> = builder.walk().iter().map(|step| step.link.name()).collect();
+            let walked: Vec<_> = builder.walk().iter().map(|step| &step.link.name).collect();
             assert_eq!(walked, model.link_names());
         }
     }

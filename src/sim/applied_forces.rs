@@ -27,7 +27,11 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If state or input have the wrong length.
-    pub fn applied_forces<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> Vec<AppliedForce<T>> {
+    pub(crate) fn applied_forces<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+    ) -> Vec<AppliedForce<T>> {
         self.check_input(u);
         self.check(state);
         let model = self.model();

@@ -56,8 +56,7 @@
 #[non_exhaustive]
 pub enum Integrator {
     /// v⁺ = v + Δt a, then q⁺ = q ⊕ Δt v⁺: of first order, one evaluation of the dynamics. A floating or planar base, or a free object, is stepped by
-    /// position and velocity of its own centre of mass in the world, so that a free body keeps its linear momentum, see
-    /// [`JointKind::advance`](crate::joint::JointKind::advance).
+    /// position and velocity of its own centre of mass in the world, so that a free body keeps its linear momentum.
     ///
     /// Forces are those of the start of the step but for two kinds, which no short enough step can be found for beforehand:
     ///

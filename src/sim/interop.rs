@@ -33,35 +33,6 @@ pub enum Engine {
     JaxSim,
 }
 
-impl State<f64> {
-    /// The configuration and velocity in the coordinates of another engine, joint after joint in *this* model's order;
-    /// [`EngineCoordinates`] has other orders and other quantities. Allocates.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{State, model::samples, sim::Engine};
-    ///
-    /// let model = samples::pendulum();
-    /// let (q, v) = State::new(&[0.0], &[2.0]).to_engine(&model, Engine::Pinocchio);
-    /// assert_eq!((q.as_slice(), v.as_slice()), (&[1.0, 0.0][..], &[2.0][..]));
-    /// ```
-    ///
-    /// # Panics
-    /// If the state has the wrong length.
-    pub fn to_engine(&self, model: &Model, engine: Engine) -> (DVector<f64>, DVector<f64>) {
-        EngineCoordinates::new(model, engine).state_to(self)
-    }
-
-    /// The state of an engine's configuration and velocity, the inverse of [`to_engine`](Self::to_engine). Angles given as (cos,
-    /// sin) come back in (−π, π]. Numbers are taken as they are: [`check`](Self::check) says whether they are a state. Allocates.
-    ///
-    /// # Panics
-    /// If `q` or `v` have the wrong length.
-    pub fn from_engine(model: &Model, engine: Engine, q: &[f64], v: &[f64]) -> Self {
-        EngineCoordinates::new(model, engine).state_from(q, v)
-    }
-}
-
 /// The coordinates that another engine has for a robot, and the way there and back.
 ///
 /// Functions named `…_to` take what is in the coordinates of this library, `q` included, and `…_from` what is in those of the engine, but for

@@ -22,7 +22,7 @@
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
-//! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
+//! | the same in another engine's coordinates? | [`EngineCoordinates`] | O(n), O(n²) for matrices | |
 //! | where is the base, how fast? | [`State::base_pose`], [`State::base_velocity`], and to set them [`State::set_base_pose`], [`State::set_base_velocity`] | O(1) | |
 //! | where are the free bodies of a world, how fast? | [`State::free_pose`], [`State::set_free_pose`], [`State::free_velocity`], [`State::set_free_velocity`] | O(n) | |
 //! | a state in a world with other members? | [`State::carried`], [`Simulator::carried_state`] | O(n) | |
@@ -36,6 +36,7 @@ mod balance;
 mod base;
 mod batch;
 mod carried;
+mod effort_bounds;
 mod evaluation_point;
 mod force;
 mod forces;
@@ -70,6 +71,7 @@ pub use batch::{
     BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
     SingleBatch, SingleScalar,
 };
+pub(crate) use effort_bounds::own_joints;
 pub(crate) use evaluation_point::EvaluationPoint;
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;

@@ -113,6 +113,7 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If the step does.
+    #[doc(hidden)]
     pub fn rollout_of_steps<T: Over<P>>(
         &self,
         initial: &State<T>,

@@ -14,7 +14,7 @@ use crate::memory;
 use crate::model::manifold::v_range;
 use crate::model::{JointPart, Model};
 use crate::numbers::{Domain, Numbers};
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
@@ -380,14 +380,14 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Examples
     /// ```
-    /// use dualbody::{Simulator, State, model::samples};
+    /// use dualbody::{Cast, Simulator, State, model::samples};
     /// use num_dual::Dual64;
     ///
     /// // A pendulum of 1 kg that is damped: v⁺ = v − Δt (d v) / J with J = 1/3 kg·m², to first order in d.
     /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
     /// let damping = Dual64::from_re(0.0).derivative();
     /// let damped = simulator.with_model(samples::pendulum().cast().with_damping(0, damping))?;
-    /// let next = damped.step(&State::new(&[0.0], &[2.0]).lift(), &[Dual64::from_re(0.0)]);
+    /// let next = damped.step(&State::new(&[0.0], &[2.0]).cast(), &[Dual64::from_re(0.0)]);
     /// assert!((next.v[0].eps + 0.01 * 2.0 * 3.0).abs() < 1e-12);
     /// # Ok::<(), dualbody::StructureMismatch>(())
     /// ```
@@ -407,8 +407,8 @@ impl<P: Scalar> Simulator<P> {
             divergence_bound: self.divergence_bound,
             integrator: self.integrator,
             actuated: self.actuated.clone(),
-            actuation: self.actuation.as_ref().map(Actuation::cast),
-            contacts: self.contacts.as_ref().map(Contacts::cast),
+            actuation: self.actuation.as_ref().map(Cast::cast),
+            contacts: self.contacts.as_ref().map(Cast::cast),
             constraints: self.constraints.lift(),
             frames: self.frames.lift(),
             resists: false,

@@ -9,7 +9,7 @@ use crate::error::InvalidState;
 use crate::joint::JointKind;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Cast, Over, Scalar};
 
 /// Configuration, velocity, and what contact remembers.
 ///
@@ -26,6 +26,10 @@ pub struct State<T: Scalar = f64> {
     pub contact: DVector<T>,
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl<T: Scalar> State<T> {
     /// From slices, without a state of contact.
     ///
@@ -107,7 +111,7 @@ impl<T: Scalar> State<T> {
     ///
     /// # Panics
     /// If a state or the tangent has the wrong length.
-    pub fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
+    pub(crate) fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
         let (dq, rest) = dx.split_at(model.nv());
         model.integrate_into(self.q.as_slice(), dq, out.q.as_mut_slice());
         let moved = out.v.iter_mut().chain(&mut out.contact);
@@ -138,11 +142,6 @@ impl<T: Scalar> State<T> {
         self.q.len() + self.v.len() + self.contact.len()
     }
 
-    /// `true` if there are none, as of a robot that cannot move.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Takes over all numbers from a slice (q, v, state of contact).
     ///
     /// # Panics
@@ -165,13 +164,16 @@ impl<T: Scalar> State<T> {
             .zip(self.numbers())
             .for_each(|(out, &own)| *out = own);
     }
+}
 
-    /// Converts the state to another scalar type, without derivatives.
-    pub fn lift<S: From<T> + Scalar>(&self) -> State<S> {
+impl<P: Scalar> Cast<P> for State<P> {
+    type To<Q: Scalar> = State<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> State<Q> {
         State {
-            q: self.q.map(<S as From<T>>::from),
-            v: self.v.map(<S as From<T>>::from),
-            contact: self.contact.map(<S as From<T>>::from),
+            q: self.q.map(<Q as From<P>>::from),
+            v: self.v.map(<Q as From<P>>::from),
+            contact: self.contact.map(<Q as From<P>>::from),
         }
     }
 }

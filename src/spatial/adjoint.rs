@@ -28,21 +28,10 @@ impl<T: Scalar> Transform<T> {
         matrix(|k| self.motion(&Motion::basis(k)).to_array())
     }
 
-    /// Adjoint matrix of the inverse, which maps motions from A to B, as [`motion_inverse`](Self::motion_inverse) does.
-    pub fn adjoint_inverse(&self) -> Matrix6<T> {
-        matrix(|k| self.motion_inverse(&Motion::basis(k)).to_array())
-    }
-
     /// Matrix (R, 0; \[p\] R, R) that maps forces from B to A, as [`force`](Self::force) does: the inverse transpose of
     /// the [adjoint](Self::adjoint).
     pub fn force_adjoint(&self) -> Matrix6<T> {
         matrix(|k| self.force(&basis_force(k)).to_array())
-    }
-
-    /// Matrix that maps forces from A to B, as [`force_inverse`](Self::force_inverse) does: the transpose of the
-    /// [adjoint](Self::adjoint).
-    pub fn force_adjoint_inverse(&self) -> Matrix6<T> {
-        matrix(|k| self.force_inverse(&basis_force(k)).to_array())
     }
 }
 
@@ -88,10 +77,9 @@ mod tests {
         let X = pose();
         let off = |a: Matrix6<f64>, b: Matrix6<f64>| (a - b).amax();
         let one = Matrix6::identity();
-        assert!(off(X.adjoint() * X.adjoint_inverse(), one) < 1e-14);
-        assert!(off(X.inverse().adjoint(), X.adjoint_inverse()) < 1e-14);
-        assert!(off(X.force_adjoint(), X.adjoint_inverse().transpose()) < 1e-14);
-        assert!(off(X.force_adjoint_inverse(), X.adjoint().transpose()) < 1e-14);
+        assert!(off(X.adjoint() * X.inverse().adjoint(), one) < 1e-14);
+        assert!(off(X.force_adjoint(), X.inverse().adjoint().transpose()) < 1e-14);
+        assert!(off(X.inverse().force_adjoint(), X.adjoint().transpose()) < 1e-14);
     }
 
     #[test]

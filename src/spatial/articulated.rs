@@ -32,7 +32,7 @@ const ARTICULATED_ENTRIES: usize = 21;
 impl<T: Scalar> ArticulatedInertia<T> {
     /// The articulated inertia of a body that carries nothing: M = m 1, `H = −[h]`.
     #[inline(always)]
-    pub fn rigid(body: &Inertia<T>) -> Self {
+    pub(crate) fn rigid(body: &Inertia<T>) -> Self {
         let (h, zero) = (body.first_moment, T::zero());
         Self {
             mass: Symmetric3::scalar(body.mass),
@@ -96,7 +96,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
 
     /// Computes the force I V of an acceleration V.
     #[inline(always)]
-    pub fn times(&self, V: &Motion<T>) -> Force<T> {
+    pub(crate) fn times(&self, V: &Motion<T>) -> Force<T> {
         Force::new(
             self.mass.times::<T>(&V.linear) + rotate(&self.coupling, &V.angular),
             rotate_back(&self.coupling, &V.linear) + self.rotational.times::<T>(&V.angular),
@@ -126,7 +126,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
-    pub fn column(&self, k: usize) -> Force<T> {
+    pub(crate) fn column(&self, k: usize) -> Force<T> {
         let h = &self.coupling;
         if k < 3 {
             Force::new(
@@ -160,7 +160,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
 
     /// Transforms the inertia to frame A, given in frame B: X* I X⁻¹.
     #[inline(always)]
-    pub fn moved(&self, X_AB: &Transform<T>) -> Self {
+    pub(crate) fn moved(&self, X_AB: &Transform<T>) -> Self {
         let (r, p) = (&X_AB.rotation, &X_AB.translation);
         let mass = self.mass.rotated(r);
         let rotational = self.rotational.rotated(r);

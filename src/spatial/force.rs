@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::SPATIAL;
 use super::linear::{lift_vector, zero};
 use super::vector::spatial_vector;
-use crate::scalar::{Additive, Over, Scalar};
+use crate::scalar::{Additive, Cast, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///
@@ -43,13 +43,21 @@ impl<T: Additive> Force<T> {
 impl<T: Scalar> Force<T> {
     /// Multiplies the force by `s`.
     #[inline(always)]
-    pub fn scaled(&self, s: T) -> Self {
+    pub(crate) fn scaled(&self, s: T) -> Self {
         Self::new(self.linear * s, self.angular * s)
     }
 
     /// Lifts the force to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Force<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Force<S> {
         Force::new(lift_vector(&self.linear), lift_vector(&self.angular))
+    }
+}
+
+impl<P: Scalar> Cast<P> for Force<P> {
+    type To<Q: Scalar> = Force<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Force<Q> {
+        self.lift()
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::linear::{cross_data, lift_vector, rotate, scale, scale_add_data, sub_cross_data};
 use super::{Force, Motion, Symmetric3};
 use crate::numbers::numbers;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// The inertia of a rigid body B in its frame, about the frame's origin.
 ///
@@ -100,7 +100,7 @@ impl<P: Scalar> Inertia<P> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
-    pub fn column(&self, k: usize) -> Force<P> {
+    pub(crate) fn column(&self, k: usize) -> Force<P> {
         match k {
             2 => self.column_linear_z(),
             5 => self.column_angular_z(),
@@ -167,12 +167,20 @@ impl<P: Scalar> Inertia<P> {
 
     /// Lifts the inertia to another scalar.
     #[inline(always)]
-    pub fn lift<T: Over<P>>(&self) -> Inertia<T> {
+    pub(crate) fn lift<T: Over<P>>(&self) -> Inertia<T> {
         Inertia {
             mass: <T as From<P>>::from(self.mass),
             first_moment: lift_vector(&self.first_moment),
             rotational: self.rotational.lift(),
         }
+    }
+}
+
+impl<P: Scalar> Cast<P> for Inertia<P> {
+    type To<Q: Scalar> = Inertia<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Inertia<Q> {
+        self.lift()
     }
 }
 

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector, zero};
 use super::vector::spatial_vector;
 use super::{Force, SPATIAL};
-use crate::scalar::{Additive, Linear, Over, Scalar};
+use crate::scalar::{Additive, Cast, Linear, Over, Scalar};
 
 /// A spatial velocity or acceleration, `[linear; angular]`.
 ///
@@ -29,7 +29,7 @@ impl<T: Additive> Motion<T> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
-    pub fn coordinate_mut(&mut self, k: usize) -> &mut T {
+    pub(crate) fn coordinate_mut(&mut self, k: usize) -> &mut T {
         if k < 3 {
             &mut self.linear[k]
         } else {
@@ -60,7 +60,7 @@ impl<T: Scalar> Motion<T> {
     /// # Panics
     /// If `k ≥ 6`.
     #[inline]
-    pub fn basis(k: usize) -> Self {
+    pub(crate) fn basis(k: usize) -> Self {
         let mut out = Self::zero();
         *out.coordinate_mut(k) = T::one();
         out
@@ -95,11 +95,19 @@ impl<T: Scalar> Motion<T> {
 
     /// Lifts the motion to another scalar.
     #[inline]
-    pub fn lift<S: Over<T>>(&self) -> Motion<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Motion<S> {
         Motion {
             linear: lift_vector(&self.linear),
             angular: lift_vector(&self.angular),
         }
+    }
+}
+
+impl<P: Scalar> Cast<P> for Motion<P> {
+    type To<Q: Scalar> = Motion<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Motion<Q> {
+        self.lift()
     }
 }
 

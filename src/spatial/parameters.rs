@@ -36,7 +36,7 @@ impl<P: Scalar> Inertia<P> {
     ///
     /// # Panics
     /// If `k ≥ 10`.
-    pub fn unit(k: usize) -> Self {
+    pub(crate) fn unit(k: usize) -> Self {
         let mut parameters = [P::zero(); INERTIAL_PARAMETERS];
         parameters[k] = P::one();
         Self::from_parameters(parameters)

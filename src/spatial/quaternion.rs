@@ -94,12 +94,12 @@ impl<T: Scalar> Quaternion<T> {
 
     /// Square of the norm, w² + x² + y² + z².
     #[inline(always)]
-    pub fn norm_squared(&self) -> T {
+    pub(crate) fn norm_squared(&self) -> T {
         self.w * self.w + dot(&self.xyz, &self.xyz)
     }
 
     /// Divides by the norm: the unit quaternion of the same direction. Zero gives numbers that are not finite.
-    pub fn normalized(&self) -> Self {
+    pub(crate) fn normalized(&self) -> Self {
         let scale = T::one() / self.norm_squared().sqrt();
         Self {
             w: self.w * scale,

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{dot, fused, rows};
 use crate::numbers::numbers;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// A symmetric 3 × 3 matrix, by the six entries of its upper triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// Makes the matrix `s` 1.
     #[inline(always)]
-    pub fn scalar(s: T) -> Self {
+    pub(crate) fn scalar(s: T) -> Self {
         Self::diagonal(&Vector3::new(s, s, s))
     }
 
@@ -79,7 +79,7 @@ impl<T: Scalar> Symmetric3<T> {
     /// # Panics
     /// If `k ≥ 3`.
     #[inline(always)]
-    pub fn column(&self, k: usize) -> Vector3<T> {
+    pub(crate) fn column(&self, k: usize) -> Vector3<T> {
         match k {
             0 => Vector3::new(self.xx, self.xy, self.xz),
             1 => Vector3::new(self.xy, self.yy, self.yz),
@@ -90,7 +90,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// `A v`, for a vector over any scalar that combines with the entries.
     #[inline(always)]
-    pub fn times<S: Linear<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
+    pub(crate) fn times<S: Linear<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
         Vector3::new(
             fused(v.x, self.xx, fused(v.y, self.xy, v.z * self.xz)),
             fused(v.x, self.xy, fused(v.y, self.yy, v.z * self.yz)),
@@ -100,7 +100,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// Computes R A Rᵀ: the matrix in the axes that `r` turns those of A to.
     #[inline(always)]
-    pub fn rotated(&self, r: &Matrix3<T>) -> Self {
+    pub(crate) fn rotated(&self, r: &Matrix3<T>) -> Self {
         // B = R A, then only the upper triangle of B Rᵀ.
         let [rx, ry, rz] = rows(r);
         let (x, y, z) = (
@@ -165,7 +165,7 @@ impl<T: Scalar> Symmetric3<T> {
     /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = `−([a] [b] + [b] [a])` with cross matrices: how a moment of inertia changes when
     /// its origin is moved.
     #[inline(always)]
-    pub fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
+    pub(crate) fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
         let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);
         Self::new(
             (y + z) * 2.0,
@@ -179,7 +179,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// Lifts the matrix to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
         // Written out: the map of an array is not always inlined.
         Symmetric3 {
             xx: self.xx.into(),
@@ -189,6 +189,14 @@ impl<T: Scalar> Symmetric3<T> {
             yz: self.yz.into(),
             zz: self.zz.into(),
         }
+    }
+}
+
+impl<P: Scalar> Cast<P> for Symmetric3<P> {
+    type To<Q: Scalar> = Symmetric3<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Symmetric3<Q> {
+        self.lift()
     }
 }
 

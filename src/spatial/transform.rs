@@ -12,7 +12,7 @@ use super::linear::{
 };
 use super::{Force, Inertia, Motion};
 use crate::numbers::numbers;
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// Numbers in a transform: those of a rotation matrix and a vector.
 pub(crate) const TRANSFORM_ENTRIES: usize = 12;
@@ -161,7 +161,7 @@ impl<T: Scalar> Transform<T> {
 
     /// Transforms a spatial force from A to B, the inverse of [`force`](Self::force).
     #[inline(always)]
-    pub fn force_inverse<S: Linear<T>>(&self, F_A: &Force<S>) -> Force<S> {
+    pub(crate) fn force_inverse<S: Linear<T>>(&self, F_A: &Force<S>) -> Force<S> {
         let angular = add_cross_data(&F_A.angular, &F_A.linear, &self.translation);
         Force::new(
             rotate_back(&self.rotation, &F_A.linear),
@@ -177,7 +177,7 @@ impl<T: Scalar> Transform<T> {
 
     /// `X_AC = X_AB X_BC` for model data `X_BC` (self) after the pose `X_AB` of another scalar.
     #[inline(always)]
-    pub fn after<S: Over<T>>(&self, X_AB: &Transform<S>) -> Transform<S> {
+    pub(crate) fn after<S: Over<T>>(&self, X_AB: &Transform<S>) -> Transform<S> {
         Transform::new(
             matrix_times_data(&X_AB.rotation, &self.rotation),
             rotate_data(&X_AB.rotation, &self.translation) + X_AB.translation,
@@ -186,8 +186,16 @@ impl<T: Scalar> Transform<T> {
 
     /// Lifts the pose to another scalar.
     #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Transform<S> {
+    pub(crate) fn lift<S: Over<T>>(&self) -> Transform<S> {
         Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))
+    }
+}
+
+impl<P: Scalar> Cast<P> for Transform<P> {
+    type To<Q: Scalar> = Transform<Q>;
+
+    fn cast<Q: Over<P>>(&self) -> Transform<Q> {
+        self.lift()
     }
 }
 

@@ -21,7 +21,7 @@ macro_rules! spatial_vector {
             /// # Panics
             /// If `k ≥ 6`.
             #[inline(always)]
-            pub fn coordinate(&self, k: usize) -> T {
+            pub(crate) fn coordinate(&self, k: usize) -> T {
                 if k < 3 {
                     self.linear[k]
                 } else {

@@ -68,18 +68,6 @@ impl Constraint {
         Self::within(residual, &zeros, &zeros)
     }
 
-    /// Largest violation of the bounds over the entries of r. Allocates.
-    pub fn violation(
-        &self,
-        dynamics: &(impl AsSystem + ?Sized),
-        stage: usize,
-        x: &[f64],
-        u: &[f64],
-    ) -> f64 {
-        let at = Point::new(dynamics.as_system(), stage, x, u);
-        self.largest_excess(at, &mut ResidualJacobian::new(at.system, self.dim()))
-    }
-
     /// The residual with its derivatives and its bounds, for solvers of other kinds.
     ///
     /// * `out` – output, made by [`ResidualJacobian::new`]
@@ -95,17 +83,17 @@ impl Constraint {
     }
 
     /// Lower bounds, length `dim`.
-    pub fn lower(&self) -> &[f64] {
+    pub(crate) fn lower(&self) -> &[f64] {
         &self.lower
     }
 
     /// Upper bounds, length `dim`.
-    pub fn upper(&self) -> &[f64] {
+    pub(crate) fn upper(&self) -> &[f64] {
         &self.upper
     }
 
     /// Number of entries of the residual.
-    pub fn dim(&self) -> usize {
+    pub(crate) fn dim(&self) -> usize {
         self.lower.len()
     }
 

@@ -211,11 +211,6 @@ impl Problem {
         self.horizon
     }
 
-    /// The stage of a longer motion that the problem begins at.
-    pub fn first_stage(&self) -> usize {
-        self.first_stage
-    }
-
     /// The state from which the trajectory starts, length `nx`.
     pub fn start(&self) -> &DVector<f64> {
         &self.start
@@ -224,16 +219,6 @@ impl Problem {
     /// Whether the first state is given or free.
     pub fn initial(&self) -> InitialState {
         self.initial
-    }
-
-    /// Cost per unit of time of a stage.
-    pub fn stage_cost(&self) -> &Cost {
-        &self.stage_cost
-    }
-
-    /// Cost of the last state.
-    pub fn final_cost(&self) -> &Cost {
-        &self.final_cost
     }
 
     /// Lower bounds of the inputs, length `nu`.

@@ -24,7 +24,7 @@ impl Trajectory {
     /// where the start is an equilibrium. Allocates.
     ///
     /// # Panics
-    /// If a solver of the problem has no [memory](Problem::check_memory).
+    /// If a solver of the problem has no [memory](crate::memory).
     pub fn zero_input(problem: &Problem) -> Self {
         problem.assert_memory();
         let start = problem.start().clone();

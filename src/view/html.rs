@@ -57,7 +57,7 @@ const SCRIPTS: [&str; 11] = [
 impl Recording {
     /// Writes the recording as a page; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
-        page(self, Some(motion(self)).filter(|_| !self.is_empty()))
+        page(self, Some(motion(self)).filter(|_| self.len() > 0))
     }
 
     /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a

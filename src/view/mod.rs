@@ -77,7 +77,7 @@ pub use html::model_page;
 #[cfg(feature = "identification")]
 pub use identification::identification_page;
 #[cfg(feature = "plot")]
-pub use plot::Plot;
+pub use plot::{Plot, PlotLine, PlotScale};
 pub use recording::{Recording, Series};
 #[cfg(feature = "rerun")]
 pub use rerun::RerunStream;

@@ -51,24 +51,34 @@ const ROUNDING: f64 = 1e-9;
 /// assert!(svg.starts_with("<svg") && svg.contains("A wave"));
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Plot {
-    title: String,
-    axes: [String; 2],
-    scale: Scale,
+    /// Title.
+    pub title: String,
+    /// Labels of the axes, x and y.
+    pub axes: [String; 2],
+    /// Scale of both axes.
+    pub scale: PlotScale,
     size: (u32, u32),
-    lines: Vec<Line>,
+    /// The lines.
+    pub lines: Vec<PlotLine>,
 }
 
-#[derive(Clone, Debug)]
-struct Line {
-    name: String,
-    points: Vec<(f64, f64)>,
+/// A line of a [`Plot`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlotLine {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points; it is interrupted where a number is not finite.
+    pub points: Vec<(f64, f64)>,
 }
 
-/// Scale of both axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Scale {
+/// Scale of both axes of a [`Plot`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlotScale {
+    /// In proportion.
     Linear,
+    /// Logarithmic; points that are not positive are left out.
     Logarithmic,
 }
 
@@ -78,7 +88,7 @@ impl Plot {
         Self {
             title: title.into(),
             axes: Default::default(),
-            scale: Scale::Linear,
+            scale: PlotScale::Linear,
             size: (800, 480),
             lines: Vec::new(),
         }
@@ -94,7 +104,7 @@ impl Plot {
     /// Makes both axes logarithmic; points that are not positive are left out.
     #[must_use]
     pub fn with_logarithmic_axes(mut self) -> Self {
-        self.scale = Scale::Logarithmic;
+        self.scale = PlotScale::Logarithmic;
         self
     }
 
@@ -119,37 +129,16 @@ impl Plot {
         name: impl Into<String>,
         points: impl IntoIterator<Item = (f64, f64)>,
     ) -> Self {
-        self.lines.push(Line {
+        self.lines.push(PlotLine {
             name: name.into(),
             points: points.into_iter().collect(),
         });
         self
     }
 
-    /// Title.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
-    /// Labels of the axes, x and y.
-    pub fn axes(&self) -> [&str; 2] {
-        self.axes.each_ref().map(String::as_str)
-    }
-
     /// Width and height in pixels.
     pub fn size(&self) -> (u32, u32) {
         self.size
-    }
-
-    /// Whether the axes are logarithmic.
-    pub fn is_logarithmic(&self) -> bool {
-        self.scale == Scale::Logarithmic
-    }
-
-    /// Names and points of the lines.
-    pub fn lines(&self) -> impl Iterator<Item = (&str, &[(f64, f64)])> {
-        let lines = self.lines.iter();
-        lines.map(|line| (line.name.as_str(), line.points.as_slice()))
     }
 
     /// Draws the plot as SVG.
@@ -194,8 +183,8 @@ impl Plot {
         });
         let [x, y] = [self.range(|p| p.0), self.range(|p| p.1)];
         let drawn = match self.scale {
-            Scale::Linear => self.draw_over(area, x, y),
-            Scale::Logarithmic => self.draw_over(area, x.log_scale(), y.log_scale()),
+            PlotScale::Linear => self.draw_over(area, x, y),
+            PlotScale::Logarithmic => self.draw_over(area, x.log_scale(), y.log_scale()),
         };
         // Both backends write to memory, where nothing goes wrong.
         drawn.unwrap_or_else(|error| unreachable!("{error}"));
@@ -222,8 +211,8 @@ impl Plot {
         // Of a linear axis what rounding leaves of zero is zero.
         let [x_number, y_number] = [self.range(|p| p.0), self.range(|p| p.1)].map(|range| {
             let least = match self.scale {
-                Scale::Linear => ROUNDING * (range.end - range.start),
-                Scale::Logarithmic => 0.0,
+                PlotScale::Linear => ROUNDING * (range.end - range.start),
+                PlotScale::Logarithmic => 0.0,
             };
             move |x: &f64| short(if x.abs() < least { 0.0 } else { *x })
         });
@@ -266,18 +255,18 @@ impl Plot {
     /// Place of the legend, where there is room: what grows as a power starts at the lower left.
     fn legend(&self) -> SeriesLabelPosition {
         match self.scale {
-            Scale::Linear => SeriesLabelPosition::UpperRight,
-            Scale::Logarithmic => SeriesLabelPosition::UpperLeft,
+            PlotScale::Linear => SeriesLabelPosition::UpperRight,
+            PlotScale::Logarithmic => SeriesLabelPosition::UpperLeft,
         }
     }
 
     fn can_show(&self, x: f64, y: f64) -> bool {
-        let is_inside = self.scale == Scale::Linear || (x > 0.0 && y > 0.0);
+        let is_inside = self.scale == PlotScale::Linear || (x > 0.0 && y > 0.0);
         x.is_finite() && y.is_finite() && is_inside
     }
 
     /// The stretches of a line that can be shown.
-    fn pieces(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
+    fn pieces(&self, line: &PlotLine) -> Vec<Vec<(f64, f64)>> {
         let pieces = line.points.split(|&(x, y)| !self.can_show(x, y));
         let pieces = pieces.filter(|piece| !piece.is_empty());
         pieces.map(thinned).collect()
@@ -292,12 +281,12 @@ impl Plot {
         });
         match self.scale {
             _ if low > high => 1.0..2.0,
-            Scale::Logarithmic => low / 1.2..high * 1.2,
-            Scale::Linear if low < high => {
+            PlotScale::Logarithmic => low / 1.2..high * 1.2,
+            PlotScale::Linear if low < high => {
                 let margin = 0.04 * (high - low);
                 low - margin..high + margin
             }
-            Scale::Linear => low - 1.0..high + 1.0,
+            PlotScale::Linear => low - 1.0..high + 1.0,
         }
     }
 }

@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 ///     recording.push(0.01 * k as f64, &state, &torque);
 ///     state = simulator.step(&state, &torque);
 /// }
-/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robot(0).q(k)[0])).collect::<Vec<_>>());
+/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robot(0).state(k).q[0])).collect::<Vec<_>>());
 /// recording.robot_mut(0).trace("rod")?;
 /// assert_eq!(recording.len(), 100);
 /// # Ok::<(), dualbody::UnknownName>(())
@@ -61,6 +61,10 @@ pub(super) fn check_later(time: f64, last: Option<f64>) {
     }
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl Recording {
     /// An empty recording of one robot, to be filled with [`push`](Self::push).
     pub fn new(model: &Model) -> Self {
@@ -209,7 +213,7 @@ impl Recording {
     /// assert_eq!(recording.series()[0].values[0], -1.0);
     /// ```
     pub fn set_series(&mut self, name: &str, value: f64) -> &mut Self {
-        assert!(!self.is_empty(), "\"{name}\" has no moment yet");
+        assert!(self.len() > 0, "\"{name}\" has no moment yet");
         let known = self.series.iter().position(|series| series.name == name);
         let at = known.unwrap_or(self.series.len());
         if at == self.series.len() {
@@ -288,11 +292,6 @@ impl Recording {
     /// Number of times that are recorded.
     pub fn len(&self) -> usize {
         self.times.len()
-    }
-
-    /// `true` if nothing is recorded.
-    pub fn is_empty(&self) -> bool {
-        self.times.is_empty()
     }
 
     /// Times, s, each later than the one before.

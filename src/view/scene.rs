@@ -201,12 +201,12 @@ fn links(model: &Model) -> Vec<Link> {
     let builder = model.to_builder();
     let steps = builder.walk();
     let links = steps.iter().map(|step| Link {
-        name: step.link.name().into(),
+        name: step.link.name.clone(),
         depth: step.depth,
         joint: step
             .joint
-            .map(|joint| format!("{}: {}", joint.name(), joint.kind())),
-        frame: model.frame(step.link.name()).map_or(0, |frame| frame.0),
+            .map(|joint| format!("{}: {}", &joint.name, joint.kind)),
+        frame: model.frame(&step.link.name).map_or(0, |frame| frame.0),
     });
     links.collect()
 }
@@ -251,7 +251,7 @@ fn members(model: &Model) -> Vec<usize> {
     let steps = builder.walk();
     let is_world = steps
         .first()
-        .is_some_and(|step| step.link.name() == "world");
+        .is_some_and(|step| step.link.name == "world");
     let mut member = 0;
     let mut of = |depth: usize| {
         member += usize::from(is_world && depth == 1);

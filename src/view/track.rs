@@ -80,7 +80,7 @@ impl Track {
     ///
     /// # Panics
     /// If there is no such time.
-    pub fn q(&self, k: usize) -> &[f64] {
+    pub(crate) fn q(&self, k: usize) -> &[f64] {
         self.q.row(k)
     }
 
@@ -88,7 +88,7 @@ impl Track {
     ///
     /// # Panics
     /// If there is no such time.
-    pub fn v(&self, k: usize) -> &[f64] {
+    pub(crate) fn v(&self, k: usize) -> &[f64] {
         self.v.row(k)
     }
 
@@ -117,7 +117,7 @@ impl Track {
     ///
     /// # Panics
     /// If there is no such time.
-    pub fn contact(&self, k: usize) -> &[f64] {
+    pub(crate) fn contact(&self, k: usize) -> &[f64] {
         self.contact.row(k)
     }
 
@@ -130,7 +130,7 @@ impl Track {
     }
 
     /// Number of inputs that are recorded.
-    pub fn nu(&self) -> usize {
+    pub(crate) fn nu(&self) -> usize {
         self.u.width
     }
 
@@ -141,24 +141,9 @@ impl Track {
         self
     }
 
-    /// Names of what the inputs act on, as far as it is known.
-    pub fn input_names(&self) -> &[String] {
-        &self.inputs
-    }
-
     /// The forces to draw.
     pub fn forces(&self) -> &[ForceTrack] {
         &self.forces
-    }
-
-    /// The frames whose paths are drawn.
-    pub fn traces(&self) -> &[FrameId] {
-        &self.traces
-    }
-
-    /// The frames whose axes are drawn.
-    pub fn frames(&self) -> &[FrameId] {
-        &self.frames
     }
 
     /// Draws the path of a frame.

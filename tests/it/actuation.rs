@@ -8,7 +8,7 @@ use dualbody::model::{JointSpec, Limits, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 
 use crate::common::{FINITE_DIFFERENCE, OTHER_ALGORITHM, SAME_ALGEBRA, asset};
 
@@ -290,7 +290,9 @@ fn jacobians_of_the_step_equal_finite_differences_with_every_part() {
         ] {
             let state = State::new(&q, &v);
             let exact = simulator.linearize(&state, &u);
-            let numeric = simulator.linearize_by_finite_differences(&state, &u);
+            let numeric = simulator
+                .estimate_linearization(&state, &u, &finite_difference::Options::default())
+                .linearization;
             let error = (&exact.a - &numeric.a)
                 .amax()
                 .max((&exact.b - &numeric.b).amax());
@@ -334,7 +336,7 @@ impl VectorFunction for InActuator {
         };
         let ideal = Actuation::ideal(&self.0).with_actuators(&[actuator]);
         let simulator: Simulator<T> = Simulator::new(self.0.cast::<T>()).with_actuation(ideal);
-        let next = simulator.step(&self.1.lift(), &[T::constant(50.0)]);
+        let next = simulator.step(&self.1.cast(), &[T::constant(50.0)]);
         y[0] = next.v[0];
     }
 }

@@ -3,17 +3,20 @@
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{ContactLaw, SoftContact, Terrain};
 use dualbody::dynamics::{
-    BaseVelocity, MomentumFrame, acceleration_to_representation, bias_forces,
-    bias_forces_to_representation, center_of_mass_jacobian, deviation_from_representation,
-    deviation_to_representation, forward_dynamics, frame_acceleration, frame_velocity,
-    gradient_to_representation, inverse_dynamics, mass_matrix, momentum,
-    velocity_to_representation,
+    BaseFrame, MomentumFrame, center_of_mass_jacobian, centroidal_momentum_matrix,
+    centroidal_momentum_matrix_derivative, centroidal_momentum_rate, forward_dynamics,
+    frame_acceleration, frame_jacobian, frame_jacobian_derivative, frame_velocity,
+    inverse_dynamics, momentum, momentum_matrix,
 };
 use dualbody::model::{FrameId, LinkSpec, Mass, samples};
 use dualbody::spatial::Representation;
-use dualbody::{Linearization, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Linearization, Model, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::common::base::{
+    acceleration_from, acceleration_to, deviation_from, deviation_to, force_to, gradient_from,
+    gradient_to, velocity_from, velocity_to,
+};
 use crate::common::ground::{body, on};
 use crate::common::{
     FINITE_DIFFERENCE, OTHER_ALGORITHM, Point, SAME_ALGEBRA, assert_close, assert_close_vector,
@@ -23,7 +26,8 @@ use crate::common::{
 /// A robot at a state, with its base in a representation.
 struct Case<'a> {
     model: &'a Model,
-    base: BaseVelocity<'a>,
+    base: BaseFrame<'a>,
+    r: Representation,
     /// `v` and `w` are in the crate's own representation.
     point: Point,
     /// The velocity in the representation.
@@ -40,6 +44,13 @@ impl Case<'_> {
         self.v.as_slice()
     }
 
+    /// The motion in the crate's own representation of an acceleration in that of the base.
+    fn own(&self, a: &[f64]) -> (DVector<f64>, DVector<f64>) {
+        let v = velocity_from(self.model, self.q(), self.v(), self.r);
+        let a = acceleration_from(self.model, self.q(), v.as_slice(), a, self.r);
+        (v, a)
+    }
+
     fn last_frame(&self) -> FrameId {
         FrameId(self.model.frames().len() - 1)
     }
@@ -49,9 +60,10 @@ fn for_all(check: impl Fn(&Case<'_>)) {
     for model in robots() {
         for r in Representation::ALL {
             let point = random_point(&model, 71);
-            let v = velocity_to_representation(&model, point.q.as_slice(), point.v.as_slice(), r);
+            let v = velocity_to(&model, point.q.as_slice(), point.v.as_slice(), r);
             check(&Case {
-                base: BaseVelocity::new(&model, r),
+                base: BaseFrame::new(&model, r),
+                r,
                 what: format!("{}, {r:?}", model.name()),
                 model: &model,
                 point,
@@ -73,11 +85,11 @@ struct InTime<'a>(&'a Case<'a>, Matrix);
 
 impl InTime<'_> {
     fn at<T: Scalar>(&self, q: &[T]) -> DMatrix<T> {
-        let base = &self.0.base;
+        let Case { base, model, .. } = self.0;
         match self.1 {
             Matrix::Mass => base.mass_matrix(q),
-            Matrix::Frame(r) => base.frame_jacobian(q, self.0.last_frame(), r),
-            Matrix::Momentum => base.momentum_matrix(q, MomentumFrame::Centroidal),
+            Matrix::Frame(r) => base.jacobian(q, &frame_jacobian(model, q, self.0.last_frame(), r)),
+            Matrix::Momentum => base.jacobian(q, &centroidal_momentum_matrix(model, q)),
         }
     }
 
@@ -150,21 +162,25 @@ fn inverse_of_the_mass_matrix_is_its_inverse() {
 #[test]
 fn rate_of_a_jacobian_equals_its_derivative_in_time() {
     for_all(|case| {
-        let (q, v, frame) = (case.q(), case.v(), case.last_frame());
+        let (model, q, frame) = (case.model, case.q(), case.last_frame());
+        let (v, still) = case.own(&vec![0.0; model.nv()]);
+        let (v, still) = (v.as_slice(), still.as_slice());
         for r in Representation::ALL {
             let rate = InTime(case, Matrix::Frame(r)).rate();
-            let own = case.base.frame_jacobian_derivative(q, v, frame, r);
+            let J = frame_jacobian(model, q, frame, r);
+            let own = frame_jacobian_derivative(model, q, v, frame, r);
+            let own = case.base.jacobian_derivative(q, v, &J, &own);
             assert_close(&own, &rate, OTHER_ALGORITHM, &case.what);
-            let bias = case.base.frame_bias_acceleration(q, v, frame, r);
+            let bias = frame_acceleration(model, q, v, still, frame, r);
             let bias = DVector::from_column_slice(&bias.to_array());
             assert_close_vector(&bias, &(own * &case.v), OTHER_ALGORITHM, &case.what);
         }
         let rate = InTime(case, Matrix::Momentum).rate();
-        let own = case.base.centroidal_momentum_matrix_derivative(q, v);
+        let A = centroidal_momentum_matrix(model, q);
+        let own = centroidal_momentum_matrix_derivative(model, q, v);
+        let own = case.base.jacobian_derivative(q, v, &A, &own);
         assert_close(&own, &rate, OTHER_ALGORITHM, &case.what);
-        let bias = case
-            .base
-            .centroidal_momentum_rate(q, v, &vec![0.0; case.model.nv()]);
+        let bias = centroidal_momentum_rate(model, q, v, still);
         let bias = DVector::from_column_slice(&bias.to_array());
         assert_close_vector(&bias, &(own * &case.v), OTHER_ALGORITHM, &case.what);
     });
@@ -176,30 +192,30 @@ fn motion_of_frames_and_momentum_does_not_depend_on_the_representation() {
     for_all(|case| {
         let (q, own, a) = (case.q(), case.point.v.as_slice(), case.point.w.as_slice());
         let (frame, r) = (case.last_frame(), Representation::Mixed);
-        let rate =
-            acceleration_to_representation(case.model, q, own, a, case.base.representation());
+        let rate = acceleration_to(case.model, q, own, a, case.r);
         let column = |x: [f64; 6]| DVector::from_column_slice(&x);
         let same = |x: [f64; 6], y: [f64; 6]| {
             assert_close_vector(&column(x), &column(y), OTHER_ALGORITHM, &case.what);
         };
+        let (back, back_rate) = case.own(rate.as_slice());
+        let (back, back_rate) = (back.as_slice(), back_rate.as_slice());
         same(
-            case.base.frame_velocity(q, case.v(), frame, r).to_array(),
+            frame_velocity(case.model, q, back, frame, r).to_array(),
             frame_velocity(case.model, q, own, frame, r).to_array(),
         );
-        let acceleration = case
-            .base
-            .frame_acceleration(q, case.v(), rate.as_slice(), frame, r);
         same(
-            acceleration.to_array(),
+            frame_acceleration(case.model, q, back, back_rate, frame, r).to_array(),
             frame_acceleration(case.model, q, own, a, frame, r).to_array(),
         );
         let world = MomentumFrame::World;
         let h = momentum(case.model, q, own, world).to_array();
-        same(case.base.momentum(q, case.v(), world).to_array(), h);
-        let by_matrix = case.base.momentum_matrix(q, world) * &case.v;
+        same(momentum(case.model, q, back, world).to_array(), h);
+        let A = momentum_matrix(case.model, q, world);
+        let by_matrix = case.base.jacobian(q, &A) * &case.v;
         assert_close_vector(&by_matrix, &column(h), OTHER_ALGORITHM, &case.what);
-        let velocity = case.base.center_of_mass_jacobian(q) * &case.v;
-        let expected = center_of_mass_jacobian(case.model, q) * &case.point.v;
+        let J = center_of_mass_jacobian(case.model, q);
+        let velocity = case.base.jacobian(q, &J) * &case.v;
+        let expected = J * &case.point.v;
         assert_close_vector(&velocity, &expected, SAME_ALGEBRA * 10.0, &case.what);
     });
 }
@@ -208,24 +224,11 @@ fn motion_of_frames_and_momentum_does_not_depend_on_the_representation() {
 fn power_of_joint_forces_does_not_depend_on_the_representation() {
     for_all(|case| {
         let (q, own, a) = (case.q(), case.point.v.as_slice(), case.point.w.as_slice());
-        let rate =
-            acceleration_to_representation(case.model, q, own, a, case.base.representation());
+        let rate = acceleration_to(case.model, q, own, a, case.r);
         let tau = case.base.inverse_dynamics(q, case.v(), rate.as_slice());
         let expected = inverse_dynamics(case.model, q, own, a).dot(&case.point.v);
         let error = (tau.dot(&case.v) - expected).abs();
         assert!(error < OTHER_ALGORITHM * 100.0, "{}: {error:e}", case.what);
-    });
-}
-
-#[test]
-fn converted_bias_forces_equal_those_of_the_representation() {
-    for_all(|case| {
-        let (q, own) = (case.q(), case.point.v.as_slice());
-        let (M, h) = (mass_matrix(case.model, q), bias_forces(case.model, q, own));
-        let r = case.base.representation();
-        let converted = bias_forces_to_representation(case.model, q, own, &M, h.as_slice(), r);
-        let expected = case.base.bias_forces(q, case.v());
-        assert_close_vector(&converted, &expected, OTHER_ALGORITHM, &case.what);
     });
 }
 
@@ -241,12 +244,12 @@ fn mixed_bias_forces_of_a_free_body_equal_newton_and_euler() {
     let (m, c) = (body.inertia.mass, R * body.inertia.com());
     let about_com = body.inertia.about_com();
     let I_com = R * about_com.to_matrix() * R.transpose();
-    let v = velocity_to_representation(&model, q, point.v.as_slice(), Representation::Mixed);
+    let v = velocity_to(&model, q, point.v.as_slice(), Representation::Mixed);
     let omega = Vector3::new(v[3], v[4], v[5]);
     let g = model.gravity();
     let f = m * (omega.cross(&omega.cross(&c)) - g);
     let n = omega.cross(&(I_com * omega)) + c.cross(&f);
-    let h = BaseVelocity::new(&model, Representation::Mixed).bias_forces(q, v.as_slice());
+    let h = BaseFrame::new(&model, Representation::Mixed).bias_forces(q, v.as_slice());
     let expected = DVector::from_iterator(6, f.iter().chain(&n).copied());
     assert_close_vector(&h, &expected, OTHER_ALGORITHM, "free body");
 }
@@ -266,7 +269,7 @@ impl Moved<'_> {
     fn state<T: Scalar>(&self, t: T) -> State<T> {
         let model = self.simulator.model();
         let dx: Vec<T> = self.dx.iter().map(|&x| t * x).collect();
-        let state = self.state.lift::<T>().integrate(model, &dx);
+        let state = self.state.cast::<T>().integrate(model, &dx);
         let u = self.u.iter().zip(&self.du).map(|(&u, &du)| t * du + u);
         match self.steps {
             true => self.simulator.step(&state, &u.collect::<Vec<T>>()),
@@ -285,8 +288,8 @@ impl VectorFunction for Moved<'_> {
         let (here, there) = (self.state::<f64>(0.0), self.state(t[0]));
         let (q0, q) = (here.q.map(T::constant), there.q.as_slice());
         let dq = model.difference(q0.as_slice(), q);
-        let dq = velocity_to_representation(model, q0.as_slice(), dq.as_slice(), self.r);
-        let v = velocity_to_representation(model, q, there.v.as_slice(), self.r);
+        let dq = velocity_to(model, q0.as_slice(), dq.as_slice(), self.r);
+        let v = velocity_to(model, q, there.v.as_slice(), self.r);
         let numbers = dq.iter().chain(&v).chain(&there.contact);
         y.iter_mut().zip(numbers).for_each(|(y, &x)| *y = x);
     }
@@ -332,9 +335,9 @@ fn converted_step_jacobians_map_tangents_of_converted_states() {
             };
             let before = jacobian(&moved, &[0.0]).column(0).into_owned();
             let (q, v) = (state.q.as_slice(), state.v.as_slice());
-            let converted = deviation_to_representation(model, q, v, dx.as_slice(), r);
+            let converted = deviation_to(model, q, v, dx.as_slice(), r);
             assert_close_vector(&converted, &before, OTHER_ALGORITHM, &what);
-            let back = deviation_from_representation(model, q, v, converted.as_slice(), r);
+            let back = deviation_from(model, q, v, converted.as_slice(), r);
             assert_close_vector(&back, &dx, OTHER_ALGORITHM, &what);
             moved.steps = true;
             let after = jacobian(&moved, &[0.0]).column(0).into_owned();
@@ -364,9 +367,11 @@ fn gradient_times_tangent_does_not_depend_on_the_representation() {
     };
     let (dx, g) = (join(&x.w, &y.w), join(&y.v, &x.v));
     for r in Representation::ALL {
-        let dx_r = deviation_to_representation(&model, q, v, dx.as_slice(), r);
-        let g_r = gradient_to_representation(&model, q, v, g.as_slice(), r);
+        let dx_r = deviation_to(&model, q, v, dx.as_slice(), r);
+        let g_r = gradient_to(&model, q, v, g.as_slice(), r);
         assert!((g_r.dot(&dx_r) - g.dot(&dx)).abs() < 1e-11, "{r:?}");
+        let back = gradient_from(&model, q, v, g_r.as_slice(), r);
+        assert_close_vector(&back, &g, OTHER_ALGORITHM, &format!("{r:?}"));
     }
 }
 
@@ -374,10 +379,10 @@ fn gradient_times_tangent_does_not_depend_on_the_representation() {
 fn forward_dynamics_of_each_representation_is_the_same_motion() {
     for_all(|case| {
         let (q, own, tau) = (case.q(), case.point.v.as_slice(), case.point.w.as_slice());
-        let r = case.base.representation();
+        let r = case.r;
         let a = forward_dynamics(case.model, q, own, tau);
-        let expected = acceleration_to_representation(case.model, q, own, a.as_slice(), r);
-        let force = dualbody::dynamics::force_to_representation(case.model, q, tau, r);
+        let expected = acceleration_to(case.model, q, own, a.as_slice(), r);
+        let force = force_to(case.model, q, tau, r);
         let actual = case.base.forward_dynamics(q, case.v(), force.as_slice());
         assert_close_vector(&actual, &expected, OTHER_ALGORITHM, &case.what);
     });

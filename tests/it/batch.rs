@@ -68,7 +68,7 @@ fn variants(model: &Model, n: usize) -> Vec<Model> {
         }
         let layout = out.parameter_layout();
         let is_ratio = |k: &usize| layout.names()[*k].ends_with(": ratio");
-        let ratios: Vec<usize> = (0..layout.len()).filter(is_ratio).collect();
+        let ratios: Vec<usize> = (0..layout.names().len()).filter(is_ratio).collect();
         let own = out.parameters();
         let values: Vec<f64> = ratios.iter().map(|&k| own[k] * scale).collect();
         out.with_some_parameters(&ratios, &values)
@@ -247,7 +247,7 @@ fn batches_without_states_do_nothing() {
     ] {
         let mut states = batch.states(&[]);
         batch.step(&mut states, &[]);
-        assert!(states.is_empty() && batch.rollout_inputs(&[], 5, &[]).is_empty());
+        assert!(states.len() == 0 && batch.rollout_inputs(&[], 5, &[]).len() == 0);
         assert!(batch.linearize(&[], &[]).is_empty());
     }
 }

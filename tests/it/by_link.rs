@@ -106,9 +106,9 @@ fn pose_and_velocity_of_the_base_come_back_as_they_were_set() {
         let own = state.base_velocity(&model, r).expect("a floating base");
         for k in 0..6 {
             let (a, b, c) = (
-                own.coordinate(k),
-                of_frame.coordinate(k),
-                velocity.coordinate(k),
+                own.to_array()[k],
+                of_frame.to_array()[k],
+                velocity.to_array()[k],
             );
             assert!(
                 (a - c).abs() < SAME_ALGEBRA && (b - c).abs() < SAME_ALGEBRA,

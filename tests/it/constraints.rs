@@ -10,7 +10,7 @@ use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::spatial::{Quaternion, Transform};
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::{DMatrix, Vector3, vector};
 use num_dual::{Dual2_64, DualNum};
 
@@ -505,7 +505,7 @@ impl VectorFunction for InLengths {
         let u = vec![T::zero(); simulator.nu()];
         let next = simulator
             .with_constraints(constraints)
-            .step(&self.1.lift(), &u);
+            .step(&self.1.cast(), &u);
         y.copy_from_slice(next.v.as_slice());
     }
 }

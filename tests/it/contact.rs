@@ -6,7 +6,7 @@ use dualbody::contact::{
     RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
 };
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Model, ModelOptions, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, ModelOptions, Scalar, Simulator, State};
 use nalgebra::{Vector3, vector};
 
 use crate::common::ground::{self, base_velocity, differences, free, hills, run, waves};
@@ -214,7 +214,7 @@ impl VectorFunction for InParameters {
         let contacts = own.with_laws(&vec![law; own.points().len()]);
         let simulator: Simulator<T> = self.0.cast();
         let simulator = simulator.with_contacts(contacts.with_terrain(terrain));
-        let next = simulator.step(&self.1.lift(), &[]);
+        let next = simulator.step(&self.1.cast(), &[]);
         let out = next.v.iter().chain(&next.contact);
         y.iter_mut().zip(out).for_each(|(y, &x)| *y = x);
     }
@@ -272,7 +272,7 @@ impl VectorFunction for InPoints {
         let simulator: Simulator<T> = self.0.cast();
         let next = simulator
             .with_contacts(contacts)
-            .step(&self.1.lift(), &vec![T::zero(); self.0.nu()]);
+            .step(&self.1.cast(), &vec![T::zero(); self.0.nu()]);
         y.copy_from_slice(next.v.as_slice());
     }
 }

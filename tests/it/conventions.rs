@@ -9,7 +9,7 @@ use dualbody::dynamics::{
 };
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
-use dualbody::sim::Engine;
+use dualbody::sim::{Engine, EngineCoordinates};
 use dualbody::spatial::{Motion, Quaternion, Representation, Transform};
 use nalgebra::{DVector, Vector3};
 
@@ -246,17 +246,17 @@ fn states_of_other_engines_differ_as_the_table_says() {
     };
     let wxyz = [1.0, 2.0, 3.0, h, 0.0, 0.0, h];
     close(
-        state.to_engine(&model, Engine::Pinocchio),
+        EngineCoordinates::new(&model, Engine::Pinocchio).state_to(&state),
         &[1.0, 2.0, 3.0, 0.0, 0.0, h, h],
         &[4.0, 0.0, 0.0, 5.0, 0.0, 6.0],
     );
     close(
-        state.to_engine(&model, Engine::MuJoCo),
+        EngineCoordinates::new(&model, Engine::MuJoCo).state_to(&state),
         &wxyz,
         &[0.0, 4.0, 0.0, 5.0, 0.0, 6.0],
     );
     close(
-        state.to_engine(&model, Engine::JaxSim),
+        EngineCoordinates::new(&model, Engine::JaxSim).state_to(&state),
         &wxyz,
         &[0.0, 4.0, 0.0, 0.0, 5.0, 6.0],
     );
@@ -264,18 +264,19 @@ fn states_of_other_engines_differ_as_the_table_says() {
     let planar = one_joint(JointKind::Planar, [0.0, 0.0, 1.0]);
     let state = State::new(&[1.0, 2.0, FRAC_PI_2], &[3.0, 0.0, 4.0]);
     close(
-        state.to_engine(&planar, Engine::Pinocchio),
+        EngineCoordinates::new(&planar, Engine::Pinocchio).state_to(&state),
         &[1.0, 2.0, 0.0, 1.0],
         &[3.0, 0.0, 4.0],
     );
     close(
-        state.to_engine(&planar, Engine::MuJoCo),
+        EngineCoordinates::new(&planar, Engine::MuJoCo).state_to(&state),
         &[1.0, 2.0, FRAC_PI_2],
         &[0.0, 3.0, 4.0],
     );
     let wheel = one_joint(JointKind::Continuous, [0.0, 0.0, 1.0]);
     close(
-        State::new(&[FRAC_PI_2], &[1.0]).to_engine(&wheel, Engine::Pinocchio),
+        EngineCoordinates::new(&wheel, Engine::Pinocchio)
+            .state_to(&State::new(&[FRAC_PI_2], &[1.0])),
         &[0.0, 1.0],
         &[1.0],
     );
@@ -287,8 +288,9 @@ fn states_come_back_from_every_engine() {
         let point = crate::common::random_point(&model, 41);
         let state = State::new(point.q.as_slice(), point.v.as_slice());
         for engine in [Engine::Pinocchio, Engine::MuJoCo, Engine::JaxSim] {
-            let (q, v) = state.to_engine(&model, engine);
-            let back = State::from_engine(&model, engine, q.as_slice(), v.as_slice());
+            let coordinates = EngineCoordinates::new(&model, engine);
+            let (q, v) = coordinates.state_to(&state);
+            let back = coordinates.state_from(q.as_slice(), v.as_slice());
             let error = back.deviation(&model, &state).norm();
             assert!(
                 error < SAME_ALGEBRA,

@@ -183,7 +183,9 @@ fn step_jacobians_equal_finite_differences_for_both_integrators() {
             let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
             let state = State::new(point.q.as_slice(), point.v.as_slice());
             let exact = simulator.linearize(&state, &u);
-            let numeric = simulator.linearize_by_finite_differences(&state, &u);
+            let numeric = simulator
+                .estimate_linearization(&state, &u, &finite_difference::Options::default())
+                .linearization;
             let what = format!("{}, {integrator:?}", model.name());
             assert_close(&exact.a, &numeric.a, FINITE_DIFFERENCE, &what);
             assert_close(&exact.b, &numeric.b, FINITE_DIFFERENCE, &what);

@@ -18,7 +18,7 @@ use dualbody::trajopt::{
     Activation, Cost, Ddp, DdpOptions, InputError, Problem, Robot, StateError, Trajectory,
 };
 use dualbody::view::Recording;
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3, vector};
 
 use crate::common::everything::{INTEGRATORS, REPRESENTATIONS};
@@ -214,7 +214,9 @@ fn jacobians_under_forces_on_frames_equal_finite_differences_with_every_integrat
             let state = State::new(point.q.as_slice(), point.v.as_slice());
             let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).cos()).collect();
             let exact = simulator.linearize(&state, &u);
-            let numeric = simulator.linearize_by_finite_differences(&state, &u);
+            let numeric = simulator
+                .estimate_linearization(&state, &u, &finite_difference::Options::default())
+                .linearization;
             let what = format!("{} {integrator:?}", model.name());
             assert_close(&exact.a, &numeric.a, FINITE_DIFFERENCE, &what);
             assert_close(&exact.b, &numeric.b, FINITE_DIFFERENCE, &what);
@@ -360,7 +362,7 @@ impl VectorFunction for Pulled {
             forces[1].with_parameters(&x[6..]),
         ];
         let simulator = self.0.cast::<T>().with_external_forces(forces);
-        let mut state = self.1.lift::<T>();
+        let mut state = self.1.cast::<T>();
         for _ in 0..5 {
             state = simulator.step(&state, &[]);
         }

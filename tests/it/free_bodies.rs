@@ -9,7 +9,7 @@ use dualbody::joint::JointKind;
 use dualbody::linearize::RolloutCost;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mass, ModelBuilder};
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3};
 
 use crate::common::ground::{differences, on, run};
@@ -264,11 +264,11 @@ impl VectorFunction for Weighted<'_> {
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let variant = self.simulator.with_parameters(x);
         let u = vec![T::zero(); self.simulator.nu()];
-        let next = variant.step(&self.state.lift::<T>(), &u);
+        let next = variant.step(&self.state.cast::<T>(), &u);
         let here = self
             .simulator
             .step(self.state, &vec![0.0; u.len()])
-            .lift::<T>();
+            .cast::<T>();
         let change = next.deviation(self.simulator.model(), &here);
         let products = change.iter().zip(self.weights);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);

@@ -110,7 +110,7 @@ fn jacobians_of_steps_on_num_dual_have_the_derivatives_of_those_on_f64() {
         let v: Vec<Dual64> = v.map(|(k, &v)| Dual64::new(v, along(k + 9))).collect();
         let state = State::new(model.integrate(&q, &dq).as_slice(), &v);
         let lifted: Vec<Dual64> = u.iter().map(|&u| u.into()).collect();
-        let found = simulator.linearize_over(&state, &lifted);
+        let found = simulator.linearize(&state, &lifted);
         let at = |by: f64| {
             let dq: Vec<f64> = (0..model.nv()).map(|k| by * along(k)).collect();
             let v = point.v.iter().enumerate();

@@ -119,7 +119,7 @@ fn robots_at_their_own_sizes_are_what_they_are() {
     let robots = ASSETS.map(asset);
     for model in robots.iter().chain([&chain()]) {
         let hardware = all_of(model);
-        assert!(!hardware.is_empty(), "{}", model.name());
+        assert!(!hardware.names().is_empty(), "{}", model.name());
         let same = hardware.model(hardware.nominal()).unwrap();
         let off = distance(&same, model);
         assert!(off < 10.0 * ROUNDING, "{}: {off:e}", model.name());
@@ -268,24 +268,24 @@ fn sizes_of_a_limb_equal_those_of_jaxsim() {
             (0.686, [0.014, 0.0, -0.07], [0.0008605184; 3]),
         ];
         for (link, (mass, com, moments)) in description.links().iter().zip(expected) {
-            let inertia = link.inertia();
+            let inertia = &link.inertia;
             let about_com = inertia.about_com();
             assert!(
                 (inertia.mass - mass).abs() < SAME_ALGEBRA,
                 "{masses:?}, {}",
-                link.name()
+                &link.name
             );
             assert!((inertia.com() - Vector3::from(com)).amax() < SAME_ALGEBRA);
             let off = about_com.to_matrix() - nalgebra::Matrix3::from_diagonal(&moments.into());
             assert!(
                 off.amax() < SAME_ALGEBRA,
                 "{masses:?}, {}: {off}",
-                link.name()
+                &link.name
             );
         }
         let origins = [[0.15, 0.04, -0.12], [0.011, 0.022, -1.02]];
         for (joint, origin) in description.joints().iter().zip(origins) {
-            assert!((joint.placement().translation - Vector3::from(origin)).amax() < ROUNDING);
+            assert!((joint.placement.translation - Vector3::from(origin)).amax() < ROUNDING);
         }
         let duals: Vec<Along> = x.iter().map(|&x| x.into()).collect();
         let scaled = hardware.model(&duals).unwrap();
@@ -428,7 +428,7 @@ fn other_shapes_of_a_link_move_and_keep_their_kind() {
     let chosen = ScaledLink::new("leg", &[Dimension::Radius, Dimension::Length]);
     let hardware = Hardware::new(&builder.build().unwrap(), &[chosen]).unwrap();
     let longer = hardware.description(&[0.04, 0.6]).unwrap();
-    let shapes = longer.links()[0].collisions();
+    let shapes = &longer.links()[0].collisions;
     let size = |k: usize| match shapes[k].geometry {
         Geometry::Sphere { radius } => [radius, 0.0],
         Geometry::Cylinder { radius, length } => [radius, length],
@@ -499,7 +499,7 @@ fn derivatives_in_sizes_equal_finite_differences() {
         hardware: &hardware,
         model: &model,
     };
-    let x = vec![1.1; hardware.len()];
+    let x = vec![1.1; hardware.names().len()];
     let (exact, numeric) = (
         jacobian(&torques, &x),
         finite_difference::jacobian(&torques, &x),
@@ -579,7 +579,7 @@ impl VectorFunction for Swing {
 #[test]
 fn gradient_of_a_rollout_in_sizes_by_the_chain_rule_equals_forward_mode_and_differences() {
     let swing = Swing::new();
-    let x = vec![1.05; swing.hardware.len()];
+    let x = vec![1.05; swing.hardware.names().len()];
     let sizes = swing.sizes(&x);
     let simulator = swing
         .simulator
@@ -587,9 +587,9 @@ fn gradient_of_a_rollout_in_sizes_by_the_chain_rule_equals_forward_mode_and_diff
         .unwrap();
     let start = simulator.neutral_state();
     let options = RolloutGradientOptions::default().with_model_parameters_only();
-    let rollout = simulator.rollout_gradient_with(&start, &swing.inputs, &Motion, &options);
+    let rollout = &simulator.rollout_gradients(&[start], &[&swing.inputs], &Motion, &options)[0];
     let to_sizes = swing.hardware.parameter_jacobian(&sizes).unwrap();
-    let mut gradient = to_sizes.transpose() * rollout.parameters;
+    let mut gradient = to_sizes.transpose() * &rollout.parameters;
     gradient
         .iter_mut()
         .zip(swing.hardware.nominal())

@@ -1,5 +1,6 @@
 //! Screw and universal joints: closed forms, the same mechanism from other joints, derivatives, and what files make of them.
 
+use dualbody::autodiff::finite_difference;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, SoftContact, Terrain};
 use dualbody::dynamics::{
     bias_forces, centroidal_momentum_matrix, coriolis_matrix, forward_dynamics,
@@ -372,7 +373,9 @@ fn step_jacobians_over_the_kinds_equal_finite_differences() {
         let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
         let state = State::new(point.q.as_slice(), point.v.as_slice());
         let exact = simulator.linearize(&state, &u);
-        let numeric = simulator.linearize_by_finite_differences(&state, &u);
+        let numeric = simulator
+            .estimate_linearization(&state, &u, &finite_difference::Options::default())
+            .linearization;
         let errors = [
             relative_error(&exact.a, &numeric.a),
             relative_error(&exact.b, &numeric.b),

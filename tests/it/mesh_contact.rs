@@ -155,7 +155,8 @@ fn a_ball_keeps_its_radius_up_to_what_its_points_are_asked_to() {
     assert_eq!(on_ground(&coarse).points().len(), 42);
     for (most, short) in [(8, 0.5), (64, 0.07), (256, 0.02), (10_000, 0.01)] {
         let options = ContactOptions { mesh_points: most };
-        let contacts = Contacts::with_options(&fine, Terrain::flat(0.0), law(), &options);
+        let contacts = Contacts::with_options(&fine, Terrain::flat(0.0), law(), &options)
+            .expect("enough memory");
         let n = contacts.points().len();
         assert_eq!(n, most.min(2 + 39 * 60));
         assert!(
@@ -248,7 +249,8 @@ fn meshes_that_cannot_touch_say_why_and_others_still_do() {
             .all(|u| u.link == "l")
     );
     let none = ContactOptions { mesh_points: 0 };
-    let none = Contacts::with_options(&link(&shapes), Terrain::flat(0.0), law(), &none);
+    let none = Contacts::with_options(&link(&shapes), Terrain::flat(0.0), law(), &none)
+        .expect("enough memory");
     assert!(none.points().is_empty() && none.shapes_without_points().len() == 6);
 }
 

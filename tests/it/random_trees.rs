@@ -1,5 +1,6 @@
 //! Trees of any size and seed, with every joint kind.
 
+use dualbody::autodiff::finite_difference;
 use dualbody::dynamics::{
     bias_forces, coriolis_matrix, forward_dynamics, gravity_forces, inverse_dynamics,
     kinetic_energy, mass_matrix, mass_matrix_inverse,
@@ -46,7 +47,7 @@ proptest! {
         let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
         let state = State::new(point.q.as_slice(), point.v.as_slice());
         let exact = simulator.linearize(&state, &u);
-        let numeric = simulator.linearize_by_finite_differences(&state, &u);
+        let numeric = simulator.estimate_linearization(&state, &u, &finite_difference::Options::default()).linearization;
         prop_assert!(relative_error(&exact.a, &numeric.a) < FINITE_DIFFERENCE);
         prop_assert!(relative_error(&exact.b, &numeric.b) < FINITE_DIFFERENCE);
     }

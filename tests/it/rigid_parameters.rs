@@ -4,7 +4,7 @@ use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{
     ContactLaw, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, Smoothing, Terrain,
 };
-use dualbody::{Scalar, Simulator, State};
+use dualbody::{Cast, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::ground::{free, hills, on, waves};
@@ -133,7 +133,7 @@ impl VectorFunction for InNumbers {
         let contacts = own.with_laws(&vec![self.kind.law(of_law); own.points().len()]);
         let simulator: Simulator<T> = self.simulator.cast();
         let simulator = simulator.with_contacts(contacts.with_terrain(ground));
-        let next = simulator.step(&self.state.lift(), &[]);
+        let next = simulator.step(&self.state.cast(), &[]);
         y.copy_from_slice(next.v.as_slice());
     }
 }

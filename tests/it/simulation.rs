@@ -214,7 +214,13 @@ fn robot_that_cannot_move_is_simulated() {
     let simulator = Simulator::new(statue());
     let rollout = simulator.rollout(&State::new(&[], &[]), 10, |_, _, _| {});
     assert_eq!(rollout.status, RolloutStatus::Completed);
-    assert_eq!(simulator.linearize(&State::new(&[], &[]), &[]).a.len(), 0);
+    assert_eq!(
+        simulator
+            .linearize(&State::<f64>::new(&[], &[]), &[])
+            .a
+            .len(),
+        0
+    );
 }
 
 #[test]

@@ -78,7 +78,9 @@ impl Directed {
         let inputs = self.inputs.iter().zip(&self.along.inputs);
         let inputs: Vec<_> = inputs.map(|(u, du)| u + du * h).collect();
         let options = RolloutGradientOptions::default().without_parameters();
-        let mut found = simulator.rollout_gradient_with(&start, &inputs, &self.cost, &options);
+        let mut found = simulator
+            .rollout_gradients(&[start.clone()], &[inputs], &self.cost, &options)
+            .swap_remove(0);
         let there = found.start.rows(0, nv).into_owned();
         let lift = |x: &DVector<f64>| x.map(Dual::<f64, 1>::from);
         for k in 0..nv {

@@ -1,14 +1,14 @@
 //! Gradients of steps and rollouts: against transposed Jacobians, forward mode, finite differences and known truths.
 
-use dualbody::autodiff::{Dual, VectorFunction, gradient};
+use dualbody::autodiff::{Dual, VectorFunction, gradient, jacobian};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
     ContactLaw, ContactPoint, Contacts, Feature, HeightField, HeightFunction, HuntCrossley,
     RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
 };
 use dualbody::linearize::{
-    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, RolloutMode,
-    RolloutNumber, StagePoint, StepGradient, VjpScratch,
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
+    StagePoint, StepGradient, VjpScratch,
 };
 use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
 use dualbody::sim::{
@@ -16,7 +16,7 @@ use dualbody::sim::{
     FrameActuator, PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
 };
 use dualbody::spatial::{Force, Motion, Representation, Transform};
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 
@@ -317,8 +317,8 @@ impl VectorFunction for Weighted<'_> {
             ..
         } = self.0;
         let variant = simulator.with_parameters(x);
-        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
-        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let next = variant.step(&state.cast::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).cast::<T>();
         let change = next.deviation(simulator.model(), &here);
         let products = change.iter().zip(adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -456,10 +456,10 @@ fn parameters_of_a_simulator_begin_with_the_models_and_have_names_of_their_own()
         } = &case;
         let (p, layout) = (simulator.parameters(), simulator.parameter_layout());
         let of_model = simulator.model().parameter_layout();
-        let n = of_model.len();
+        let n = of_model.names().len();
         assert_eq!(
             (p.len(), &layout.names()[..n]),
-            (layout.len(), of_model.names()),
+            (layout.names().len(), of_model.names()),
             "{name}"
         );
         assert_eq!(p.rows(0, n), simulator.model().parameters(), "{name}");
@@ -530,8 +530,8 @@ impl VectorFunction for OfFriction<'_> {
         let variant = simulator
             .cast::<T>()
             .with_contacts(contacts.with_laws(&laws));
-        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
-        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let next = variant.step(&state.cast::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).cast::<T>();
         let change = next.deviation(simulator.model(), &here);
         let products = change.iter().zip(adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -904,36 +904,62 @@ fn rollouts_of_all_sorts() -> Vec<(Case, Vec<DVector<f64>>)> {
     vec![with_inputs(ball), with_inputs(closed), with_inputs(arm)]
 }
 
+/// The cost of a rollout under all changes of start, of the input of step 3, and of every eleventh parameter.
+struct Changed<'a>(&'a Case, &'a [DVector<f64>]);
+
+impl Changed<'_> {
+    const STEP: usize = 3;
+    const APART: usize = 11;
+
+    /// Entries of the gradient, of which the changes are.
+    fn of(&self, gradient: &RolloutGradient) -> DVector<f64> {
+        let parameters = gradient.parameters.iter().step_by(Self::APART);
+        let state = gradient.start.iter().chain(&gradient.inputs[Self::STEP]);
+        DVector::from_vec(state.chain(parameters).copied().collect())
+    }
+}
+
+impl VectorFunction for Changed<'_> {
+    fn n_outputs(&self) -> usize {
+        1
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let Self(case, inputs) = self;
+        let simulator = &case.simulator;
+        let (dx, rest) = x.split_at(simulator.n_tangent());
+        let (du, dp) = rest.split_at(simulator.nu());
+        let mut parameters = simulator.parameters().map(T::from);
+        let changed = parameters.iter_mut().step_by(Self::APART);
+        changed.zip(dp).for_each(|(p, &dp)| *p += dp);
+        let variant: Simulator<T> = simulator.with_parameters(parameters.as_slice());
+        let start = case.state.cast::<T>().integrate(variant.model(), dx);
+        let (mut k, mut total) = (0, T::zero());
+        let trajectory = variant.rollout_over(&start, inputs.len(), |_, state, u| {
+            for (u, &given) in u.iter_mut().zip(&inputs[k]) {
+                *u = T::from(given);
+            }
+            if k == Self::STEP {
+                u.iter_mut().zip(du).for_each(|(u, &du)| *u += du);
+            }
+            total += Everything.stage(k, state, u);
+            k += 1;
+        });
+        y[0] = total + Everything.end(trajectory.last());
+    }
+}
+
 #[test]
-fn slopes_of_rollouts_in_chosen_numbers_are_those_of_the_gradient_in_both_modes() {
+fn gradient_of_rollouts_equals_forward_mode() {
     for (case, inputs) in rollouts_of_all_sorts() {
         let (simulator, start) = (&case.simulator, &case.state);
         let all = simulator.rollout_gradient(start, &inputs, &Everything);
         assert_eq!(all.status, RolloutStatus::Completed, "{}", case.name);
-        let mut numbers: Vec<_> = (0..simulator.n_tangent())
-            .map(RolloutNumber::Start)
-            .collect();
-        let input = |step, index| RolloutNumber::Input { step, index };
-        numbers.extend((0..simulator.nu()).map(|index| input(3, index)));
-        let parameters = (0..all.parameters.len()).map(RolloutNumber::Parameter);
-        numbers.extend(parameters.rev().step_by(11));
-        let expected = numbers.iter().map(|number| match *number {
-            RolloutNumber::Start(k) => all.start[k],
-            RolloutNumber::Input { step, index } => all.inputs[step][index],
-            RolloutNumber::Parameter(k) => all.parameters[k],
-        });
-        let expected = DVector::from_iterator(numbers.len(), expected);
-        for mode in [RolloutMode::Forward, RolloutMode::Adjoint] {
-            let found = simulator.rollout_slopes_in(mode, start, &inputs, &Everything, &numbers);
-            let what = format!("{}, {mode:?}", case.name);
-            assert_close_vector(&found.slopes, &expected, 1e-10, &what);
-            assert!(
-                (found.cost - all.cost).abs() < SAME_ALGEBRA * all.cost.abs(),
-                "{what}"
-            );
-        }
-        let found = simulator.rollout_slopes(start, &inputs, &Everything, &numbers);
-        assert_eq!(found.mode, RolloutMode::Adjoint, "{}", case.name);
+        let changed = Changed(&case, &inputs);
+        let found = changed.of(&all);
+        let forward = jacobian(&changed, &vec![0.0; found.len()]);
+        let expected = DVector::from_iterator(found.len(), forward.iter().copied());
+        assert_close_vector(&found, &expected, 1e-10, &case.name);
     }
 }
 
@@ -967,6 +993,18 @@ fn rollout_gradient_in_the_heights_of_a_grid_equals_central_differences() {
     assert!(steepest > 1e-3, "{steepest}");
 }
 
+fn with_options(
+    simulator: &Simulator,
+    start: &State,
+    inputs: &[DVector<f64>],
+    options: &RolloutGradientOptions,
+) -> RolloutGradient {
+    let start = std::slice::from_ref(start);
+    simulator
+        .rollout_gradients(start, &[inputs], &Everything, options)
+        .swap_remove(0)
+}
+
 #[test]
 fn checkpoints_batches_and_own_slopes_change_nothing() {
     let (case, inputs) = rollout(samples::arm(), Integrator::SemiImplicitEuler, 23);
@@ -975,7 +1013,7 @@ fn checkpoints_batches_and_own_slopes_change_nothing() {
     let every = (1..30).map(Checkpoints::Every);
     for checkpoints in every.chain([Checkpoints::SquareRoot]) {
         let options = RolloutGradientOptions::default().with_checkpoints(checkpoints);
-        let other = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+        let other = with_options(simulator, &case.state, &inputs, &options);
         assert_eq!(plain, other, "{checkpoints:?}");
     }
     let (starts, all) = (vec![case.state.clone(); 5], vec![inputs.clone(); 5]);
@@ -987,11 +1025,11 @@ fn checkpoints_batches_and_own_slopes_change_nothing() {
     assert_close_vector(&own.start, &plain.start, SAME_ALGEBRA, "start");
     assert_close_vector(&own.inputs[7], &plain.inputs[7], SAME_ALGEBRA, "inputs");
     let options = options.without_parameters();
-    let less = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+    let less = with_options(simulator, &case.state, &inputs, &options);
     assert_eq!((&plain.start, &plain.inputs), (&less.start, &less.inputs));
     assert!(less.parameters.is_empty());
     let options = options.with_model_parameters_only();
-    let of_model = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+    let of_model = with_options(simulator, &case.state, &inputs, &options);
     let n = simulator.model().parameters().len();
     assert_eq!(of_model.parameters, plain.parameters.rows(0, n));
 }

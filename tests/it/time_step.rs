@@ -2,16 +2,16 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use dualbody::autodiff::{VectorFunction, finite_difference, gradient};
+use dualbody::autodiff::{VectorFunction, finite_difference, gradient, jacobian};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
     ContactLaw, Impedance, RelaxedRigid, Rigid, Sigmoid, Smoothing, SoftContact, Terrain,
 };
-use dualbody::linearize::{RolloutCost, RolloutMode, RolloutNumber};
+use dualbody::linearize::RolloutCost;
 use dualbody::model::samples;
 use dualbody::scalar::Lanes;
 use dualbody::sim::SimulatorParameterGroup;
-use dualbody::{Integrator, Model, Scalar, Simulator, State, codegen};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State, codegen};
 use nalgebra::DVector;
 
 use crate::common::everything::INTEGRATORS;
@@ -47,8 +47,8 @@ impl VectorFunction for Weighted<'_> {
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let variant = with_step(self.simulator, x[0]);
         let u: Vec<T> = self.u.iter().map(|&u| T::constant(u)).collect();
-        let next = variant.step(&self.state.lift::<T>(), &u);
-        let here = self.simulator.step(self.state, self.u).lift::<T>();
+        let next = variant.step(&self.state.cast::<T>(), &u);
+        let here = self.simulator.step(self.state, self.u).cast::<T>();
         let change = next.deviation(self.simulator.model(), &here);
         let products = change.iter().zip(self.adjoint);
         y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
@@ -248,7 +248,7 @@ impl VectorFunction for Total<'_> {
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let Self(simulator, start, steps) = self;
         let variant = with_step(simulator, x[0]);
-        let trajectory = variant.rollout_over(&start.lift::<T>(), *steps, |_, _, _| {});
+        let trajectory = variant.rollout_over(&start.cast::<T>(), *steps, |_, _, _| {});
         y[0] = End.end(trajectory.last());
     }
 }
@@ -265,12 +265,9 @@ fn slope_of_rollouts_in_the_time_step_is_that_of_forward_mode_and_finite_differe
     for (what, simulator, start) in all {
         let total = Total(&simulator, &start, STEPS);
         let inputs = vec![DVector::zeros(simulator.nu()); STEPS];
-        let last = RolloutNumber::Parameter(simulator.parameters().len() - 1);
-        let [adjoint, forward] = [RolloutMode::Adjoint, RolloutMode::Forward].map(|mode| {
-            simulator
-                .rollout_slopes_in(mode, &start, &inputs, &End, &[last])
-                .slopes[0]
-        });
+        let gradient = simulator.rollout_gradient(&start, &inputs, &End).parameters;
+        let adjoint = gradient[gradient.len() - 1];
+        let forward = jacobian(&total, &[simulator.time_step()])[0];
         let size = 1.0 + forward.abs();
         assert!(
             (adjoint - forward).abs() < 1e-8 * size,
@@ -352,7 +349,7 @@ fn lanes_may_have_time_steps_of_their_own() {
         let variant = with_step(&simulator, Lanes(steps));
         let lanes = |x: f64| Lanes::<4>::constant(x);
         let over: Vec<_> = u.iter().map(|&u| lanes(u)).collect();
-        let next = variant.step(&state.lift(), &over);
+        let next = variant.step(&state.cast(), &over);
         for (lane, dt) in steps.into_iter().enumerate() {
             let expected = simulator.clone().with_time_step(dt).step(&state, &u);
             for (found, expected) in next.numbers().zip(expected.numbers()) {

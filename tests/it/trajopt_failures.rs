@@ -52,7 +52,7 @@ fn outcomes(problem: &Problem, guess: &Trajectory) -> Vec<Outcome> {
             max_iterations: ITERATIONS,
             ..ShootingOptions::default()
         };
-        let solution = SingleShooting::with_options(problem, options).solve(minimizer, guess);
+        let solution = SingleShooting::with_options(problem, options).solve(guess, minimizer);
         all.push(Outcome {
             solver: format!("{minimizer:?}"),
             status: solution.status,
@@ -279,7 +279,7 @@ fn exact_curvature_of_a_system_without_it_is_an_error_that_names_the_feature() {
     let z = shooting.variables(&guess);
     let refused = argmin::core::Hessian::hessian(&shooting, &z).unwrap_err();
     let by_shooting = SingleShooting::with_options(&problem, shooting.options().clone())
-        .solve(Minimizer::NewtonCg, &guess);
+        .solve(&guess, Minimizer::NewtonCg);
     assert_eq!(
         (by_ddp.status, by_shooting.status),
         (Status::NoStepHessian, Status::NoStepHessian)

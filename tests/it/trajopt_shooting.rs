@@ -171,7 +171,7 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
 }
 
 fn solve(problem: &Problem, minimizer: Minimizer) -> ShootingSolution {
-    let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::zero_input(problem));
+    let solution = SingleShooting::new(problem).solve(&Trajectory::zero_input(problem), minimizer);
     check_result(problem, minimizer, &solution);
     solution
 }
@@ -259,7 +259,7 @@ fn compare_with_ddp(name: &str, problem: &Problem, minimizers: &[Minimizer]) {
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
+        let solution = shooting.solve(&Trajectory::zero_input(problem), minimizer);
         check_result(problem, minimizer, &solution);
         let what = format!("{name}, {minimizer:?}: {}", solution.status);
         assert!(solution.is_converged(), "{what}");
@@ -328,12 +328,12 @@ fn cost_without_a_minimum_diverges() {
         Minimizer::SteepestDescent,
         Minimizer::NewtonCg,
     ] {
-        let solution = SingleShooting::new(&problem).solve(minimizer, &guess);
+        let solution = SingleShooting::new(&problem).solve(&guess, minimizer);
         assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
         assert!(solution.cost < -1e25, "{minimizer:?}");
     }
     // A radius of trust grows too slowly to tell within the iterations.
-    let solution = SingleShooting::new(&problem).solve(Minimizer::TrustRegion, &guess);
+    let solution = SingleShooting::new(&problem).solve(&guess, Minimizer::TrustRegion);
     assert!(
         !solution.is_converged() && solution.cost < -1.0,
         "{}",
@@ -353,7 +353,7 @@ fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
         let mut reports = Vec::new();
         let solution =
             SingleShooting::with_options(&problem, few)
-                .solve_with(minimizer, &guess, |progress| reports.push(*progress));
+                .solve_with(&guess, minimizer, |progress| reports.push(*progress));
         check_result(&problem, minimizer, &solution);
         assert_eq!(
             (solution.status, solution.iterations),
@@ -364,7 +364,7 @@ fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
     }
     guess.inputs[3][0] = f64::NAN;
     for minimizer in Minimizer::ALL {
-        let solution = SingleShooting::new(&problem).solve(minimizer, &guess);
+        let solution = SingleShooting::new(&problem).solve(&guess, minimizer);
         assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
     }
 }

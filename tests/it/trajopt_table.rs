@@ -88,7 +88,7 @@ fn shooting_row(name: &str, problem: &Problem) -> String {
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
+        let solution = shooting.solve(&Trajectory::zero_input(problem), minimizer);
         let cell = match solution.is_converged() {
             true => solution.iterations.to_string(),
             false => format!("{:?}", solution.status),

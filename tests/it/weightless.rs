@@ -141,7 +141,7 @@ fn heavy() -> Model {
     let mut builder = ModelBuilder::new("robot").with_gravity([0.3, -1.0, -9.0]);
     let own = robot().to_builder();
     for link in own.links() {
-        builder.add_link(LinkSpec::new(link.name()).with_inertia(*link.inertia()));
+        builder.add_link(LinkSpec::new(&link.name).with_inertia(link.inertia));
     }
     own.joints().iter().for_each(|joint| {
         builder.add_joint(joint.clone());

@@ -6,7 +6,7 @@ use dualbody::constraint::{Anchor, Constraint};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Scalar, Simulator, State};
 use nalgebra::DMatrix;
 
 use crate::common::everything::INTEGRATORS;
@@ -350,14 +350,14 @@ impl VectorFunction for Stepped<'_> {
     }
 
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
-        let (simulator, start) = (self.0.cast::<T>(), self.1.lift::<T>());
+        let (simulator, start) = (self.0.cast::<T>(), self.1.cast::<T>());
         let model = simulator.model();
         let (nv, reference) = (model.nv(), self.0.step(self.1, &vec![0.1; self.0.nu()]));
         let q = model.integrate(start.q.as_slice(), &x[..nv]);
         let v: Vec<T> = (0..nv).map(|k| start.v[k] + x[nv + k]).collect();
         let u: Vec<T> = x[2 * nv..].iter().map(|&u| u + 0.1).collect();
         let next = simulator.step(&State::new(q.as_slice(), &v), &u);
-        let moved = next.deviation(model, &reference.lift());
+        let moved = next.deviation(model, &reference.cast());
         y.copy_from_slice(moved.as_slice());
     }
 }

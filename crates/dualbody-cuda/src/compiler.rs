@@ -89,7 +89,7 @@ impl Compiler {
         folder: impl Into<PathBuf>,
     ) -> Result<Vec<Compiled>, CudaError> {
         let (all, folder) = (self.compile_all(source, architecture)?, Cache::new(folder));
-        for (kernel, compiled) in source.kernels().iter().zip(&all) {
+        for (kernel, compiled) in source.kernels.iter().zip(&all) {
             let file = file(&folder, kernel, &self.all_flags(architecture), None);
             folder.keep(&file, |own| write(own, &compiled.image))?;
         }
@@ -160,7 +160,7 @@ impl Compiler {
         source: &CudaSource,
         architecture: Architecture,
     ) -> Result<Vec<Compiled>, CudaError> {
-        let (kernels, next) = (source.kernels(), AtomicUsize::new(0));
+        let (kernels, next) = (&source.kernels, AtomicUsize::new(0));
         let signals = StopSignal::watched();
         // Each thread takes the next kernel that nobody has taken.
         let work = || {

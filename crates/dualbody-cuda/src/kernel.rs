@@ -32,7 +32,7 @@ impl Kernel {
         compiler: &Compiler,
     ) -> Result<Self, CudaError> {
         let compiled = compiler.compile_all(source, device.architecture()?)?;
-        let both = source.kernels().iter().zip(&compiled);
+        let both = source.kernels.iter().zip(&compiled);
         let functions = both.map(|(kernel, compiled)| {
             let image = Ptx::from_binary(compiled.image().to_vec());
             let module = device.context.load_module(image);
@@ -42,9 +42,9 @@ impl Kernel {
         });
         Ok(Self {
             functions: functions.collect::<Result<_, _>>()?,
-            sizes: source.sizes(),
+            sizes: source.sizes,
             device: device.clone(),
-            name: source.kernels()[0].name().to_owned(),
+            name: source.kernels[0].name().to_owned(),
             conditions: graph.conditions().to_vec(),
             origin: graph.origin().cloned(),
         })

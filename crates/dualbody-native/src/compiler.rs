@@ -73,10 +73,10 @@ impl Compiler {
     /// The file of a compiled source; compiles it unless it is there.
     pub(crate) fn compile(&self, source: &Source) -> Result<PathBuf, NativeError> {
         let machine = self.machine()?;
-        let parts = [source.header(), source.source(), &machine];
+        let parts = [source.header.as_str(), &source.source, &machine];
         let words = self.command.iter().chain(&self.flags).map(String::as_str);
         let cache = Cache::or_of_user(self.cache.as_ref(), "dualbody-native");
-        let (cache, name) = (cache.ok_or(NativeError::NoCache)?, source.name());
+        let (cache, name) = (cache.ok_or(NativeError::NoCache)?, &source.name);
         let folder = cache.path(name, parts.into_iter().chain(words));
         let file = folder.join(format!("{name}{DLL_SUFFIX}"));
         if !file.is_file() {
@@ -106,8 +106,8 @@ impl Compiler {
     fn build(&self, source: &Source, folder: &Path) -> Result<(), NativeError> {
         source.save(folder).map_err(FileError::at(folder))?;
         let (text, file) = (
-            format!("{}.c", source.name()),
-            format!("{}{DLL_SUFFIX}", source.name()),
+            format!("{}.c", &source.name),
+            format!("{}{DLL_SUFFIX}", &source.name),
         );
         let flags = ["-std=c99", "-fPIC", "-shared", "-o", &file, &text, "-lm"];
         let mut command = self.command(&flags, folder);

@@ -38,7 +38,7 @@ impl<R: Real> Loaded<R> {
             reason: error.to_string(),
         };
         let library = Library::open(path).map_err(failure)?;
-        let (name, batch) = (source.name(), format!("{}_batch", source.name()));
+        let (name, batch) = (&source.name, format!("{}_batch", &source.name));
         // SAFETY: the header of the source declares these names with these types; its text decides which file is loaded.
         let (single, batch) = unsafe {
             let single = library.symbol::<Single<R>>(name).map_err(failure)?;

@@ -65,15 +65,16 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             let options = ContactOptions {
                 mesh_points: whole_of(value, "mesh_points")?,
             };
-            guarded(|| Contacts::try_with_options(model, terrain, law, &options))?.or_raise()?
+            guarded(|| Contacts::with_options(model, terrain, law, &options))?.or_raise()?
         }
         Some(points) => {
             let options = ContactOptions::default();
             guarded(|| {
                 let none = Contacts::with_meshes(model, terrain, law, &options, &mut NoMeshes);
                 let add = |all: Contacts, point| all.with_point(point_of(point), law);
-                points.iter().fold(none.with_selection(|_| false), add)
+                none.map(|none| points.iter().fold(none.with_selection(|_| false), add))
             })?
+            .or_raise()?
         }
     };
     if let Some(links) = value.getattr("links")?.extract::<Option<Vec<String>>>()? {

@@ -1,7 +1,7 @@
 //! Other representations of the velocity of the base.
 
 use dualbody::Model;
-use dualbody::dynamics as d;
+use dualbody::dynamics::{BaseFrame, BaseQuantity};
 use dualbody::spatial::Representation;
 use nalgebra::DMatrix;
 use pyo3::prelude::*;
@@ -15,32 +15,32 @@ use crate::model::PyModel;
 functions! {
     /// Velocity whose base part is in another representation, (..., nv). q (..., nq), v (..., nv).
     velocity_to_representation(q, v; representation: Representation) -> |m| vec![m.nv()], |m, _, x, to, out| {
-        out.copy_from_slice(d::velocity_to_representation(m, x[0], x[1], to).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, to).to_representation(x[0], BaseQuantity::Velocity, x[1]).as_slice());
     };
 
     /// Velocity of this library from one whose base part is in another representation, (..., nv). q (..., nq), v (..., nv).
     velocity_from_representation(q, v; representation: Representation) -> |m| vec![m.nv()], |m, _, x, from, out| {
-        out.copy_from_slice(d::velocity_from_representation(m, x[0], x[1], from).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, from).from_representation(x[0], BaseQuantity::Velocity, x[1]).as_slice());
     };
 
     /// Joint forces whose base part is in another representation, (..., nv). q (..., nq), tau (..., nv).
     force_to_representation(q, tau; representation: Representation) -> |m| vec![m.nv()], |m, _, x, to, out| {
-        out.copy_from_slice(d::force_to_representation(m, x[0], x[1], to).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, to).to_representation(x[0], BaseQuantity::Force, x[1]).as_slice());
     };
 
     /// Joint forces of this library from some whose base part is in another representation, (..., nv). q (..., nq), tau (..., nv).
     force_from_representation(q, tau; representation: Representation) -> |m| vec![m.nv()], |m, _, x, from, out| {
-        out.copy_from_slice(d::force_from_representation(m, x[0], x[1], from).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, from).from_representation(x[0], BaseQuantity::Force, x[1]).as_slice());
     };
 
     /// Acceleration whose base part is in another representation, (..., nv). q (..., nq), v and a (..., nv).
     acceleration_to_representation(q, v, a; representation: Representation) -> |m| vec![m.nv()], |m, _, x, to, out| {
-        out.copy_from_slice(d::acceleration_to_representation(m, x[0], x[1], x[2], to).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, to).to_representation(x[0], BaseQuantity::Acceleration { v: x[1] }, x[2]).as_slice());
     };
 
     /// Acceleration of this library from one whose base part is in another representation, (..., nv). q (..., nq), v and a (..., nv).
     acceleration_from_representation(q, v, a; representation: Representation) -> |m| vec![m.nv()], |m, _, x, from, out| {
-        out.copy_from_slice(d::acceleration_from_representation(m, x[0], x[1], x[2], from).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, from).from_representation(x[0], BaseQuantity::Acceleration { v: x[1] }, x[2]).as_slice());
     };
 }
 
@@ -60,7 +60,7 @@ pub(crate) fn jacobian_to_representation<'py>(
     let to = Representation::find(m, representation)?;
     Ok(crate::arrays::matrix(
         model.py(),
-        &d::jacobian_to_representation(m, &q, &jacobian, to),
+        &BaseFrame::new(m, to).jacobian(&q, &jacobian),
     ))
 }
 
@@ -81,10 +81,9 @@ pub(crate) fn mass_matrix_to_representation<'py>(
         return Err(value_error("mass_matrix is not square"));
     }
     let to = Representation::find(m, representation)?;
-    Ok(crate::arrays::matrix(
-        model.py(),
-        &d::mass_matrix_to_representation(m, &q, &matrix, to),
-    ))
+    let base = BaseFrame::new(m, to);
+    let half = base.jacobian(&q, &matrix).transpose();
+    Ok(crate::arrays::matrix(model.py(), &base.jacobian(&q, &half)))
 }
 
 fn columns(name: &'static str, value: &Bound<'_, PyAny>, model: &Model) -> PyResult<DMatrix<f64>> {

@@ -1,6 +1,7 @@
 //! Dynamics with the base velocity in one representation: what `BaseVelocity` calls.
 
-use dualbody::dynamics::{self as d, BaseVelocity, MomentumFrame};
+use dualbody::Model;
+use dualbody::dynamics::{self as d, BaseFrame, BaseQuantity, MomentumFrame};
 use dualbody::model::FrameId;
 use dualbody::spatial::Representation;
 use pyo3::prelude::*;
@@ -9,105 +10,134 @@ use super::table::functions;
 use super::write::{write_force, write_motion, write_vector3};
 use crate::arrays::write_matrix;
 
+/// The velocity in the library's own representation.
+fn velocity(m: &Model, base: Representation, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let base = BaseFrame::new(m, base);
+    let own = base.from_representation(q, BaseQuantity::Velocity, v);
+    own.as_slice().to_vec()
+}
+
+/// Velocity and acceleration in the library's own representation.
+fn motion(
+    m: &Model,
+    base: Representation,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+) -> (Vec<f64>, Vec<f64>) {
+    let v = velocity(m, base, q, v);
+    let of = BaseQuantity::Acceleration { v: &v };
+    let a = BaseFrame::new(m, base).from_representation(q, of, a);
+    (v, a.as_slice().to_vec())
+}
+
 functions! {
     /// Joint forces, (..., nv). q (..., nq), v and a (..., nv).
     _base_inverse_dynamics(q, v, a; base: Representation) -> |m| vec![m.nv()], |m, _, x, base, out| {
-        out.copy_from_slice(BaseVelocity::new(m, base).inverse_dynamics(x[0], x[1], x[2]).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, base).inverse_dynamics(x[0], x[1], x[2]).as_slice());
     };
 
     /// Accelerations, (..., nv). q (..., nq), v and tau (..., nv).
     _base_forward_dynamics(q, v, tau; base: Representation) -> |m| vec![m.nv()], |m, _, x, base, out| {
-        out.copy_from_slice(BaseVelocity::new(m, base).forward_dynamics(x[0], x[1], x[2]).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, base).forward_dynamics(x[0], x[1], x[2]).as_slice());
     };
 
     /// Bias forces, (..., nv). q (..., nq), v (..., nv).
     _base_bias_forces(q, v; base: Representation) -> |m| vec![m.nv()], |m, _, x, base, out| {
-        out.copy_from_slice(BaseVelocity::new(m, base).bias_forces(x[0], x[1]).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, base).bias_forces(x[0], x[1]).as_slice());
     };
 
     /// Gravity forces, (..., nv). q (..., nq).
     _base_gravity_forces(q; base: Representation) -> |m| vec![m.nv()], |m, _, x, base, out| {
-        out.copy_from_slice(BaseVelocity::new(m, base).gravity_forces(x[0]).as_slice());
+        out.copy_from_slice(BaseFrame::new(m, base).gravity_forces(x[0]).as_slice());
     };
 
     /// Mass matrix, (..., nv, nv). q (..., nq).
     _base_mass_matrix(q; base: Representation) -> |m| vec![m.nv(); 2], |m, _, x, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).mass_matrix(x[0]), out);
+        write_matrix(&BaseFrame::new(m, base).mass_matrix(x[0]), out);
     };
 
     /// Inverse of the mass matrix, (..., nv, nv). q (..., nq).
     _base_mass_matrix_inverse(q; base: Representation) -> |m| vec![m.nv(); 2], |m, _, x, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).mass_matrix_inverse(x[0]), out);
+        write_matrix(&BaseFrame::new(m, base).mass_matrix_inverse(x[0]), out);
     };
 
     /// Coriolis matrix, (..., nv, nv). q (..., nq), v (..., nv).
     _base_coriolis_matrix(q, v; base: Representation) -> |m| vec![m.nv(); 2], |m, _, x, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).coriolis_matrix(x[0], x[1]), out);
+        write_matrix(&BaseFrame::new(m, base).coriolis_matrix(x[0], x[1]), out);
     };
 
     /// Velocity of a frame, (..., 6). q (..., nq), v (..., nv).
     _base_frame_velocity(q, v; frame: FrameId, representation: Representation, base: Representation) -> |_| vec![6], |m, _, x, frame, r, base, out| {
-        write_motion(&BaseVelocity::new(m, base).frame_velocity(x[0], x[1], frame, r), out);
+        write_motion(&d::frame_velocity(m, x[0], &velocity(m, base, x[0], x[1]), frame, r), out);
     };
 
     /// Acceleration of a frame, (..., 6). q (..., nq), v and a (..., nv).
     _base_frame_acceleration(q, v, a; frame: FrameId, representation: Representation, base: Representation) -> |_| vec![6], |m, _, x, frame, r, base, out| {
-        write_motion(&BaseVelocity::new(m, base).frame_acceleration(x[0], x[1], x[2], frame, r), out);
+        let (v, a) = motion(m, base, x[0], x[1], x[2]);
+        write_motion(&d::frame_acceleration(m, x[0], &v, &a, frame, r), out);
     };
 
     /// Bias acceleration of a frame, (..., 6). q (..., nq), v (..., nv).
     _base_frame_bias_acceleration(q, v; frame: FrameId, representation: Representation, base: Representation) -> |_| vec![6], |m, _, x, frame, r, base, out| {
-        write_motion(&BaseVelocity::new(m, base).frame_bias_acceleration(x[0], x[1], frame, r), out);
+        let (v, a) = motion(m, base, x[0], x[1], &vec![0.0; m.nv()]);
+        write_motion(&d::frame_acceleration(m, x[0], &v, &a, frame, r), out);
     };
 
     /// Jacobian of a frame, (..., 6, nv). q (..., nq).
     _base_frame_jacobian(q; frame: FrameId, representation: Representation, base: Representation) -> |m| vec![6, m.nv()], |m, _, x, frame, r, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).frame_jacobian(x[0], frame, r), out);
+        write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::frame_jacobian(m, x[0], frame, r)), out);
     };
 
     /// Rate of the Jacobian of a frame, (..., 6, nv). q (..., nq), v (..., nv).
     _base_frame_jacobian_derivative(q, v; frame: FrameId, representation: Representation, base: Representation) -> |m| vec![6, m.nv()], |m, _, x, frame, r, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).frame_jacobian_derivative(x[0], x[1], frame, r), out);
+        let v = velocity(m, base, x[0], x[1]);
+        let (j, rate) = (d::frame_jacobian(m, x[0], frame, r), d::frame_jacobian_derivative(m, x[0], &v, frame, r));
+        write_matrix(&BaseFrame::new(m, base).jacobian_derivative(x[0], &v, &j, &rate), out);
     };
 
     /// Momentum, (..., 6). q (..., nq), v (..., nv).
     _base_momentum(q, v; frame: MomentumFrame, base: Representation) -> |_| vec![6], |m, _, x, frame, base, out| {
-        write_force(&BaseVelocity::new(m, base).momentum(x[0], x[1], frame), out);
+        write_force(&d::momentum(m, x[0], &velocity(m, base, x[0], x[1]), frame), out);
     };
 
     /// Momentum matrix, (..., 6, nv). q (..., nq).
     _base_momentum_matrix(q; frame: MomentumFrame, base: Representation) -> |m| vec![6, m.nv()], |m, _, x, frame, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).momentum_matrix(x[0], frame), out);
+        write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::momentum_matrix(m, x[0], frame)), out);
     };
 
     /// Rate of the centroidal momentum, (..., 6). q (..., nq), v and a (..., nv).
     _base_centroidal_momentum_rate(q, v, a; base: Representation) -> |_| vec![6], |m, _, x, base, out| {
-        write_force(&BaseVelocity::new(m, base).centroidal_momentum_rate(x[0], x[1], x[2]), out);
+        let (v, a) = motion(m, base, x[0], x[1], x[2]);
+        write_force(&d::centroidal_momentum_rate(m, x[0], &v, &a), out);
     };
 
     /// Rate of the centroidal momentum matrix, (..., 6, nv). q (..., nq), v (..., nv).
     _base_centroidal_momentum_matrix_derivative(q, v; base: Representation) -> |m| vec![6, m.nv()], |m, _, x, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).centroidal_momentum_matrix_derivative(x[0], x[1]), out);
+        let v = velocity(m, base, x[0], x[1]);
+        let (a, rate) = (d::centroidal_momentum_matrix(m, x[0]), d::centroidal_momentum_matrix_derivative(m, x[0], &v));
+        write_matrix(&BaseFrame::new(m, base).jacobian_derivative(x[0], &v, &a, &rate), out);
     };
 
     /// Jacobian of the average velocity, (..., 6, nv). q (..., nq).
     _base_average_velocity_jacobian(q; frame: MomentumFrame, base: Representation) -> |m| vec![6, m.nv()], |m, _, x, frame, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).average_velocity_jacobian(x[0], frame), out);
+        write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::average_velocity_jacobian(m, x[0], frame)), out);
     };
 
     /// Velocity of the centre of mass, (..., 3). q (..., nq), v (..., nv).
     _base_center_of_mass_velocity(q, v; base: Representation) -> |_| vec![3], |m, _, x, base, out| {
-        write_vector3(&BaseVelocity::new(m, base).center_of_mass_velocity(x[0], x[1]), out);
+        write_vector3(&d::center_of_mass_velocity(m, x[0], &velocity(m, base, x[0], x[1])), out);
     };
 
     /// Jacobian of the centre of mass, (..., 3, nv). q (..., nq).
     _base_center_of_mass_jacobian(q; base: Representation) -> |m| vec![3, m.nv()], |m, _, x, base, out| {
-        write_matrix(&BaseVelocity::new(m, base).center_of_mass_jacobian(x[0]), out);
+        write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::center_of_mass_jacobian(m, x[0])), out);
     };
 
     /// Acceleration of the centre of mass, (..., 3). q (..., nq), v and a (..., nv).
     _base_center_of_mass_acceleration(q, v, a; base: Representation) -> |_| vec![3], |m, _, x, base, out| {
-        write_vector3(&BaseVelocity::new(m, base).center_of_mass_acceleration(x[0], x[1], x[2]), out);
+        let (v, a) = motion(m, base, x[0], x[1], x[2]);
+        write_vector3(&d::center_of_mass_acceleration(m, x[0], &v, &a), out);
     };
 
     /// The maps of tangents of a state to another representation of the base and back, (..., 2, 2 nv, 2 nv). q (..., nq), v (..., nv).
@@ -117,8 +147,9 @@ functions! {
         let mut unit = vec![0.0; n];
         for k in 0..n {
             unit[k] = 1.0;
-            let there = d::deviation_to_representation(m, x[0], x[1], &unit, base);
-            let back = d::deviation_from_representation(m, x[0], x[1], &unit, base);
+            let (frame, tangent) = (BaseFrame::new(m, base), BaseQuantity::Deviation { v: x[1] });
+            let there = frame.to_representation(x[0], tangent, &unit);
+            let back = frame.from_representation(x[0], tangent, &unit);
             for i in 0..n {
                 to[i * n + k] = there[i];
                 from[i * n + k] = back[i];

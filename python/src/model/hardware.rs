@@ -63,7 +63,7 @@ pub(crate) fn _hardware_model(
     x: &Bound<'_, PyAny>,
 ) -> PyResult<PyModel> {
     let hardware = hardware_of(model, links.as_ref())?;
-    let x = read_vector("x", x, Some(hardware.len()))?;
+    let x = read_vector("x", x, Some(hardware.names().len()))?;
     let made = guarded(|| hardware.model(&x))?.or_raise()?;
     let recipe = (model, links, x).into_pyobject(model.py())?;
     Ok(PyModel::new(made, ("_hardware_model", recipe)))
@@ -78,7 +78,7 @@ pub(crate) fn _hardware_jacobian<'py>(
     x: &Bound<'py, PyAny>,
 ) -> PyResult<Array<'py>> {
     let hardware = hardware_of(model, links.as_ref())?;
-    let x = read_vector("x", x, Some(hardware.len()))?;
+    let x = read_vector("x", x, Some(hardware.names().len()))?;
     let jacobian = guarded(|| hardware.parameter_jacobian(&x))?.or_raise()?;
     Ok(matrix(model.py(), &jacobian))
 }

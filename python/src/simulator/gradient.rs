@@ -174,7 +174,7 @@ impl PySimulator {
         let own = &*self.simulator;
         let points = own.contacts().map_or(0, |c| c.points().len());
         match wanted {
-            true => (own.model().parameter_layout().len(), points),
+            true => (own.model().parameter_layout().names().len(), points),
             false => (0, 0),
         }
     }

@@ -127,7 +127,10 @@ impl PySimulator {
                 u,
             };
             let own = variants.as_ref().map_or(own, |all| &all[k]);
-            own.rollout_gradient_with(&states[k], &vectors.collect::<Vec<_>>(), &cost, &options)
+            let inputs = [vectors.collect::<Vec<_>>()];
+            let start = std::slice::from_ref(&states[k]);
+            own.rollout_gradients(start, &inputs, &cost, &options)
+                .swap_remove(0)
         };
         let all = each(py, count, || (), one)?;
         self.rollout_slopes(py, &batch, steps, parameters, &all)

@@ -61,7 +61,7 @@ pub(crate) fn _single_shooting<'py>(
         problem_of_simulator,
         |problem, guess, report| {
             let minimizer = options.minimizer;
-            SingleShooting::with_options(problem, options).solve_with(minimizer, guess, report)
+            SingleShooting::with_options(problem, options).solve_with(guess, minimizer, report)
         },
         |py, _, own: &Variables| Ok(vector(py, own.variables.clone()).into_any()),
     )

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dualbody::view::Plot;
+use dualbody::view::{Plot, PlotLine, PlotScale};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -106,13 +106,13 @@ impl PyPlot {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let make = py.import("dualbody._dualbody")?.getattr("_plot")?;
         let plot = &self.plot;
-        let line = |(name, points): (&str, &[(f64, f64)])| (name.to_owned(), points.to_vec());
-        let lines: Vec<_> = plot.lines().map(line).collect();
+        let line = |line: &PlotLine| (line.name.clone(), line.points.clone());
+        let lines: Vec<_> = plot.lines.iter().map(line).collect();
         let parts = (
-            plot.title(),
-            plot.axes(),
+            &plot.title,
+            plot.axes.each_ref(),
             plot.size(),
-            plot.is_logarithmic(),
+            plot.scale == PlotScale::Logarithmic,
             lines,
         );
         Ok((make, parts.into_pyobject(py)?.into_any()))

@@ -86,11 +86,11 @@ pub(super) fn ports<'a>(
     };
     let (mut out, mut first) = (String::new(), 0);
     for port in ports {
-        check(port.name(), "an input or output")?;
-        let name = format!("{prefix}_{}", port.name().to_ascii_uppercase());
+        check(&port.name, "an input or output")?;
+        let name = format!("{prefix}_{}", port.name.to_ascii_uppercase());
         out += &format!("/* {} */\n", plain(&port.to_string()));
-        out += &define(format!("{name}_ROWS"), port.rows())?;
-        out += &define(format!("{name}_COLUMNS"), port.columns())?;
+        out += &define(format!("{name}_ROWS"), port.rows)?;
+        out += &define(format!("{name}_COLUMNS"), port.columns)?;
         out += &define(name, first)?;
         first += port.len();
     }

@@ -25,28 +25,17 @@ const LENGTH: usize = 500;
 
 /// A function as C: a header and a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Source {
-    name: String,
-    header: String,
-    source: String,
+    /// Name of the function, and of the files without their endings.
+    pub name: String,
+    /// Text of the header, `NAME.h`: names, sizes and units of all inputs and outputs, and the functions.
+    pub header: String,
+    /// Text of the source, `NAME.c`.
+    pub source: String,
 }
 
 impl Source {
-    /// Name of the function, and of the files without their endings.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Text of the header, `NAME.h`: names, sizes and units of all inputs and outputs, and the functions.
-    pub fn header(&self) -> &str {
-        &self.header
-    }
-
-    /// Text of the source, `NAME.c`.
-    pub fn source(&self) -> &str {
-        &self.source
-    }
-
     /// Writes both files into a folder, which is made if it is not there.
     ///
     /// # Errors

@@ -131,6 +131,7 @@ impl<P: Scalar> ContactLaw<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scalar::Cast;
 
     fn all() -> [ContactLaw; 3] {
         [

@@ -110,7 +110,7 @@ impl<P: Scalar> SoftContact<P> {
     /// normal, with a deflection m of the bristle (m); vectors in one frame.
     ///
     /// At zero velocity and deflection, value and derivatives are those of sticking.
-    pub fn force<T: Over<P>>(
+    pub(crate) fn force<T: Over<P>>(
         &self,
         depth: T,
         v: &Vector3<T>,

@@ -10,7 +10,7 @@ pub use height_field::HeightField;
 
 use crate::autodiff::Dual;
 use crate::numbers::{Numbers, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 
 /// A number with its derivatives in x and y.
 pub(super) type PlanarDual = Dual<f64, 2>;

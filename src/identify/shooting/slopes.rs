@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::variables::Target;
 use crate::autodiff::CHUNK;
 use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
-use crate::scalar::Dual;
+use crate::scalar::{Cast, Dual};
 use crate::sim::{Integrator, Simulator, State, StepPoint, StepScratch};
 
 /// Numbers for each vector-Jacobian product from which on these are cheaper.
@@ -144,8 +144,8 @@ impl Part {
     ) {
         let u: Vec<Local> = u.iter().map(|&u| u.into()).collect();
         self.simulator
-            .step_into(&state.lift(), &u, &mut self.scratch, &mut self.next);
-        let change = self.next.deviation(simulator.model(), &next.lift());
+            .step_into(&state.cast(), &u, &mut self.scratch, &mut self.next);
+        let change = self.next.deviation(simulator.model(), &next.cast());
         for (row, x) in change.iter().enumerate() {
             for (k, slope) in self.numbers.clone().zip(x.eps) {
                 out[(row, k)] = slope;

@@ -77,7 +77,7 @@ impl<'a> LinkPart<'a> {
 
     /// Name of the link.
     pub(super) fn name(&self) -> &str {
-        self.spec.name()
+        &self.spec.name
     }
 
     /// Lets gravity not act on the link.
@@ -159,7 +159,7 @@ impl<'a> Parts<'a> {
         for link in self.links {
             let place = link.place;
             let spec = link.finish(&mut context, &colors);
-            set_position(&mut builder, &context, false, place, spec.name());
+            set_position(&mut builder, &context, false, place, &spec.name);
             builder.add_link(spec);
         }
         let joints = self.joints.iter().map(|joint| (joint.name, joint.place));
@@ -168,7 +168,7 @@ impl<'a> Parts<'a> {
             spec, mimic, place, ..
         } in self.joints
         {
-            set_position(&mut builder, &context, true, place, spec.name());
+            set_position(&mut builder, &context, true, place, &spec.name);
             builder.add_joint(match mimic {
                 Some((place, mimic))
                     if options.mimicry == Mimicry::Independent

@@ -138,11 +138,11 @@ fn check_texts(builder: &ModelBuilder, format: &'static str) -> Result<(), Write
     };
     check("robot", builder.name())?;
     for link in builder.links() {
-        check("link", link.name())?;
+        check("link", &link.name)?;
         shape_texts(link).try_for_each(|text| check("shape", text))?;
     }
     for joint in builder.joints() {
-        check("joint", joint.name())?;
+        check("joint", &joint.name)?;
     }
     for (name, _, _) in builder.frames() {
         check("frame", name)?;
@@ -152,11 +152,11 @@ fn check_texts(builder: &ModelBuilder, format: &'static str) -> Result<(), Write
 
 fn shape_texts(link: &LinkSpec) -> impl Iterator<Item = &str> {
     let visuals = link
-        .visuals()
+        .visuals
         .iter()
         .map(|visual| (&visual.name, &visual.geometry));
     let collisions = link
-        .collisions()
+        .collisions
         .iter()
         .map(|shape| (&shape.name, &shape.geometry));
     visuals.chain(collisions).flat_map(|(name, geometry)| {

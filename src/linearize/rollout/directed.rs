@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::direction::RolloutDirection;
 use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
 use crate::dynamics::Calls;
+use crate::scalar::Cast;
 use crate::sim::{
     Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
     StepSlopes, add_integrated,
@@ -20,6 +21,18 @@ struct Moving {
     acceleration: Vec<Along>,
 }
 
+/// The rollout under given inputs.
+fn rollout_under(simulator: &Simulator, start: &State, inputs: &[DVector<f64>]) -> Rollout {
+    simulator.check(start);
+    (inputs.iter()).for_each(|u| simulator.check_input(u.as_slice()));
+    let mut given = inputs.iter();
+    simulator.rollout(start, inputs.len(), |_, _, u| {
+        if let Some(given) = given.next() {
+            u.copy_from_slice(given.as_slice());
+        }
+    })
+}
+
 /// A rollout, and working memory to take it along directions.
 pub(super) struct Directed<'a> {
     simulator: &'a Simulator,
@@ -33,7 +46,7 @@ impl<'a> Directed<'a> {
     pub(super) fn new(simulator: &'a Simulator, start: &State, inputs: &[DVector<f64>]) -> Self {
         Self {
             simulator,
-            rollout: simulator.rollout_under(start, inputs),
+            rollout: rollout_under(simulator, start, inputs),
             step: StepScratch::new(simulator),
             adjoint: StepAdjoint::new(simulator, Calls::Many),
             point: TwicePoint::new(simulator),
@@ -80,7 +93,7 @@ impl<'a> Directed<'a> {
     /// The states along a direction.
     fn moving(&mut self, along: &RolloutDirection) -> Vec<Moving> {
         let (simulator, states) = (self.simulator, &self.rollout.states);
-        let start: State<Along> = states[0].lift();
+        let start: State<Along> = states[0].cast();
         let changes: Vec<_> = along
             .start
             .iter()
@@ -89,7 +102,7 @@ impl<'a> Directed<'a> {
         let mut state = start.integrate(simulator.model(), &changes);
         let mut out = Vec::with_capacity(states.len());
         for (k, base) in states.iter().enumerate() {
-            let deviation = state.deviation(simulator.model(), &base.lift());
+            let deviation = state.deviation(simulator.model(), &base.cast());
             let mut own = Moving {
                 dx: deviation.map(|x| x.eps[0]),
                 u: Vec::new(),
@@ -161,7 +174,7 @@ impl<'a> Directed<'a> {
         let (by_q, rest) = adjoint.split_at_mut(nv);
         let mut ends = vec![Along::from(0.0); nv];
         let still = ends.clone();
-        let (q, base): (_, State<Along>) = (own.state.q.as_slice(), base.lift());
+        let (q, base): (_, State<Along>) = (own.state.q.as_slice(), base.cast());
         let (end, model) = (base.q.as_slice(), simulator.model());
         add_integrated(model, q, &still, end, &slopes[..nv], by_q, &mut ends);
         let others = rest.iter_mut().zip(&slopes[nv..]);
@@ -172,7 +185,7 @@ impl<'a> Directed<'a> {
     /// From weights along the tangent where the start has moved to how those at the start itself change.
     fn leave(&self, own: &Moving, adjoint: &[Along], out: &mut DVector<f64>) {
         let (model, nv) = (self.simulator.model(), self.simulator.model().nv());
-        let base: State<Along> = self.rollout.states[0].lift();
+        let base: State<Along> = self.rollout.states[0].cast();
         let tangent: Vec<_> = own.dx.iter().map(|&dx| Along::new(0.0, [dx])).collect();
         let mut all = adjoint.to_vec();
         let by_q = &mut all[..nv];

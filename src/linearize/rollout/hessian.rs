@@ -36,7 +36,7 @@ impl Simulator<f64> {
     /// direction, however many numbers of state and input there are; the costs are taken over dual numbers of dual numbers, once for every four of these. For a
     /// Hessian that is approximate and cheap, the Jacobians of a residual are the way ([`least_squares`](crate::least_squares)).
     ///
-    /// * `along` – the direction
+    /// * `along` – the direction; the whole Hessian has a product for each unit direction as its columns
     ///
     /// # Limitations
     /// Where a force has a kink (touch-down, a stop, a limit, a box on four rigid corners, of which any tilt lifts one) it is the Hessian of the side that
@@ -85,20 +85,6 @@ impl Simulator<f64> {
             product: directed.product(&mut CostsTwice::new(cost, self), along),
             status: directed.rollout.status,
         }
-    }
-
-    /// Computes the Hessian of a [cost](RolloutCost) of the rollout, in the numbers of the start (along its tangent) and then those of the input of
-    /// each step: a [product](Self::rollout_hessian_product) for each. Symmetric to rounding; zero unless the rollout is completed. Allocates.
-    ///
-    /// # Panics
-    /// If start or an input has the wrong length.
-    pub fn rollout_hessian<C: RolloutCost>(
-        &self,
-        start: &State,
-        inputs: &[DVector<f64>],
-        cost: &C,
-    ) -> DMatrix<f64> {
-        all_products(self, start, inputs, &mut CostsTwice::new(cost, self))
     }
 
     /// The Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  of the step f in (δx, δu), n × n with n = [`n_tangent`](Self::n_tangent) + `nu`; zero where the

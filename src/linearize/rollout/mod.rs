@@ -16,7 +16,6 @@ mod direction;
 mod hessian;
 #[cfg(feature = "second-order")]
 mod second_costs;
-mod slopes;
 mod trajectory;
 
 use nalgebra::DVector;
@@ -27,7 +26,6 @@ use cost::{Costs, Stages};
 pub use direction::RolloutDirection;
 #[cfg(feature = "second-order")]
 pub use hessian::RolloutHessianProduct;
-pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 
 use super::vjp::{StepGradient, VjpScratch};
@@ -137,8 +135,8 @@ impl Simulator<f64> {
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; four rollouts of cost (an arm of seven joints) to seven (the same
     /// on a rod, `cargo bench --features full --bench gradients`), however many inputs and parameters there are. What is
-    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers are
-    /// [`rollout_slopes`](Self::rollout_slopes).
+    /// wanted and kept may be chosen in [`rollout_gradients`](Self::rollout_gradients). Slopes in few numbers are entries of it: dual numbers cost
+    /// more from the first number on (`benches/RESULTS.md`).
     ///
     /// # Impacts
     /// The gradient is that of the numbers that the steps compute. Through an impact this is that of the motion only where the contact lasts
@@ -181,26 +179,11 @@ impl Simulator<f64> {
         inputs: &[DVector<f64>],
         cost: &C,
     ) -> RolloutGradient {
-        self.rollout_gradient_with(start, inputs, cost, &RolloutGradientOptions::default())
+        let mut memory = RolloutMemory::new(self, &RolloutGradientOptions::default());
+        memory.gradient(self, start, inputs, &mut Stages::new(cost, self))
     }
 
-    /// [`rollout_gradient`](Self::rollout_gradient) with options.
-    ///
-    /// # Panics
-    /// If start or an input has the wrong length.
-    pub fn rollout_gradient_with<C: RolloutCost>(
-        &self,
-        start: &State,
-        inputs: &[DVector<f64>],
-        cost: &C,
-        options: &RolloutGradientOptions,
-    ) -> RolloutGradient {
-        let mut memory = RolloutMemory::new(self, options);
-        let mut costs = Stages::new(cost, self);
-        memory.gradient(self, start, inputs, &mut costs)
-    }
-
-    /// [`rollout_gradient_with`](Self::rollout_gradient_with) of many rollouts, on all cores.
+    /// [`rollout_gradient`](Self::rollout_gradient) of one rollout or many, on all cores, with options.
     ///
     /// * `starts` – the first state of each
     /// * `inputs` – the inputs of each, step after step
@@ -210,7 +193,7 @@ impl Simulator<f64> {
     pub fn rollout_gradients<C: RolloutCost + Sync>(
         &self,
         starts: &[State],
-        inputs: &[Vec<DVector<f64>>],
+        inputs: &[impl AsRef<[DVector<f64>]> + Sync],
         cost: &C,
         options: &RolloutGradientOptions,
     ) -> Vec<RolloutGradient> {
@@ -221,7 +204,7 @@ impl Simulator<f64> {
         let worker = || (RolloutMemory::new(self, options), Stages::new(cost, self));
         let mut workers: Vec<_> = (0..threads).map(|_| worker()).collect();
         for_each_part(&mut workers, &mut out, |(memory, costs), k, out| {
-            *out = Some(memory.gradient(self, &starts[k], &inputs[k], costs));
+            *out = Some(memory.gradient(self, &starts[k], inputs[k].as_ref(), costs));
         });
         out.into_iter().flatten().collect()
     }

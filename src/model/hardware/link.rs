@@ -93,7 +93,7 @@ impl ScaledLink {
             let (_, shape) = LinkShape::First.of(link)?;
             let mut dimensions = dimensions_of(shape).to_vec();
             dimensions.extend((link.inertia.mass > 0.0).then_some(Dimension::Density));
-            Some(Self::new(link.name(), &dimensions))
+            Some(Self::new(&link.name, &dimensions))
         });
         chosen.collect()
     }

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::description::indices;
 use super::numbers::Numbers;
-use super::{FrameId, LinkSpec, Model, ModelBuilder, assembly};
+use super::{FrameId, Model, ModelBuilder, assembly};
 use crate::error::{EditError, UnknownName};
 use crate::scalar::{CHUNK, Dual, Scalar};
 use crate::spatial::Transform;
@@ -39,7 +39,7 @@ pub(crate) use stretch::Stretch;
 ///
 /// Angles, axes, limits, motors, springs, damping and links that are not chosen stay as they are. Anchors of [constraints](crate::constraint) do not move.
 ///
-/// For a rollout of an `f64` robot, [`Simulator::rollout_gradient_with`](crate::Simulator::rollout_gradient_with) gives the gradient in the
+/// For a rollout of an `f64` robot, [`Simulator::rollout_gradients`](crate::Simulator::rollout_gradients) gives the gradient in the
 /// [parameters of the model](Model::parameters), where
 /// [these alone](crate::linearize::RolloutGradientOptions::with_model_parameters_only) are wanted; the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
 ///
@@ -84,7 +84,7 @@ impl Hardware {
         let builder = model.to_builder();
         let mut out = Self {
             model: model.clone(),
-            link_of_name: indices(builder.links.iter().map(LinkSpec::name)),
+            link_of_name: indices(builder.links.iter().map(|link| link.name.as_str())),
             scaled: Vec::with_capacity(links.len()),
             names: Vec::new(),
             nominal: Vec::new(),
@@ -105,16 +105,6 @@ impl Hardware {
             out.scaled.push(scaled);
         }
         Ok(out)
-    }
-
-    /// Number of parameters.
-    pub fn len(&self) -> usize {
-        self.nominal.len()
-    }
-
-    /// `true` if nothing was chosen.
-    pub fn is_empty(&self) -> bool {
-        self.nominal.is_empty()
     }
 
     /// Name of each parameter: link and number, as in `forearm: length`.
@@ -150,7 +140,7 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn model<T: Scalar>(&self, x: &[T]) -> Result<Model<T>, EditError> {
         self.check(x)?;
         let pairs = x.iter().zip(&self.nominal);
@@ -167,7 +157,7 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn description(&self, x: &[f64]) -> Result<ModelBuilder, EditError> {
         self.check(x)?;
         Ok(self.described(x))
@@ -184,14 +174,14 @@ impl Hardware {
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not [`len`](Self::len) parameters.
+    /// If there are not as many as [`names`](Self::names).
     pub fn parameter_jacobian(&self, x: &[f64]) -> Result<DMatrix<f64>, EditError> {
         self.check(x)?;
         let rows = self.model.parameters().len();
-        let mut out = DMatrix::zeros(rows, self.len());
+        let mut out = DMatrix::zeros(rows, self.names().len());
         let mut duals: Vec<Dual<f64, CHUNK>> = x.iter().map(|&x| x.into()).collect();
-        for first in (0..self.len()).step_by(CHUNK) {
-            let end = self.len().min(first + CHUNK);
+        for first in (0..self.names().len()).step_by(CHUNK) {
+            let end = self.names().len().min(first + CHUNK);
             (first..end).for_each(|k| duals[k].eps[k - first] = 1.0);
             let slopes = self.model(&duals)?.parameter_derivatives();
             out.columns_mut(first, end - first)
@@ -222,7 +212,7 @@ impl Hardware {
     }
 
     fn check<T: Scalar>(&self, x: &[T]) -> Result<(), EditError> {
-        let (own, given) = (self.len(), x.len());
+        let (own, given) = (self.names().len(), x.len());
         assert_eq!(
             given,
             own,

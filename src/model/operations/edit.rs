@@ -7,12 +7,8 @@ use crate::model::{Model, ModelBuilder};
 use crate::spatial::Inertia;
 
 impl ModelBuilder {
-    /// Gives a link another mass, kg: as of another density, so that its inertia changes in proportion and its centre
-    /// of mass stays.
-    ///
-    /// # Errors
-    /// If there is no such link, it has no mass yet, or the mass is not positive.
-    pub fn set_link_mass(&mut self, link: &str, mass: f64) -> Result<&mut Self, EditError> {
+    /// [`Model::with_link_mass`].
+    pub(crate) fn set_link_mass(&mut self, link: &str, mass: f64) -> Result<&mut Self, EditError> {
         let index = self.link_index(link)?;
         positive("mass", mass)?;
         let inertia = &mut self.links[index].inertia;
@@ -56,10 +52,11 @@ impl ModelBuilder {
 }
 
 impl Model<f64> {
-    /// The robot with another mass of a link; see [`ModelBuilder::set_link_mass`].
+    /// The robot with another mass of a link, kg: as of another density, so that its inertia changes in proportion and its centre
+    /// of mass stays.
     ///
     /// # Errors
-    /// As there.
+    /// If there is no such link, it has no mass yet, or the mass is not positive.
     ///
     /// # Examples
     /// ```

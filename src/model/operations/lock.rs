@@ -13,26 +13,11 @@ use crate::model::{JointSpec, Mimicry, Model, ModelBuilder, checks};
 use crate::spatial::{Quaternion, Transform};
 
 impl ModelBuilder {
-    /// Locks joints at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
-    ///
-    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
-    /// that puts it; one that is locked itself no longer follows. Nothing changes if there is an error.
-    ///
-    /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
-    ///
-    /// # Errors
-    /// If a name is unknown or double, a configuration has the wrong length, or the description is not that of a robot.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::model::samples;
-    ///
-    /// let mut builder = samples::double_pendulum().to_builder();
-    /// builder.lock_joints(&[("elbow", &[0.5])])?;
-    /// assert_eq!(builder.build()?.joint_names(), ["shoulder"]);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn lock_joints(&mut self, positions: &[(&str, &[f64])]) -> Result<&mut Self, EditError> {
+    /// [`Model::with_locked_joints`].
+    pub(crate) fn lock_joints(
+        &mut self,
+        positions: &[(&str, &[f64])],
+    ) -> Result<&mut Self, EditError> {
         // Where a joint is locked follows from numbers that must be possible.
         checks::check(self)?;
         let mut locked: HashMap<usize, Vec<f64>> = HashMap::new();
@@ -66,15 +51,8 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Keeps some joints and locks all others, at the given positions or else at the neutral one (zeros, identity).
-    ///
-    /// A joint that follows a kept one keeps following it.
-    ///
-    /// * `positions` – as in [`lock_joints`](Self::lock_joints)
-    ///
-    /// # Errors
-    /// As for [`lock_joints`](Self::lock_joints); and if a kept joint is to be locked, itself or by what it follows.
-    pub fn keep_joints(
+    /// [`Model::with_kept_joints`].
+    pub(crate) fn keep_joints(
         &mut self,
         kept: &[&str],
         positions: &[(&str, &[f64])],
@@ -89,7 +67,7 @@ impl ModelBuilder {
             let stays = kept_joints.contains(&i) || follows || joint.kind == JointKind::Fixed;
             let mut q = vec![0.0; joint.kind.nq()];
             joint.kind.neutral(&mut q);
-            (!stays && !given.contains(joint.name())).then(|| (joint.name.clone(), q))
+            (!stays && !given.contains(joint.name.as_str())).then(|| (joint.name.clone(), q))
         };
         let others: Vec<(String, Vec<f64>)> =
             self.joints.iter().enumerate().filter_map(neutral).collect();
@@ -131,7 +109,7 @@ impl ModelBuilder {
                 continue;
             };
             for &follower in followers
-                .get(self.joints[leader].name())
+                .get(self.joints[leader].name.as_str())
                 .into_iter()
                 .flatten()
             {
@@ -163,20 +141,28 @@ fn locked_pose(joint: &JointSpec, q: &[f64]) -> Transform<f64> {
 }
 
 impl Model<f64> {
-    /// The robot with joints locked; see [`ModelBuilder::lock_joints`].
+    /// The robot with joints locked at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
     ///
     /// Its dynamics are those of the whole robot with these joints held.
+    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
+    /// that puts it; one that is locked itself no longer follows.
+    ///
+    /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
     ///
     /// # Errors
-    /// As there, and if what is left is no model.
+    /// If a name is unknown or double, a configuration has the wrong length, or what is left is no model.
     pub fn with_locked_joints(&self, positions: &[(&str, &[f64])]) -> Result<Self, EditError> {
         Ok(self.to_builder().lock_joints(positions)?.build()?)
     }
 
-    /// The robot with some joints, the others locked; see [`ModelBuilder::keep_joints`].
+    /// The robot with some joints; all others are locked, at the given positions or else at the neutral one (zeros, identity).
+    ///
+    /// A joint that follows a kept one keeps following it.
+    ///
+    /// * `positions` – as in [`with_locked_joints`](Self::with_locked_joints)
     ///
     /// # Errors
-    /// As there, and if what is left is no model.
+    /// As there; and if a kept joint is to be locked, itself or by what it follows.
     ///
     /// # Examples
     /// ```
@@ -343,7 +329,7 @@ mod tests {
         builder
             .keep_joints(&["joint0"], &[("joint2", &[0.2])])
             .unwrap();
-        let kinds: Vec<JointKind> = builder.joints.iter().map(JointSpec::kind).collect();
+        let kinds: Vec<JointKind> = builder.joints.iter().map(|joint| joint.kind).collect();
         assert_eq!(
             kinds,
             [JointKind::Prismatic, JointKind::Prismatic, JointKind::Fixed]

@@ -8,22 +8,8 @@ use crate::model::{JointSpec, Model, ModelBuilder};
 use crate::spatial::{Inertia, Transform};
 
 impl ModelBuilder {
-    /// Makes all lengths s times as long and all densities ρ times as high, whatever the shapes are (or whether there are any).
-    ///
-    /// | quantity | factor |
-    /// |---|---|
-    /// | positions of joints, frames, shapes; sizes of shapes | s |
-    /// | limits of position and speed, offset and rest position of prismatic joints | s |
-    /// | pitch of screw joints | s |
-    /// | masses | ρ s³ |
-    /// | first moments | ρ s⁴ |
-    /// | rotational inertias | ρ s⁵ |
-    /// | ratio of a prismatic joint that follows a revolute one (and the inverse the other way) | s |
-    /// | gravity, angles, efforts, damping, friction, rotor inertias, stiffness: what belongs to motors and springs | 1 |
-    ///
-    /// # Errors
-    /// If a factor is not positive.
-    pub fn scale(&mut self, length: f64, density: f64) -> Result<&mut Self, EditError> {
+    /// [`Model::scaled`].
+    pub(crate) fn scale(&mut self, length: f64, density: f64) -> Result<&mut Self, EditError> {
         positive("length factor", length)?;
         positive("density factor", density)?;
         for link in &mut self.links {
@@ -114,7 +100,18 @@ fn scale_travel(joint: &mut JointSpec, factor: f64) {
 }
 
 impl Model<f64> {
-    /// The robot scaled; see [`ModelBuilder::scale`].
+    /// The robot with all lengths s times as long and all densities ρ times as high, whatever the shapes are (or whether there are any).
+    ///
+    /// | quantity | factor |
+    /// |---|---|
+    /// | positions of joints, frames, shapes; sizes of shapes | s |
+    /// | limits of position and speed, offset and rest position of prismatic joints | s |
+    /// | pitch of screw joints | s |
+    /// | masses | ρ s³ |
+    /// | first moments | ρ s⁴ |
+    /// | rotational inertias | ρ s⁵ |
+    /// | ratio of a prismatic joint that follows a revolute one (and the inverse the other way) | s |
+    /// | gravity, angles, efforts, damping, friction, rotor inertias, stiffness: what belongs to motors and springs | 1 |
     ///
     /// # Errors
     /// If a factor is not positive.

@@ -70,7 +70,7 @@ impl Member {
         stand: Stand,
         placement: &Transform<f64>,
     ) -> Self {
-        let name = link.name().to_owned();
+        let name = link.name.clone();
         let parts = alone(link);
         let mount = match kind {
             JointKind::Floating => free(&name, &name),
@@ -92,7 +92,7 @@ impl Member {
 
     /// Checks the pose.
     pub(super) fn check(&self, name: &str) -> Result<(), LoadError> {
-        check_pose(&self.parts, "member", name, self.mount.placement())
+        check_pose(&self.parts, "member", name, &self.mount.placement)
     }
 
     /// Checks the numbers of a single link.
@@ -102,18 +102,18 @@ impl Member {
 
     /// The joint that holds the member, on the link that carries its frame.
     pub(super) fn mount_on(&self, parts: &ModelBuilder) -> Result<JointSpec, UnknownName> {
-        if self.mount.parent() == WORLD {
+        if self.mount.parent == WORLD {
             return Ok(self.mount.clone());
         }
-        let (link, X_LF) = parts.find_frame(self.mount.parent())?;
+        let (link, X_LF) = parts.find_frame(&self.mount.parent)?;
         let mount = self.mount.clone().with_parent(link);
-        Ok(mount.with_placement(X_LF * *self.mount.placement()))
+        Ok(mount.with_placement(X_LF * self.mount.placement))
     }
 }
 
 /// A single link that stands.
 fn alone(link: LinkSpec) -> ModelBuilder {
-    let mut parts = ModelBuilder::new(link.name()).with_base(Base::Fixed);
+    let mut parts = ModelBuilder::new(&link.name).with_base(Base::Fixed);
     parts.add_link(link);
     parts
 }

@@ -100,8 +100,7 @@ impl Graph {
     pub fn adjoint(&self, inputs: &[&str]) -> Result<Self, UnknownName> {
         let x = Chosen::new(inputs, |name| self.input(name))?;
         Ok(self.derived(|t, all| {
-            let weight =
-                |y: &Port| Port::matrix(format!("{}_weight", y.name()), y.rows(), y.columns());
+            let weight = |y: &Port| Port::matrix(format!("{}_weight", &y.name), y.rows, y.columns);
             let weights = self.outputs().iter().flat_map(|y| t.input(weight(y)));
             let weights: Vec<_> = weights.collect();
             let bar = self.reverse_sweep(&self.replay_nodes(all), &weights);
@@ -132,7 +131,7 @@ impl Graph {
         let mut indices = x.indices.iter();
         for port in &x.ports {
             let numbers: Vec<_> = indices.by_ref().take(port.len()).map(|&i| bar[i]).collect();
-            let port = Port::matrix(name(port.name()), port.rows(), port.columns());
+            let port = Port::matrix(name(&port.name), port.rows, port.columns);
             t.output(port, &numbers);
         }
     }
@@ -195,7 +194,7 @@ fn declare(t: &mut Tracer, entries: &[Traced], y: &Chosen<'_>, x: &Chosen<'_>) {
         for input in &x.ports {
             let columns = column..column + input.len();
             let block = columns.flat_map(|k| &entries[k * height + row..][..output.len()]);
-            let name = format!("d{}_d{}", output.name(), input.name());
+            let name = format!("d{}_d{}", &output.name, &input.name);
             t.output(Port::matrix(name, output.len(), input.len()), block);
             column += input.len();
         }

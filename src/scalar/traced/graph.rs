@@ -102,7 +102,7 @@ impl Graph {
 
     /// Notes of which robot the graph is; generated code says so.
     #[must_use]
-    pub fn with_origin(mut self, origin: Origin) -> Self {
+    pub(crate) fn with_origin(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
     }
@@ -133,11 +133,13 @@ impl Graph {
     }
 
     /// All nodes: constants, then inputs, then operations.
+    #[doc(hidden)]
     pub fn nodes(&self) -> &[Operation] {
         &self.nodes
     }
 
     /// The node of each number of the outputs.
+    #[doc(hidden)]
     pub fn results(&self) -> &[NodeId] {
         &self.results
     }
@@ -148,6 +150,7 @@ impl Graph {
     }
 
     /// Largest number of results of operations that are needed at once, besides inputs and constants.
+    #[doc(hidden)]
     pub fn live_values(&self) -> usize {
         self.program.live_values()
     }
@@ -199,7 +202,7 @@ impl Graph {
             model: origin.map_or("a graph", |origin| &origin.name).to_owned(),
             element: element.to_owned(),
             name: name.to_owned(),
-            known: known.iter().map(|port| port.name().to_owned()).collect(),
+            known: known.iter().map(|port| port.name.to_owned()).collect(),
         }
     }
 }
@@ -238,7 +241,7 @@ impl fmt::Display for Graph {
 fn entry(ports: &[Port], mut index: usize) -> String {
     for port in ports {
         if index < port.len() {
-            return format!("{}[{index}]", port.name());
+            return format!("{}[{index}]", &port.name);
         }
         index -= port.len();
     }

@@ -111,7 +111,7 @@ impl Traced {
     }
 
     /// The number, if it is a constant.
-    pub fn constant_value(self) -> Option<f64> {
+    pub(crate) fn constant_value(self) -> Option<f64> {
         match self.0 {
             Kind::Constant(x) => Some(x),
             Kind::Node { .. } => None,

@@ -8,6 +8,7 @@ pub struct NodeId(pub(crate) u32);
 
 impl NodeId {
     /// The place, from 0.
+    #[doc(hidden)]
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -69,6 +70,7 @@ const OPERANDS: usize = 4;
 
 impl<I: Copy> Operation<I> {
     /// The operands, in order.
+    #[doc(hidden)]
     pub fn operands(&self) -> impl Iterator<Item = I> + use<I> {
         use Operation::{
             Acos, Add, Asin, Atan2, Constant, Cos, Div, Exp, Input, Ln, Mul, MulAdd, MulSub, Neg,
@@ -91,7 +93,7 @@ impl<I: Copy> Operation<I> {
     }
 
     /// Copies the operation onto other operands.
-    pub fn map<J>(&self, mut to: impl FnMut(I) -> J) -> Operation<J> {
+    pub(crate) fn map<J>(&self, mut to: impl FnMut(I) -> J) -> Operation<J> {
         match *self {
             Self::Constant(bits) => Operation::Constant(bits),
             Self::Input(i) => Operation::Input(i),
@@ -117,7 +119,7 @@ impl<I: Copy> Operation<I> {
     }
 
     /// Whether nothing is computed: a constant or an input.
-    pub fn is_given(&self) -> bool {
+    pub(crate) fn is_given(&self) -> bool {
         matches!(self, Self::Constant(_) | Self::Input(_))
     }
 }

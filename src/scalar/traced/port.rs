@@ -9,16 +9,25 @@ use std::fmt;
 /// use dualbody::scalar::traced::Port;
 ///
 /// let port = Port::matrix("A", 4, 4).with_unit("1");
-/// assert_eq!((port.name(), port.len(), port.to_string().as_str()), ("A", 16, "A (4 × 4), 1"));
+/// assert_eq!((port.name.as_str(), port.len(), port.to_string().as_str()), ("A", 16, "A (4 × 4), 1"));
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Port {
-    name: String,
-    rows: usize,
-    columns: usize,
-    unit: String,
+    /// The name.
+    pub name: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// The units; empty if nobody said.
+    pub unit: String,
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl Port {
     /// A single number.
     pub fn number(name: impl Into<String>) -> Self {
@@ -47,34 +56,9 @@ impl Port {
         self
     }
 
-    /// The name.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Number of columns.
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
     /// Number of numbers.
     pub fn len(&self) -> usize {
         self.rows * self.columns
-    }
-
-    /// `true` if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The units; empty if nobody said.
-    pub fn unit(&self) -> &str {
-        &self.unit
     }
 }
 

@@ -19,7 +19,7 @@ impl Tracer {
     /// # Panics
     /// If there is an input of that name.
     pub fn input(&mut self, port: Port) -> Vec<Traced> {
-        let name = port.name();
+        let name = &port.name;
         assert!(
             find(&self.inputs, name).is_none(),
             "there are two inputs with the name \"{name}\""
@@ -35,7 +35,7 @@ impl Tracer {
     /// # Panics
     /// If there is an output of that name, or it has another number of entries.
     pub fn output<'a>(&mut self, port: Port, numbers: impl IntoIterator<Item = &'a Traced>) {
-        let name = port.name();
+        let name = &port.name;
         assert!(
             find(&self.outputs, name).is_none(),
             "there are two outputs with the name \"{name}\""

@@ -150,6 +150,10 @@ impl Trajectories<'_> {
     }
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchRollout {
     /// Makes room for trajectories of a simulator; where there is not enough, for their first states, and returns `false`.
     fn start(
@@ -200,11 +204,6 @@ impl BatchRollout {
     /// Number of trajectories.
     pub fn len(&self) -> usize {
         self.len
-    }
-
-    /// `true` if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
     }
 
     /// Status of a trajectory at its end.
@@ -260,6 +259,7 @@ impl BatchRollout {
     /// The memory of all trajectories, for who wants to keep it without a copy: that of trajectory `i` begins at `i` × (steps + 1) × (nq + nv +
     /// numbers of a state of contact), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
     /// trajectory, means nothing.
+    #[doc(hidden)]
     pub fn into_numbers(self) -> Vec<f64> {
         self.numbers
     }

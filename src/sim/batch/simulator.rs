@@ -70,6 +70,10 @@ type StepGroup = fn(
     &mut Group<BatchScalar, BATCH_WIDTH>,
 );
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchSimulator {
     /// A simulator of `len` states of one robot, on all cores.
     pub fn new(simulator: Simulator, len: usize) -> Self {
@@ -165,11 +169,6 @@ impl BatchSimulator {
     /// Number of states.
     pub fn len(&self) -> usize {
         self.len
-    }
-
-    /// `true` if there are no states.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
     }
 
     /// The most threads that are used.

@@ -57,6 +57,10 @@ pub struct SingleBatch {
     workers: Vec<Worker<SingleScalar>>,
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl SingleBatch {
     /// A batch of some states, rounded to single precision, on all cores.
     ///
@@ -88,11 +92,6 @@ impl SingleBatch {
     /// Number of states.
     pub fn len(&self) -> usize {
         self.groups.len
-    }
-
-    /// `true` if there are no states.
-    pub fn is_empty(&self) -> bool {
-        self.groups.len == 0
     }
 
     /// The simulator.

@@ -15,6 +15,10 @@ pub struct BatchStates {
     pub(super) groups: Groups<BatchScalar, BATCH_WIDTH>,
 }
 
+#[expect(
+    clippy::len_without_is_empty,
+    reason = "a count, none of which is rare"
+)]
 impl BatchStates {
     pub(super) fn new(simulator: &Simulator, states: &[State]) -> Self {
         Self {
@@ -26,11 +30,6 @@ impl BatchStates {
     /// Number of states.
     pub fn len(&self) -> usize {
         self.groups.len
-    }
-
-    /// `true` if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.groups.len == 0
     }
 
     /// A state: after the last step that did not diverge, see [`status`](Self::status). Allocates.
@@ -76,6 +75,7 @@ impl BatchStates {
     }
 
     /// The lanes of each group, with all coordinates: for control laws over [`BatchScalar`]. Lanes past the last state repeat it.
+    #[doc(hidden)]
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &State<BatchScalar>> {
         self.groups.all.iter().map(|group| &group.state)
     }

@@ -197,11 +197,6 @@ impl<P: Scalar> FrameActuator<P> {
         self.representation
     }
 
-    /// Force and moment per unit of input, N and N·m.
-    pub fn unit_wrench(&self) -> &Force<P> {
-        &self.wrench
-    }
-
     /// The least input that acts; `None` without limits.
     pub fn lower(&self) -> Option<P> {
         self.lower
@@ -210,16 +205,6 @@ impl<P: Scalar> FrameActuator<P> {
     /// The largest input that acts; `None` without limits.
     pub fn upper(&self) -> Option<P> {
         self.upper
-    }
-
-    /// Returns the actuator at another place with another wrench: over dual numbers, for derivatives in arms and torque ratios.
-    #[must_use]
-    pub fn with_numbers<Q: Over<P>>(&self, place: Anchor<Q>, wrench: Force<Q>) -> FrameActuator<Q> {
-        FrameActuator {
-            place,
-            wrench,
-            ..self.cast()
-        }
     }
 
     /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, the wrench, limits.

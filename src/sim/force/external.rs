@@ -4,7 +4,7 @@ use super::function::{ForceFunction, Function};
 use super::{check_finite, each_place, unit_forces};
 use crate::constraint::Anchor;
 use crate::numbers::{Each, Numbers, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Cast, Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, Transform};
 
 /// A force on a place of a robot, constant or a function of how the place moves.

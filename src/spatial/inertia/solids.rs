@@ -15,11 +15,6 @@ const BALL: f64 = 2.0 / 5.0;
 const ROD: f64 = 1.0 / 12.0;
 
 impl<P: Scalar> Inertia<P> {
-    /// Inertia of a point mass at the origin.
-    pub fn point(mass: P) -> Self {
-        Self::centred(mass, [P::zero(); 3])
-    }
-
     /// A solid box with full edge lengths `size`:  J = m/12 (y² + z², x² + z², x² + y²).
     ///
     /// # Examples
@@ -64,12 +59,6 @@ impl<P: Scalar> Inertia<P> {
         let of_balls = balls * (r2 * BALL + l2 * 0.25 + length * radius * HALF_BALL);
         let across = of_cylinder + of_balls;
         Self::centred(mass, [across, across, axial])
-    }
-
-    /// A thin rod along z of full length `length`:  Jₓ = m l²/12,  `J_z` = 0.
-    pub fn thin_rod(mass: P, length: P) -> Self {
-        let across = mass * length * length * ROD;
-        Self::centred(mass, [across, across, P::zero()])
     }
 
     fn centred(mass: P, [x, y, z]: [P; 3]) -> Self {
@@ -153,8 +142,10 @@ mod tests {
             moments(Inertia::solid_cylinder(12.0, 1.0, 2.0)),
             [7.0, 7.0, 6.0]
         );
-        assert_eq!(moments(Inertia::thin_rod(12.0, 1.0)), [1.0, 1.0, 0.0]);
-        assert_eq!(moments(Inertia::point(3.0)), [0.0; 3]);
+        assert_eq!(
+            moments(Inertia::solid_cylinder(12.0, 0.0, 1.0)),
+            [1.0, 1.0, 0.0]
+        );
     }
 
     #[test]
@@ -166,7 +157,7 @@ mod tests {
         assert_eq!(capsule, ball);
         let (capsule, rod) = (
             Inertia::solid_capsule(12.0, 0.0, 1.0),
-            Inertia::thin_rod(12.0, 1.0),
+            Inertia::solid_cylinder(12.0, 0.0, 1.0),
         );
         assert_eq!(capsule, rod);
     }

@@ -59,7 +59,7 @@ impl Ddp {
     /// Memory for a problem, with default options.
     ///
     /// # Panics
-    /// If there is not enough [memory](Problem::check_memory).
+    /// If there is not enough [memory](crate::memory).
     pub fn new(problem: &Problem) -> Self {
         Self::with_options(problem, DdpOptions::default())
     }
@@ -67,7 +67,7 @@ impl Ddp {
     /// Memory for a problem.
     ///
     /// # Panics
-    /// If an option is out of its range, or there is not enough [memory](Problem::check_memory).
+    /// If an option is out of its range, or there is not enough [memory](crate::memory).
     pub fn with_options(problem: &Problem, options: DdpOptions) -> Self {
         options.check();
         problem.assert_memory();

@@ -1,9 +1,9 @@
 //! Limits of a robot's joints as bounds and barriers.
 
 use super::{InputError, StateError};
+use crate::model::Limits;
 use crate::model::manifold::v_range;
-use crate::model::{JointPart, Limits, Model};
-use crate::sim::Simulator;
+use crate::sim::{Simulator, own_joints};
 use crate::trajopt::activation::Activation;
 use crate::trajopt::robot::Robot;
 
@@ -35,28 +35,6 @@ pub fn effort_barrier(simulator: &Simulator) -> (Activation, InputError) {
     (barrier, InputError::to_zero(simulator))
 }
 
-impl Simulator {
-    /// The effort limits of the actuated joints, then those of frame actuators, lower and upper, length `nu`, infinite where there are none: for
-    /// [`Problem::with_input_bounds`](crate::trajopt::Problem::with_input_bounds).
-    pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
-        let mut largest = vec![f64::INFINITY; self.model().nv()];
-        for joint in own_joints(self.model()) {
-            let range = v_range(self.model().body(joint.body));
-            if let Some(effort) = joint.limits.effort {
-                largest[range].fill(effort);
-            }
-        }
-        let efforts = self.actuated().iter().map(|&k| largest[k]);
-        let frames = self.frame_actuators().iter();
-        let lower = frames
-            .clone()
-            .map(|f| f.lower().unwrap_or(f64::NEG_INFINITY));
-        let upper = frames.map(|f| f.upper().unwrap_or(f64::INFINITY));
-        let below = efforts.clone().map(|limit| -limit).chain(lower);
-        (below.collect(), efforts.chain(upper).collect())
-    }
-}
-
 /// Bounds on a tangent of the state, from `first` on those that `limits` gives for a joint; infinite elsewhere.
 fn state_bounds<R: Robot>(
     robot: &R,
@@ -75,10 +53,4 @@ fn state_bounds<R: Robot>(
         }
     }
     (lower, upper)
-}
-
-/// The joints with coordinates of their own, body by body.
-fn own_joints(model: &Model) -> impl Iterator<Item = JointPart<'_>> {
-    let joints = model.joint_parts();
-    joints.filter(|joint| model.body(joint.body).coupling.is_none())
 }

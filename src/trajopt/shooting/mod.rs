@@ -51,7 +51,7 @@ pub use solution::{ShootingSolution, Variables};
 /// let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(&pendulum));
 /// let arrive = Cost::new().with(1e1, Activation::Quadratic, StateError::to(&[1.0, 0.0]));
 /// let problem = Problem::new(pendulum, 40, &[0.0, 0.0]).with_stage_cost(effort).with_final_cost(arrive);
-/// let swing = SingleShooting::new(&problem).solve(Minimizer::Lbfgs, &Trajectory::zero_input(&problem));
+/// let swing = SingleShooting::new(&problem).solve(&Trajectory::zero_input(&problem), Minimizer::Lbfgs);
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 1.0).abs() < 0.05);
 /// ```
 pub struct SingleShooting<'p> {
@@ -67,7 +67,7 @@ impl<'p> SingleShooting<'p> {
     /// The function of a problem, with default options.
     ///
     /// # Panics
-    /// If there is not enough [memory](Problem::check_memory).
+    /// If there is not enough [memory](crate::memory).
     pub fn new(problem: &'p Problem) -> Self {
         Self::with_options(problem, ShootingOptions::default())
     }
@@ -75,7 +75,7 @@ impl<'p> SingleShooting<'p> {
     /// The function of a problem.
     ///
     /// # Panics
-    /// If an option is out of its range, or there is not enough [memory](Problem::check_memory).
+    /// If an option is out of its range, or there is not enough [memory](crate::memory).
     pub fn with_options(problem: &'p Problem, options: ShootingOptions) -> Self {
         options.check();
         problem.assert_memory();
@@ -94,8 +94,8 @@ impl<'p> SingleShooting<'p> {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem.
-    pub fn solve(&mut self, minimizer: Minimizer, guess: &Trajectory) -> ShootingSolution {
-        self.solve_with(minimizer, guess, |_| {})
+    pub fn solve(&mut self, guess: &Trajectory, minimizer: Minimizer) -> ShootingSolution {
+        self.solve_with(guess, minimizer, |_| {})
     }
 
     /// [`solve`](Self::solve), reporting every iteration.
@@ -104,8 +104,8 @@ impl<'p> SingleShooting<'p> {
     /// If the guess has not the shape of the problem.
     pub fn solve_with(
         &mut self,
-        minimizer: Minimizer,
         guess: &Trajectory,
+        minimizer: Minimizer,
         mut report: impl FnMut(&Progress),
     ) -> ShootingSolution {
         self.minimize(minimizer, guess, &mut report)

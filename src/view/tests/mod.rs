@@ -103,8 +103,8 @@ fn json_read_back_equals_what_was_recorded() {
     let again = Recording::read_json(&path, &models(&recording)).unwrap();
     assert_eq!(bits(&again), bits(&recording));
     assert_eq!(again.title(), HOSTILE);
-    assert_eq!(again.robot(1).traces(), recording.robot(1).traces());
-    assert_eq!(again.robot(0).frames(), recording.robot(0).frames());
+    assert_eq!(again.robot(1).traces, recording.robot(1).traces);
+    assert_eq!(again.robot(0).frames, recording.robot(0).frames);
     assert_eq!(again.robot(1).placement, recording.robot(1).placement);
     assert_eq!(again.scene_objects().len(), 6);
     assert_eq!(again.scene_objects(), recording.scene_objects());

@@ -3,17 +3,16 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{
-    AbaScratch, MassMatrixFactor, MomentumFrame, RneaScratch, acceleration_to_representation,
+    AbaScratch, BaseFrame, BaseQuantity, MassMatrixFactor, MomentumFrame, RneaScratch,
     add_frame_force, average_velocity, average_velocity_jacobian, bias_forces, center_of_mass,
     center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
-    centroidal_momentum_rate, coriolis_matrix, elastic_energy, force_to_representation,
-    forward_dynamics, forward_dynamics_into, forward_dynamics_vjp, forward_kinematics,
-    frame_acceleration, frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative,
-    frame_pose, frame_pose_at, frame_velocity, gravity_forces, inverse_dynamics,
-    inverse_dynamics_into, inverse_dynamics_vjp, joint_torque_regressor, kinetic_energy,
-    kinetic_energy_regressor, locked_inertia, mass_matrix, mass_matrix_inverse,
-    mass_matrix_to_representation, momentum, momentum_matrix, passive_forces, potential_energy,
-    potential_energy_regressor, velocity_to_representation,
+    centroidal_momentum_rate, coriolis_matrix, elastic_energy, forward_dynamics,
+    forward_dynamics_into, forward_dynamics_vjp, forward_kinematics, frame_acceleration,
+    frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_pose_at,
+    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into, inverse_dynamics_vjp,
+    joint_torque_regressor, kinetic_energy, kinetic_energy_regressor, locked_inertia, mass_matrix,
+    mass_matrix_inverse, momentum, momentum_matrix, passive_forces, potential_energy,
+    potential_energy_regressor,
 };
 use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
@@ -249,21 +248,24 @@ fn add_parameters_and_representations<P: Scalar, T: Over<P>>(
     out.add("passive_forces", passive_forces(model, q, v).as_slice());
     out.add("elastic_energy", &[elastic_energy(model, q)]);
     for to in Representation::ALL {
+        let base = BaseFrame::new(model, to);
         out.add(
             "velocity_to_representation",
-            velocity_to_representation(model, q, v, to).as_slice(),
+            base.to_representation(q, BaseQuantity::Velocity, v)
+                .as_slice(),
         );
         out.add(
             "force_to_representation",
-            force_to_representation(model, q, w, to).as_slice(),
+            base.to_representation(q, BaseQuantity::Force, w).as_slice(),
         );
         out.add(
             "acceleration_to_representation",
-            acceleration_to_representation(model, q, v, w, to).as_slice(),
+            base.to_representation(q, BaseQuantity::Acceleration { v }, w)
+                .as_slice(),
         );
         out.add(
             "mass_matrix_to_representation",
-            mass_matrix_to_representation(model, q, &mass_matrix(model, q), to).as_slice(),
+            base.mass_matrix(q).as_slice(),
         );
     }
 }

@@ -1,5 +1,6 @@
 //! Robots, random states, tolerances and comparisons that the tests share.
 
+pub(crate) mod base;
 pub(crate) mod everything;
 pub(crate) mod ground;
 pub(crate) mod problems;

@@ -2,7 +2,7 @@
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::linearize::Linearization;
-use dualbody::{Scalar, Simulator, State};
+use dualbody::{Cast, Scalar, Simulator, State};
 use nalgebra::DVector;
 
 /// The step as a function (δq, δv, δm, δu) ↦ (δq⁺, δv⁺, δm⁺) that maps zero to zero.
@@ -23,7 +23,7 @@ impl VectorFunction for TangentStep<'_> {
         let (dq, rest) = dx.split_at(nv);
         let (dv, rest) = rest.split_at(nv);
         let (dm, du) = rest.split_at(self.simulator.n_contact());
-        let start: State<T> = self.state.lift();
+        let start: State<T> = self.state.cast();
         let moved = |x: &DVector<T>, dx: &[T]| DVector::from_fn(x.len(), |i, _| x[i] + dx[i]);
         let state = State {
             q: model.integrate(start.q.as_slice(), dq),
@@ -32,7 +32,7 @@ impl VectorFunction for TangentStep<'_> {
         };
         let u: Vec<T> = self.u.iter().zip(du).map(|(&u, &du)| du + u).collect();
         let next = self.simulator.step(&state, &u);
-        dy.copy_from_slice(next.deviation(model, &self.next.lift()).as_slice());
+        dy.copy_from_slice(next.deviation(model, &self.next.cast()).as_slice());
     }
 }
 

@@ -89,7 +89,7 @@ fn assert_differentiated(simulator: &Simulator, state: &State, tolerance: f64) {
     let along = Along(&moved, values.len());
     let Estimate { jacobian, error } = estimate(&along, &[0.0], &options);
     let (state, u) = moved.by(Dual::<f64, 1>::variable(0.0, 0));
-    let own = simulator.linearize_over(&state, &u);
+    let own = simulator.linearize(&state, &u);
     let name = simulator.model().name();
     let (size, slope) = (1.0 + largest(&values), 1.0 + jacobian.amax());
     for (i, own) in entries(&own).enumerate() {
@@ -211,7 +211,7 @@ fn assert_same_in_lanes(simulator: &Simulator, states: &[State; 4]) {
         .enumerate()
         .for_each(|(k, x)| *x = Lanes(std::array::from_fn(|lane| given[lane % 4][k])));
     let lanes: Vec<BatchScalar> = u.iter().map(|&u| Lanes::from(u)).collect();
-    let all = simulator.linearize_over(&state, &lanes);
+    let all = simulator.linearize(&state, &lanes);
     for (lane, state) in states.iter().cycle().take(BATCH_WIDTH).enumerate() {
         let single = simulator.linearize(state, &u);
         let pairs = entries(&single).zip(entries(&all)).enumerate();

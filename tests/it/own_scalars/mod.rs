@@ -14,7 +14,7 @@ use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::dynamics::inverse_dynamics_derivatives;
 use dualbody::model::samples;
 use dualbody::sim::Actuation;
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
 use nalgebra::DVector;
 
 use crate::common::everything::{INTEGRATORS, everything};
@@ -112,7 +112,7 @@ impl Case {
         let (q, rest) = x.split_at(nq);
         let (v, rest) = rest.split_at(nv);
         let (m, u) = rest.split_at(self.state.contact.len());
-        let mut state: State<T> = self.state.lift();
+        let mut state: State<T> = self.state.cast();
         state.q.copy_from_slice(q);
         state.v.copy_from_slice(v);
         state.contact.copy_from_slice(m);

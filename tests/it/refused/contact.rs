@@ -5,7 +5,7 @@ use dualbody::contact::{
     Reference, RelaxedRigid, Rigid, SoftContact, Terrain,
 };
 use dualbody::sim::BATCH_WIDTH;
-use dualbody::{Lanes, Model};
+use dualbody::{Cast, Lanes, Model};
 use nalgebra::Vector3;
 
 use super::{INFINITY, NAN, Senseless, refused, spoiled};

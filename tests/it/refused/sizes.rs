@@ -30,7 +30,7 @@ fn dense(law: ContactLaw) -> (Model, Contacts) {
     let model = Model::from_urdf_str(text).expect("a link");
     let mut mesh = Dense((0..MANY).map(|k| [k as f32, 0.0, 0.0]).collect());
     let options = ContactOptions { mesh_points: MANY };
-    let made = Contacts::try_with_meshes(&model, Terrain::flat(0.0), law, &options, &mut mesh);
+    let made = Contacts::with_meshes(&model, Terrain::flat(0.0), law, &options, &mut mesh);
     let contacts = made.expect("room for points");
     assert_eq!(contacts.points().len(), MANY);
     (model, contacts)

@@ -40,7 +40,7 @@ pub(crate) fn source() -> CudaKernel {
     let source = graph
         .to_cuda("pendulum", Precision::Double, &[])
         .expect("a name");
-    source.kernels()[0].clone()
+    source.kernels[0].clone()
 }
 
 pub(crate) const HOPPER: (u32, u32) = (9, 0);
@@ -154,13 +154,13 @@ fn precompiled_kernels_are_found_whatever_compiled_them() {
         .compiler()
         .precompile(&source, ampere, &carried.0)
         .expect("a kernel");
-    assert_eq!(carried.files().len(), source.kernels().len());
+    assert_eq!(carried.files().len(), source.kernels.len());
     // A cache that nothing can be kept in: what is found is what was carried.
     let none = carried.files()[0].join("none");
     let there = Compiler::new()
         .with_cache(none)
         .with_precompiled(&carried.0);
-    let kernel = &source.kernels()[0];
+    let kernel = &source.kernels[0];
     for minor in [0, 6, 9] {
         let found = there.compile(kernel, Architecture::new(8, minor));
         let found = found.expect("a kernel of an earlier architecture");

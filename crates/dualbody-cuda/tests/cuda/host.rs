@@ -61,12 +61,12 @@ impl Machine for Host {
         let source = graph
             .to_cuda("f", R::PRECISION, shared)
             .expect("names that C takes");
-        let sizes = source.sizes();
+        let sizes = source.sizes;
         let call = |kernel: &CudaKernel| {
             let name = kernel.name();
             format!("    EACH_THREAD {name}(count, in, shared, work, out, status);\n")
         };
-        let calls: String = source.kernels().iter().map(call).collect();
+        let calls: String = source.kernels.iter().map(call).collect();
         let main = format!(
             r#"int main(void)
 {{
@@ -107,7 +107,7 @@ impl Machine for Host {
         let source = graph
             .to_cuda_rollout("f", R::PRECISION, inputs)
             .expect("a step");
-        let (sizes, count) = (source.sizes(), run_.count);
+        let (sizes, count) = (source.sizes, run_.count);
         let schedule = run_.schedule;
         let kept = schedule.kept() * sizes.outputs;
         let main = format!(
@@ -174,7 +174,7 @@ fn run(source: &CudaSource, main: &str, given: &[u8]) -> Vec<u8> {
     let folder: PathBuf =
         std::env::temp_dir().join(format!("dualbody-cuda-{}-{number}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");
-    let kernels = source.kernels().iter().map(CudaKernel::text);
+    let kernels = source.kernels.iter().map(CudaKernel::text);
     let text = [DEVICE, &kernels.collect::<String>(), main].concat();
     fs::write(folder.join("kernel.c"), text).expect("a file");
     let flags = [

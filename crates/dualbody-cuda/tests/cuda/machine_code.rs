@@ -61,8 +61,8 @@ fn every_kernel_compiles_for_two_architectures() {
             for architecture in [Architecture::new(8, 0), Architecture::new(9, 0)] {
                 let found = folder.compiler().compile_all(&source, architecture);
                 let found = found.unwrap_or_else(|error| panic!("{error}"));
-                assert_eq!(found.len(), source.kernels().len());
-                for (kernel, found) in source.kernels().iter().zip(found) {
+                assert_eq!(found.len(), source.kernels.len());
+                for (kernel, found) in source.kernels.iter().zip(found) {
                     check(kernel, &found);
                 }
             }

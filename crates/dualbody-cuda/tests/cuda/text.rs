@@ -53,7 +53,7 @@ fn long(turns: usize) -> Graph {
 /// Operations that each kernel computes itself.
 fn operations_of_kernels(source: &CudaSource) -> Vec<usize> {
     let computes = |line: &&str| line.contains("const REAL t") && !line.contains("= w[");
-    let texts = source.kernels().iter().map(CudaKernel::text);
+    let texts = source.kernels.iter().map(CudaKernel::text);
     texts
         .map(|text| text.lines().filter(computes).count())
         .collect()
@@ -74,7 +74,7 @@ fn kernels_of_parts_are_as_long_as_each_other() {
         assert_eq!(parts.iter().sum::<usize>(), all);
         let longest = if all <= WHOLE { WHOLE } else { LONGEST };
         assert_eq!(parts.len(), all.div_ceil(longest));
-        assert_eq!(source.sizes().work == 0, parts.len() == 1);
+        assert_eq!(source.sizes.work == 0, parts.len() == 1);
         assert!(*most <= longest && most - least < parts.len(), "{parts:?}");
     }
 }
@@ -129,7 +129,7 @@ fn functions_in_parts_have_the_status_of_each_state() {
     let source = graph
         .to_cuda("f", Precision::Double, &["scale"])
         .expect("a name");
-    assert!(source.kernels().len() > 1);
+    assert!(source.kernels.len() > 1);
     let Some(host) = Host::new() else { return };
     let found = host.batch(&graph, &["scale"], 2, [&[0.5, 0.25, 0.0, 0.25], &[2.0]]);
     let expected = graph.evaluate(&[0.5, 0.25, 2.0]).expect("no conditions");
@@ -159,7 +159,7 @@ fn conditions_of_functions_in_parts_are_those_of_their_graph() {
         t.output(Port::vector("y", 3), &y);
     });
     let source = graph.to_cuda("f", Precision::Double, &[]).expect("a name");
-    assert!(source.kernels().len() > 2);
+    assert!(source.kernels.len() > 2);
     let number = |x: &[f64; 3]| graph.evaluate(x).err().map_or(0, |broken| broken.index + 1);
     assert_eq!(STATES.each_ref().map(number), [0, 1, 2, 1]);
     let Some(host) = Host::new() else { return };
@@ -183,7 +183,7 @@ fn inputs_that_all_states_share_stand_apart() {
     let source = graph
         .to_cuda("f", Precision::Double, &["k"])
         .expect("a name");
-    let (sizes, text) = (source.sizes(), source.kernels()[0].text());
+    let (sizes, text) = (source.sizes, source.kernels[0].text());
     assert_eq!(
         (sizes.inputs, sizes.shared, sizes.outputs, sizes.each_step),
         (3, 2, 1, 0)
@@ -268,7 +268,7 @@ fn texts_name_the_robot_and_are_the_same_each_time() {
         let source = graph
             .to_cuda("ur5", Precision::Single, &[])
             .expect("a name");
-        source.kernels()[0].text().to_owned()
+        source.kernels[0].text().to_owned()
     };
     assert_eq!(text(), text());
     assert!(text().contains(&format!("{:016x}", model.fingerprint())));

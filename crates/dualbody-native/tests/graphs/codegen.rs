@@ -260,7 +260,7 @@ fn long_functions_in_parts_equal_the_library() {
     let text = graph
         .to_c("f", Precision::Double)
         .expect("a name")
-        .source()
+        .source
         .to_owned();
     assert!(
         text.matches("void f_part_").count() > 3,
@@ -292,7 +292,7 @@ fn conditions_that_do_not_hold_are_the_return_value() {
         graph
             .to_c("f", Precision::Double)
             .expect("a name")
-            .header()
+            .header
             .contains("1: no coordinate whirls")
     );
 }
@@ -339,7 +339,7 @@ fn headers_say_of_which_robot_they_are_and_where_numbers_stand() {
         "#define UR5_STEP_IN_SIZE 18\n",
         "#define UR5_STEP_OUT_V_NEXT 6\n",
     ] {
-        assert!(text.header().contains(part), "{part}\n{}", text.header());
+        assert!(text.header.contains(part), "{part}\n{}", text.header);
     }
     assert!(codegen::check_origin(&graph, &model).is_ok());
     let changed = model.with_damping(0, 0.1);

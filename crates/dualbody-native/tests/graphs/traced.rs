@@ -266,7 +266,7 @@ fn blocks(graph: &Graph, x: &[f64]) -> Vec<DMatrix<f64>> {
     let take = |port: &Port| {
         let (own, after) = rest.split_at(port.len());
         rest = after;
-        DMatrix::from_column_slice(port.rows(), port.columns(), own)
+        DMatrix::from_column_slice(port.rows, port.columns, own)
     };
     graph.outputs().iter().map(take).collect()
 }
@@ -276,7 +276,11 @@ fn jacobians_of_graphs_equal_derivatives_along_the_tree() {
     for model in [samples::arm(), samples::cartpole(), asset("ur5.urdf")] {
         let graph = codegen::forward_dynamics(&model);
         let slopes = graph.jacobian(&["a"], &["q", "v", "tau"]).expect("ports");
-        let names: Vec<_> = slopes.outputs().iter().map(Port::name).collect();
+        let names: Vec<_> = slopes
+            .outputs()
+            .iter()
+            .map(|port| port.name.as_str())
+            .collect();
         assert_eq!(names, ["da_dq", "da_dv", "da_dtau"]);
         let point = random_point(&model, 6);
         let (q, v, tau) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());

@@ -31,7 +31,7 @@ impl Graph {
     ///
     /// let graph = codegen::inverse_dynamics(&samples::pendulum());
     /// let source = graph.to_cuda("pendulum", Precision::Single, &[])?;
-    /// assert_eq!((source.kernels()[0].name(), source.sizes().inputs), ("pendulum_batch", 3));
+    /// assert_eq!((source.kernels[0].name(), source.sizes.inputs), ("pendulum_batch", 3));
     /// # Ok::<(), dualbody::codegen::CodeError>(())
     /// ```
     pub fn to_cuda(

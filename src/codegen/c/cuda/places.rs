@@ -47,7 +47,7 @@ impl<'a> Places<'a> {
         let (mut own, mut common) = (0, 0);
         for port in graph.inputs() {
             let numbers = 0..port.len();
-            if shared.iter().any(|name| name == port.name()) {
+            if shared.iter().any(|name| name == &port.name) {
                 let all = numbers.map(|k| format!("shared[{}]", common + k));
                 out.expressions.extend(all);
                 out.shared.push(port);
@@ -73,12 +73,12 @@ impl<'a> Places<'a> {
 
 /// Checks that ports of these names are there.
 pub(super) fn known(ports: &[Port], names: &[String]) -> Result<(), CodeError> {
-    let is_there = |name: &&String| ports.iter().any(|port| port.name() == **name);
+    let is_there = |name: &&String| ports.iter().any(|port| port.name == **name);
     match names.iter().find(|name| !is_there(name)) {
         None => Ok(()),
         Some(name) => Err(CodeError::NoInput {
             name: name.clone(),
-            known: ports.iter().map(|port| port.name().to_owned()).collect(),
+            known: ports.iter().map(|port| port.name.to_owned()).collect(),
         }),
     }
 }

@@ -115,7 +115,7 @@ impl Roles {
         let (n, mut out, mut state) = (graph.n_outputs(), Self::default(), 0);
         for (port, first) in &places.own {
             let (numbers, is_of) = (*first..first + port.len(), |names: &[String]| {
-                names.iter().any(|name| name == port.name())
+                names.iter().any(|name| name == &port.name)
             });
             let is_state = numbers.end <= n && !is_of(&inputs.each_step);
             match is_state {

@@ -60,27 +60,14 @@ impl CudaKernel {
 
 /// A function as CUDA: kernels, which are to be started one after the other.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CudaSource {
-    pub(super) kernels: Vec<CudaKernel>,
-    pub(super) sizes: CudaSizes,
-    pub(super) precision: Precision,
-}
-
-impl CudaSource {
     /// The kernels, in the order in which they are to be started; at least one.
-    pub fn kernels(&self) -> &[CudaKernel] {
-        &self.kernels
-    }
-
+    pub kernels: Vec<CudaKernel>,
     /// Numbers that the kernels read and write.
-    pub fn sizes(&self) -> CudaSizes {
-        self.sizes
-    }
-
+    pub sizes: CudaSizes,
     /// Precision of the numbers.
-    pub fn precision(&self) -> Precision {
-        self.precision
-    }
+    pub precision: Precision,
 }
 
 /// Layout of the numbers of a state in memory.

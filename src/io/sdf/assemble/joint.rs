@@ -141,7 +141,7 @@ impl Assembly<'_, '_> {
                 .place
                 .position
                 .clone();
-            self.builder.set_position(true, spec.name(), position);
+            self.builder.set_position(true, &spec.name, position);
             self.builder.add_joint(spec.with_placement(placement));
             (at, placement) = (next, Transform::identity());
         }

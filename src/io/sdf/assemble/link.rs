@@ -37,7 +37,7 @@ impl Assembly<'_, '_> {
             });
         }
         let at = self.scene.frames[link.frame].place.position.clone();
-        self.builder.set_position(false, spec.name(), at);
+        self.builder.set_position(false, &spec.name, at);
         self.builder.add_link(spec);
         Ok(())
     }

@@ -43,7 +43,7 @@ pub(super) struct Inertias {
 impl Inertias {
     pub(super) fn new(model: &Model<f64>, builder: &ModelBuilder) -> Self {
         let own: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
-            .map(|link| (link.name(), link.inertia()))
+            .map(|link| (link.name.as_str(), &link.inertia))
             .collect();
         // By body, its first link and how many links have inertia.
         let mut first: Vec<Option<(&str, Transform<f64>)>> = vec![None; model.n_bodies()];
@@ -84,7 +84,10 @@ impl Inertias {
     /// Writes what gravity does not act on at the first link that it does not act on, the rest of the body at the first of the others.
     fn split(&mut self, model: &Model<f64>, builder: &ModelBuilder) {
         for own in model.weightless() {
-            let specs = builder.links().iter().map(|link| (link.name(), link));
+            let specs = builder
+                .links()
+                .iter()
+                .map(|link| (link.name.as_str(), link));
             let specs: HashMap<&str, &LinkSpec> = specs.collect();
             let frames = model
                 .links()
@@ -100,13 +103,13 @@ impl Inertias {
             }
             for has_gravity in [true, false] {
                 let mut part = (on_body.iter())
-                    .filter(|f| specs[&*f.name].has_gravity() == has_gravity)
+                    .filter(|f| specs[&*f.name].has_gravity == has_gravity)
                     .peekable();
                 let Some(first) = part.peek().copied() else {
                     continue;
                 };
                 let sum = part.fold(Inertia::zero(), |sum, frame| {
-                    sum + frame.placement.inertia(specs[&*frame.name].inertia())
+                    sum + frame.placement.inertia(&specs[&*frame.name].inertia)
                 });
                 let inertia = first.placement.inverse().inertia(&sum);
                 self.of_link.insert(first.name.clone(), inertia);

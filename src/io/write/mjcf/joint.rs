@@ -28,9 +28,9 @@ impl Writer<'_> {
 
     /// Writes a joint; `on_world` says whether the world itself carries it.
     pub(super) fn joint(&mut self, joint: &JointSpec, on_world: bool) -> Result<(), WriteError> {
-        check(joint, self.builder.has_override(Some(joint.name())))?;
-        let name = joint.name();
-        match joint.kind() {
+        check(joint, self.builder.has_override(Some(&joint.name)))?;
+        let name = &joint.name;
+        match joint.kind {
             JointKind::Fixed => {}
             JointKind::Revolute | JointKind::Continuous => self.simple(joint, "hinge"),
             JointKind::Prismatic => self.simple(joint, "slide"),
@@ -61,25 +61,25 @@ impl Writer<'_> {
     /// A hinge, and a slide along its axis that an equality constraint ties to it.
     fn screw(&mut self, joint: &JointSpec, pitch: Pitch) {
         self.simple(joint, "hinge");
-        let slide = self.joint_names.fresh(format!("{}_advance", joint.name()));
+        let slide = self.joint_names.fresh(format!("{}_advance", &joint.name));
         let attributes = [
             ("name", slide.clone()),
             ("type", "slide".to_owned()),
-            ("axis", numbers(unit(joint.axis()).as_slice())),
+            ("axis", numbers(unit(&joint.axis).as_slice())),
         ];
         self.xml.leaf("joint", &attributes);
-        self.screws.push((slide, joint.name().to_owned(), pitch));
+        self.screws.push((slide, joint.name.to_owned(), pitch));
     }
 
     /// Two hinges of one body.
     fn universal(&mut self, joint: &JointSpec) {
         self.simple(joint, "hinge");
-        let Some(second) = joint.second_axis() else {
+        let Some(second) = joint.second.as_ref() else {
             return;
         };
-        let name = self.joint_names.fresh(format!("{}_second", joint.name()));
+        let name = self.joint_names.fresh(format!("{}_second", &joint.name));
         self.second_hinges
-            .insert(joint.name().to_owned(), name.clone());
+            .insert(joint.name.to_owned(), name.clone());
         let axis = ("axis", numbers(unit(&second.axis).as_slice()));
         let mut attributes = vec![("name", name), ("type", "hinge".to_owned()), axis];
         self.speed(&second.limits);
@@ -90,16 +90,16 @@ impl Writer<'_> {
 
     /// A joint of one degree of freedom.
     fn simple(&mut self, joint: &JointSpec, kind: &str) {
-        self.one_of(joint, joint.name(), kind, Some(unit(joint.axis())));
+        self.one_of(joint, &joint.name, kind, Some(unit(&joint.axis)));
     }
 
     /// One of the joints that a joint becomes.
     fn one_of(&mut self, joint: &JointSpec, name: &str, kind: &str, axis: Option<Vector3<f64>>) {
         let mut attributes = vec![("name", name.to_owned()), ("type", kind.to_owned())];
         attributes.extend(axis.map(|axis| ("axis", numbers(axis.as_slice()))));
-        self.speed(joint.limits());
-        if joint.kind().has_limits() {
-            attributes.extend(self.range(joint.limits()));
+        self.speed(&joint.limits);
+        if joint.kind.has_limits() {
+            attributes.extend(self.range(&joint.limits));
         }
         attributes.extend(passive(&joint.first_axis()));
         self.xml.leaf("joint", &attributes);
@@ -147,11 +147,11 @@ fn passive(axis: &SecondAxis) -> impl Iterator<Item = (&'static str, String)> {
 
 /// Refuses properties of a joint that enter the dynamics and have no place in MJCF.
 fn check(joint: &JointSpec, has_override: bool) -> Result<(), WriteError> {
-    let refuse = |reason| Err(unsupported("joint", joint.name(), reason));
+    let refuse = |reason| Err(unsupported("joint", &joint.name, reason));
     if has_override {
         return refuse("its axes differ in damping or armature");
     }
-    if joint.kind().turns_with_body() && joint.armature() != 0.0 {
+    if joint.kind.turns_with_body() && joint.armature != 0.0 {
         return refuse("its armature acts along axes of the body");
     }
     Ok(())

@@ -71,10 +71,10 @@ impl Meshes {
             flaws: HashMap::new(),
         };
         for link in builder.links() {
-            link.visuals()
+            link.visuals
                 .iter()
                 .for_each(|shape| meshes.add(&shape.geometry));
-            for collision in link.collisions() {
+            for collision in &link.collisions {
                 meshes.add(&collision.geometry);
                 meshes.examine(&collision.geometry);
             }

@@ -12,7 +12,7 @@ use crate::error::WriteError;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::{JointKind, Pitch};
 use crate::model::walk::Step;
-use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder, Weightless};
+use crate::model::{Base, JointSpec, Mimicry, Model, ModelBuilder, Weightless};
 use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Name of the body of a floating base that has a frame of its own.
@@ -31,7 +31,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         builder,
         floats: model.has_floating_base(),
         sites,
-        joint_names: Names::of(builder.joints().iter().map(JointSpec::name)),
+        joint_names: Names::of(builder.joints().iter().map(|joint| joint.name.as_str())),
         moving: (model.links().iter())
             .map(|link| &model.frames()[link.frame.0])
             .filter(|frame| frame.body.is_some())
@@ -147,7 +147,7 @@ impl Writer<'_> {
 
     fn bodies(&mut self) -> Result<(), WriteError> {
         self.xml.open("worldbody");
-        let is_world = |step: &Step<'_>| step.depth == 0 && step.link.name() == WORLD;
+        let is_world = |step: &Step<'_>| step.depth == 0 && step.link.name == WORLD;
         // The open bodies are those of the links above; the world body is open already.
         let mut open: Vec<usize> = Vec::new();
         for step in self.builder.walk() {
@@ -159,7 +159,7 @@ impl Writer<'_> {
                 self.link(&step)?;
                 continue;
             }
-            if step.link.name() == WORLD {
+            if step.link.name == WORLD {
                 return Err(unsupported(
                     "link",
                     WORLD,
@@ -181,7 +181,7 @@ impl Writer<'_> {
 
     /// Opens a body of its own for the frame of a floating base that is not that of its first link.
     fn base_body(&mut self) -> Result<(), WriteError> {
-        let links = self.builder.links().iter().map(LinkSpec::name);
+        let links = self.builder.links().iter().map(|link| link.name.as_str());
         let name = Names::of(links).fresh(BASE_BODY);
         let base = self.inertias.base_link().map(ToOwned::to_owned);
         let is_weightless = base.is_some_and(|link| self.inertias.is_weightless(&link));
@@ -198,12 +198,12 @@ impl Writer<'_> {
         let root_floats = self.floats && self.is_floating_root(step);
         let on_base_body = self.base_placement.filter(|_| root_floats);
         let placement = match step.joint {
-            Some(joint) if !root_floats => *joint.placement(),
+            Some(joint) if !root_floats => joint.placement,
             _ => on_base_body.unwrap_or_else(Transform::identity),
         };
-        let mut attributes = vec![("name", step.link.name().to_owned())];
+        let mut attributes = vec![("name", step.link.name.to_owned())];
         attributes.extend(pose(&placement));
-        if self.inertias.is_weightless(step.link.name()) {
+        if self.inertias.is_weightless(&step.link.name) {
             attributes.push(("gravcomp", "1".to_owned()));
         }
         self.xml.start("body", &attributes);
@@ -213,7 +213,7 @@ impl Writer<'_> {
             Some(joint) => self.joint(joint, on_world)?,
             None => {}
         }
-        let name = step.link.name();
+        let name = &step.link.name;
         let moves = self.moves(name);
         let inertia = self.inertias.take(name);
         self.inertial(name, &inertia, moves)?;
@@ -230,18 +230,21 @@ impl Writer<'_> {
 
     /// The root, or the link on a fixed joint below a `world` that it does not stand on.
     fn is_floating_root(&self, step: &Step<'_>) -> bool {
-        let under_world = step.joint.is_some_and(|joint| joint.parent() == WORLD);
+        let under_world = step.joint.is_some_and(|joint| joint.parent == WORLD);
         step.joint.is_none()
             || (step.depth == 1 && under_world && self.builder.base() == Base::Floating)
     }
 
     /// The shapes and frames of a link.
     fn link(&mut self, step: &Step<'_>) -> Result<(), WriteError> {
-        if step.depth == 0 && step.link.name() == WORLD && *step.link.inertia() != Inertia::zero() {
+        if step.depth == 0 && step.link.name == WORLD && step.link.inertia != Inertia::zero() {
             self.xml.comment("left out: the inertia of the world");
         }
         self.shapes(step.link);
-        let sites = self.sites.remove(step.link.name()).unwrap_or_default();
+        let sites = self
+            .sites
+            .remove(step.link.name.as_str())
+            .unwrap_or_default();
         for (name, placement) in sites {
             let mut attributes = vec![("name", name.to_owned())];
             attributes.extend(pose(placement));
@@ -261,9 +264,9 @@ impl Writer<'_> {
             .iter()
             .filter(|joint| self.follows(joint));
         let followers = followers.filter_map(|joint| {
-            let mimic = joint.mimic()?;
+            let mimic = joint.mimic.as_ref()?;
             let factors = [mimic.offset, mimic.multiplier];
-            Some((joint.name().to_owned(), mimic.leader.clone(), factors))
+            Some((joint.name.to_owned(), mimic.leader.clone(), factors))
         });
         let tied: Vec<_> = screws.chain(followers).collect();
         if tied.is_empty() {
@@ -284,18 +287,17 @@ impl Writer<'_> {
 
     fn motors(&mut self) {
         let joints = self.builder.joints().iter();
-        let hinges = joints
-            .filter(|joint| !joint.is_passive())
-            .flat_map(|joint| {
-                let second = joint
-                    .second_axis()
-                    .zip(self.second_hinges.get(joint.name()));
-                let second = second.map(|(second, name)| (name.clone(), second.limits.effort));
-                let is_single = joint.kind().nv() == 1 && !self.follows(joint);
-                let first = (is_single || second.is_some())
-                    .then(|| (joint.name().to_owned(), joint.limits().effort));
-                first.into_iter().chain(second)
-            });
+        let hinges = joints.filter(|joint| !joint.is_passive).flat_map(|joint| {
+            let second = joint
+                .second
+                .as_ref()
+                .zip(self.second_hinges.get(&joint.name));
+            let second = second.map(|(second, name)| (name.clone(), second.limits.effort));
+            let is_single = joint.kind.nv() == 1 && !self.follows(joint);
+            let first = (is_single || second.is_some())
+                .then(|| (joint.name.to_owned(), joint.limits.effort));
+            first.into_iter().chain(second)
+        });
         let driven: Vec<_> = hinges.filter(|(_, effort)| *effort != Some(0.0)).collect();
         if driven.is_empty() {
             return;
@@ -312,7 +314,7 @@ impl Writer<'_> {
 
     fn follows(&self, joint: &JointSpec) -> bool {
         let coupled = self.builder.mimicry() == Mimicry::Coupled;
-        coupled && joint.mimic().is_some() && joint.kind() != JointKind::Fixed
+        coupled && joint.mimic.as_ref().is_some() && joint.kind != JointKind::Fixed
     }
 }
 

@@ -14,12 +14,12 @@ const COLLISION_GROUP: &str = "3";
 const COLLISION_TYPE: &str = "1";
 impl Writer<'_> {
     pub(super) fn shapes(&mut self, link: &LinkSpec) {
-        for visual in link.visuals() {
+        for visual in &link.visuals {
             let mut attributes = vec![("group", VISUAL_GROUP.to_owned())];
             attributes.extend(visual.color.map(|color| ("rgba", numbers(&color))));
             self.geom(&visual.placement, &visual.geometry, attributes);
         }
-        for collision in link.collisions() {
+        for collision in &link.collisions {
             let mut attributes = vec![("group", COLLISION_GROUP.to_owned())];
             match self.meshes.collides(&collision.geometry) {
                 Collides::Yes => attributes.push(("contype", COLLISION_TYPE.to_owned())),

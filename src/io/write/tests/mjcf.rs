@@ -50,7 +50,7 @@ fn names_in_mjcf_are_those_of_the_model_and_none_is_there_twice() {
             .map(|mass| mass.parse::<f64>().unwrap())
             .sum();
         let links = model.to_builder();
-        let described: f64 = links.links().iter().map(|link| link.inertia().mass).sum();
+        let described: f64 = links.links().iter().map(|link| link.inertia.mass).sum();
         assert!(
             (mass - described).abs() < TEXT_ROUNDING * described,
             "{}",

@@ -57,7 +57,7 @@ fn everything() -> Model {
             },
             color: Some([0.1, 0.2, 0.3, 1.0]),
         };
-        let (child, link) = (link.name().to_owned(), link.with_visual(mesh));
+        let (child, link) = (link.name.to_owned(), link.with_visual(mesh));
         builder.add_link(link);
         let limits = Limits {
             lower,

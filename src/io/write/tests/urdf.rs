@@ -77,15 +77,12 @@ fn model_read_back_from_its_urdf_equals_the_model() {
         // Frames have become links, in between.
         for link in model.to_builder().links() {
             let builder = again.to_builder();
-            let found = builder
-                .links()
-                .iter()
-                .find(|found| found.name() == link.name());
+            let found = builder.links().iter().find(|found| found.name == link.name);
             let Some(found) = found else {
-                panic!("{name}: link {}", link.name())
+                panic!("{name}: link {}", link.name)
             };
-            let shapes = |link: &LinkSpec| (link.visuals().len(), link.collisions().len());
-            assert_eq!(shapes(found), shapes(link), "{name}: link {}", link.name());
+            let shapes = |link: &LinkSpec| (link.visuals.len(), link.collisions.len());
+            assert_eq!(shapes(found), shapes(link), "{name}: link {}", &link.name);
         }
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         let (q, v) = (

@@ -25,14 +25,14 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
 }
 
 fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) {
-    let (name, armature, spring) = (joint.name(), joint.armature(), joint.spring());
-    if let (Mimicry::Independent, Some(mimic)) = (builder.mimicry(), joint.mimic()) {
+    let (name, armature, spring) = (&joint.name, joint.armature, &joint.spring);
+    if let (Mimicry::Independent, Some(mimic)) = (builder.mimicry(), joint.mimic.as_ref()) {
         let (leader, multiplier, offset) = (&mimic.leader, mimic.multiplier, mimic.offset);
         notes.push(format!(
             "left out: joint {name} moves independently of {leader}, which it was to mimic ({multiplier}, {offset})"
         ));
     }
-    if joint.is_passive() {
+    if joint.is_passive {
         notes.push(format!("left out: joint {name} takes no input"));
     }
     if armature != 0.0 {

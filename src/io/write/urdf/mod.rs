@@ -23,11 +23,11 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
     check(builder)?;
     let builder = &universal::split(builder);
     let steps = builder.walk();
-    let root = steps[0].link.name();
+    let root = steps[0].link.name.as_str();
     let hidden = (builder.base() == Base::Floating && root == WORLD).then_some(root);
     let mut writer = Writer {
         xml: Xml::new(),
-        joint_names: Names::of(builder.joints().iter().map(JointSpec::name)),
+        joint_names: Names::of(builder.joints().iter().map(|joint| joint.name.as_str())),
         n_materials: 0,
         mimicry: builder.mimicry(),
     };
@@ -51,13 +51,13 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
 
 /// Refuses joints that URDF has no type for.
 fn check(builder: &ModelBuilder) -> Result<(), WriteError> {
-    let is_screw = |joint: &&JointSpec| matches!(joint.kind(), JointKind::Screw(_));
+    let is_screw = |joint: &&JointSpec| matches!(joint.kind, JointKind::Screw(_));
     match builder.joints().iter().find(is_screw) {
         None => Ok(()),
         Some(joint) => Err(WriteError::Unsupported {
             format: "URDF",
             element: "joint".into(),
-            name: joint.name().into(),
+            name: joint.name.clone(),
             reason: "there are no screw joints".into(),
         }),
     }
@@ -65,9 +65,9 @@ fn check(builder: &ModelBuilder) -> Result<(), WriteError> {
 
 /// `true` where a limit that the first version demands is missing.
 fn lacks_limits(joint: &JointSpec) -> bool {
-    let limits = joint.limits();
+    let limits = &joint.limits;
     let bounds = [limits.lower, limits.upper, limits.velocity, limits.effort];
-    is_bounded(joint.kind()) && bounds.contains(&None)
+    is_bounded(joint.kind) && bounds.contains(&None)
 }
 
 struct Writer {
@@ -82,12 +82,12 @@ impl Writer {
     fn parts(&mut self, builder: &ModelBuilder, hidden: Option<&str>) -> Result<(), WriteError> {
         let is_seen = |link: &str| Some(link) != hidden;
         for link in builder.links() {
-            if is_seen(link.name()) {
+            if is_seen(&link.name) {
                 self.link(link)?;
             }
         }
         for joint in builder.joints() {
-            if is_seen(joint.parent()) {
+            if is_seen(&joint.parent) {
                 self.joint(joint);
             }
         }
@@ -96,9 +96,9 @@ impl Writer {
                 self.frame(name, link, pose);
             }
         }
-        let weightless = builder.links().iter().filter(|link| !link.has_gravity());
-        for link in weightless.filter(|link| is_seen(link.name())) {
-            self.xml.start("gazebo", &[("reference", link.name())]);
+        let weightless = builder.links().iter().filter(|link| !link.has_gravity);
+        for link in weightless.filter(|link| is_seen(&link.name)) {
+            self.xml.start("gazebo", &[("reference", &link.name)]);
             self.xml.text("gravity", "false");
             self.xml.end();
         }
@@ -107,24 +107,31 @@ impl Writer {
 
     /// A root in the frame that floats, for what is placed in it by a fixed joint to a world that is hidden.
     fn floating_frame(&mut self, builder: &ModelBuilder, hidden: &str) {
-        let placed = builder
-            .joints()
-            .iter()
-            .find(|joint| joint.parent() == hidden);
-        let Some(joint) = placed.filter(|joint| *joint.placement() != Transform::identity()) else {
+        let placed = builder.joints().iter().find(|joint| joint.parent == hidden);
+        let Some(joint) = placed.filter(|joint| joint.placement != Transform::identity()) else {
             return;
         };
         let frames = builder.frames().map(|(name, _, _)| name);
-        let mut names = Names::of(builder.links().iter().map(LinkSpec::name).chain(frames));
+        let mut names = Names::of(
+            builder
+                .links()
+                .iter()
+                .map(|link| link.name.as_str())
+                .chain(frames),
+        );
         let root = names.fresh(FLOATING_FRAME);
         self.xml.leaf("link", &[("name", &root)]);
-        self.fixed_joint(FLOATING_FRAME, &root, joint.child(), joint.placement());
+        self.fixed_joint(FLOATING_FRAME, &root, &joint.child, &joint.placement);
     }
 
     /// A world for the root of a fixed robot to hang on.
     fn world(&mut self, builder: &ModelBuilder, root: &str) -> Result<(), WriteError> {
         let frames = builder.frames().map(|(name, _, _)| name);
-        let mut names = builder.links().iter().map(LinkSpec::name).chain(frames);
+        let mut names = builder
+            .links()
+            .iter()
+            .map(|link| link.name.as_str())
+            .chain(frames);
         if names.any(|name| name == WORLD) {
             return Err(WriteError::Unsupported {
                 format: "URDF",
@@ -144,17 +151,17 @@ impl Writer {
     }
 
     fn link(&mut self, link: &LinkSpec) -> Result<(), WriteError> {
-        self.xml.start("link", &[("name", link.name())]);
-        let about_com = AboutCom::of(link.inertia()).ok_or_else(|| WriteError::Unsupported {
+        self.xml.start("link", &[("name", &link.name)]);
+        let about_com = AboutCom::of(&link.inertia).ok_or_else(|| WriteError::Unsupported {
             format: "URDF",
             element: "link".into(),
-            name: link.name().into(),
+            name: link.name.clone(),
             reason: "it has a first moment without mass".into(),
         })?;
-        if *link.inertia() != Inertia::zero() {
+        if link.inertia != Inertia::zero() {
             self.inertial(&about_com);
         }
-        for visual in link.visuals() {
+        for visual in &link.visuals {
             let name = visual.name.as_deref().map(|name| ("name", name));
             self.xml.start("visual", name.as_slice());
             self.shape(&visual.placement, &visual.geometry);
@@ -163,7 +170,7 @@ impl Writer {
             }
             self.xml.end();
         }
-        for collision in link.collisions() {
+        for collision in &link.collisions {
             let name = collision.name.as_deref().map(|name| ("name", name));
             self.xml.start("collision", name.as_slice());
             self.shape(&collision.placement, &collision.geometry);
@@ -227,17 +234,17 @@ impl Writer {
     }
 
     fn joint(&mut self, joint: &JointSpec) {
-        let kind = joint.kind();
+        let kind = joint.kind;
         self.xml.start(
             "joint",
-            &[("name", joint.name()), ("type", &*kind.to_string())],
+            &[("name", joint.name.as_str()), ("type", &*kind.to_string())],
         );
-        self.origin(joint.placement());
-        self.xml.leaf("parent", &[("link", joint.parent())]);
-        self.xml.leaf("child", &[("link", joint.child())]);
+        self.origin(&joint.placement);
+        self.xml.leaf("parent", &[("link", &joint.parent)]);
+        self.xml.leaf("child", &[("link", &joint.child)]);
         if kind.has_axis() {
             self.xml
-                .leaf("axis", &[("xyz", &numbers(joint.axis().as_slice()))]);
+                .leaf("axis", &[("xyz", &numbers(joint.axis.as_slice()))]);
         }
         if kind != JointKind::Fixed {
             self.motion(joint);
@@ -247,9 +254,9 @@ impl Writer {
 
     /// Writes the limits, damping, friction and mimicry of a joint.
     fn motion(&mut self, joint: &JointSpec) {
-        let limits = joint.limits();
+        let limits = &joint.limits;
         let mut bounds = vec![("effort", limits.effort), ("velocity", limits.velocity)];
-        if is_bounded(joint.kind()) {
+        if is_bounded(joint.kind) {
             bounds.extend([("lower", limits.lower), ("upper", limits.upper)]);
         }
         let bounds: Vec<(&str, String)> = bounds
@@ -259,14 +266,18 @@ impl Writer {
         if !bounds.is_empty() {
             self.xml.leaf("limit", &bounds);
         }
-        if (joint.damping(), joint.friction()) != (0.0, 0.0) {
-            let (damping, friction) = (number(joint.damping()), number(joint.friction()));
+        if (joint.damping, joint.friction) != (0.0, 0.0) {
+            let (damping, friction) = (number(joint.damping), number(joint.friction));
             self.xml.leaf(
                 "dynamics",
                 &[("damping", &damping), ("friction", &friction)],
             );
         }
-        if let Some(mimic) = joint.mimic().filter(|_| self.mimicry == Mimicry::Coupled) {
+        if let Some(mimic) = joint
+            .mimic
+            .as_ref()
+            .filter(|_| self.mimicry == Mimicry::Coupled)
+        {
             let (multiplier, offset) = (number(mimic.multiplier), number(mimic.offset));
             let leader = ("joint", &mimic.leader);
             self.xml.leaf(

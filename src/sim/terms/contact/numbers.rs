@@ -10,7 +10,7 @@ use super::point::{LinearizedPoint, add_numbers, add_pair_numbers, seeded};
 use super::rows::Contact;
 use crate::contact::{Contacts, PairPoint};
 use crate::model::{BodyId, Generation};
-use crate::scalar::Scalar;
+use crate::scalar::{Cast, Scalar};
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
 use crate::sim::terms::sink::SlopePoint;

@@ -10,7 +10,7 @@ use crate::contact::{
     POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS, SHAPE_NUMBERS,
     body_force, velocity_at,
 };
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;

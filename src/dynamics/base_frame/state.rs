@@ -9,8 +9,8 @@
 use nalgebra::DVector;
 
 use super::{
-    base_velocity, force_to_representation, velocity_from_representation,
-    velocity_to_representation,
+    base_velocity, force_from_representation, force_to_representation,
+    velocity_from_representation, velocity_to_representation,
 };
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -28,24 +28,7 @@ use crate::spatial::{Force, Motion, Representation, SPATIAL};
 ///
 /// # Panics
 /// If a slice has the wrong length.
-///
-/// # Examples
-/// ```
-/// use dualbody::dynamics::deviation_to_representation;
-/// use dualbody::{model::{LinkSpec, ModelBuilder}, spatial::Representation};
-///
-/// let mut builder = ModelBuilder::new("ball");
-/// builder.add_link(LinkSpec::new("ball").with_mass(1.0, [0.0; 3], [0.1; 3]));
-/// let ball = builder.build()?;
-/// // It flies along x. Turned by 1 mrad about z, the same velocity in its own axes points 1 mrad aside in the world.
-/// let (q, v) = ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-/// let mut dx = [0.0; 12];
-/// dx[5] = 1e-3;
-/// let mixed = deviation_to_representation(&ball, &q, &v, &dx, Representation::Mixed);
-/// assert_eq!((mixed[5], mixed[7]), (1e-3, 2e-3));
-/// # Ok::<(), dualbody::LoadError>(())
-/// ```
-pub fn deviation_to_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn deviation_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -68,7 +51,7 @@ pub fn deviation_to_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn deviation_from_representation<P: Scalar, T: Over<P>>(
+pub(super) fn deviation_from_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -91,7 +74,7 @@ pub fn deviation_from_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn gradient_to_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn gradient_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -100,17 +83,43 @@ pub fn gradient_to_representation<P: Scalar, T: Over<P>>(
 ) -> DVector<T> {
     let (by_q, by_v, rest) = split(model, v, gradient);
     let mut by_q = by_q.to_vec();
-    if model.has_floating_base() {
-        // g_v · (Ω(δq) × v) = −(v ×* g_v)... with both signs: Ω × v = −v × Ω, so it is (v ×* g_v) · Ω(δq).
-        let force = base_velocity(v).cross_force(&Force::from_array(first_six(by_v)));
-        let part = to.turning(&Motion::new(force.linear, force.angular));
-        for (x, part) in by_q.iter_mut().zip(part.to_array()) {
-            *x -= part;
-        }
-    }
+    let turned = turned_part(model, v, by_v, to);
+    (by_q.iter_mut().zip(turned)).for_each(|(x, part)| *x -= part);
     let by_q = force_to_representation(model, q, &by_q, to);
     let by_v = force_to_representation(model, q, by_v, to);
     joined(&by_q, &by_v, rest)
+}
+
+/// A gradient in the tangent of a state whose base is in another representation, in the crate's own: the inverse of [`gradient_to_representation`].
+pub(super) fn gradient_from_representation<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    gradient: &[T],
+    from: Representation,
+) -> DVector<T> {
+    let (by_q, by_v, rest) = split(model, v, gradient);
+    let mut by_q = force_from_representation(model, q, by_q, from);
+    let by_v = force_from_representation(model, q, by_v, from);
+    let turned = turned_part(model, v, by_v.as_slice(), from);
+    (by_q.iter_mut().zip(turned)).for_each(|(x, part)| *x += part);
+    joined(&by_q, &by_v, rest)
+}
+
+/// The part of a gradient that comes from the base's velocity having other numbers where the base has moved: Ω(v ×* g_v).
+fn turned_part<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    v: &[T],
+    by_v: &[T],
+    to: Representation,
+) -> Vec<T> {
+    if !model.has_floating_base() {
+        return Vec::new();
+    }
+    // g_v · (Ω(δq) × v) = −(v ×* g_v)... with both signs: Ω × v = −v × Ω, so it is (v ×* g_v) · Ω(δq).
+    let force = base_velocity(v).cross_force(&Force::from_array(first_six(by_v)));
+    let part = to.turning(&Motion::new(force.linear, force.angular));
+    part.to_array().to_vec()
 }
 
 /// Adds Ω(δq) × v to the base part of a velocity.

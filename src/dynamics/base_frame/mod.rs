@@ -14,12 +14,12 @@
 //! | Coriolis matrix | C' = T⁻ᵀ (C − M W) T⁻¹, so that h' = C' v' + g' and Ṁ' − 2 C' is skew |
 //! | gravity force | g' = T⁻ᵀ g |
 //! | bias force | h' = T⁻ᵀ (h − M W v) |
-//! | Jacobians of a step | A' = S(x⁺) A S(x)⁻¹, B' = S(x⁺) B, see [`deviation_to_representation`] |
+//! | Jacobians of a step | A' = S(x⁺) A S(x)⁻¹, B' = S(x⁺) B, see [`BaseQuantity::Deviation`] |
 //!
 //! with W = T⁻¹ Ṫ, which is Ω × on the base velocity and zero elsewhere: Ω is the velocity of the base with respect to
 //! the axes of the representation, that is 0 for *body*, the angular velocity for *mixed*, the velocity for *inertial*.
-//! All of it leaves a robot with a fixed base as it is. [`BaseVelocity`] computes with the quantities of one representation
-//! throughout; the functions convert what was computed otherwise.
+//! All of it leaves a robot with a fixed base as it is. [`BaseFrame`] converts what was computed otherwise, and has the equation of motion in one representation
+//! throughout.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -27,24 +27,23 @@ mod given;
 mod maps;
 mod state;
 
-pub use given::BaseVelocity;
-pub use maps::{
+pub use given::{BaseFrame, BaseQuantity};
+use maps::{
     coriolis_matrix_to_representation, jacobian_derivative_to_representation,
     jacobian_to_representation, mass_matrix_inverse_to_representation,
     mass_matrix_to_representation,
 };
-pub use state::{
-    deviation_from_representation, deviation_to_representation, gradient_to_representation,
-};
+use state::{deviation_from_representation, gradient_from_representation};
+pub(crate) use state::{deviation_to_representation, gradient_to_representation};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
 /// A velocity (length `nv`) with its base part in another representation.
-pub fn velocity_to_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn velocity_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -57,7 +56,7 @@ pub fn velocity_to_representation<P: Scalar, T: Over<P>>(
 }
 
 /// A velocity (length `nv`) whose base part is in another representation, in the crate's own.
-pub fn velocity_from_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn velocity_from_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -70,7 +69,7 @@ pub fn velocity_from_representation<P: Scalar, T: Over<P>>(
 }
 
 /// Joint forces (length `nv`) with the force on the base in another representation.
-pub fn force_to_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn force_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     tau: &[T],
@@ -82,7 +81,7 @@ pub fn force_to_representation<P: Scalar, T: Over<P>>(
 }
 
 /// Joint forces (length `nv`) whose force on the base is in another representation, in the crate's own.
-pub fn force_from_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn force_from_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     tau: &[T],
@@ -96,7 +95,7 @@ pub fn force_from_representation<P: Scalar, T: Over<P>>(
 /// Accelerations (length `nv`) with the base part as the rate of its velocity in another representation.
 ///
 /// * `v` – velocity, in the crate's own representation
-pub fn acceleration_to_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn acceleration_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -114,7 +113,7 @@ pub fn acceleration_to_representation<P: Scalar, T: Over<P>>(
 /// own.
 ///
 /// * `v` – velocity, in the crate's own representation
-pub fn acceleration_from_representation<P: Scalar, T: Over<P>>(
+pub(crate) fn acceleration_from_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -126,41 +125,6 @@ pub fn acceleration_from_representation<P: Scalar, T: Over<P>>(
         from.acceleration_to_body(X_WB, &base_velocity(v), &Motion::from_array(x))
             .to_array()
     })
-}
-
-/// Bias forces h = C v + g (length `nv`) with the base velocity in another representation:  h' = T⁻ᵀ (h − M T⁻¹ Ṫ v).
-///
-/// They are no forces that keep their power: with v̇' = 0 the crate's own acceleration is −T⁻¹ Ṫ v, which takes the
-/// second term.
-///
-/// * `v` – velocity, in the crate's own representation
-/// * `mass_matrix`, `bias` – M(q) and h(q, v), in the crate's own representation
-///
-/// # Panics
-/// If an argument has not the size that the model gives it.
-pub fn bias_forces_to_representation<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    v: &[T],
-    mass_matrix: &DMatrix<T>,
-    bias: &[T],
-    to: Representation,
-) -> DVector<T> {
-    model.check_v(bias);
-    let still = still_acceleration(model, q, v, to);
-    let at_still = mass_matrix * still + DVector::from_column_slice(bias);
-    force_to_representation(model, q, at_still.as_slice(), to)
-}
-
-/// The crate's own acceleration where that in another representation is zero:  −T⁻¹ Ṫ v.
-fn still_acceleration<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    v: &[T],
-    representation: Representation,
-) -> DVector<T> {
-    let zeros = vec![T::zero(); model.nv()];
-    acceleration_from_representation(model, q, v, &zeros, representation)
 }
 
 /// Applies a map to the first six entries of a tangent vector if they are those of a floating base.

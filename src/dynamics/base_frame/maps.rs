@@ -13,7 +13,7 @@ use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 ///
 /// # Panics
 /// If `q` has the wrong length, or `jacobian` has not `nv` columns.
-pub fn jacobian_to_representation<P: Scalar, T: Over<P>>(
+pub(super) fn jacobian_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     jacobian: &DMatrix<T>,
@@ -35,7 +35,7 @@ pub fn jacobian_to_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If a slice has the wrong length, or the matrices have not the same rows and `nv` columns.
-pub fn jacobian_derivative_to_representation<P: Scalar, T: Over<P>>(
+pub(super) fn jacobian_derivative_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -63,7 +63,7 @@ pub fn jacobian_derivative_to_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If `q` has the wrong length, or `mass_matrix` is not `nv` × `nv`.
-pub fn mass_matrix_to_representation<P: Scalar, T: Over<P>>(
+pub(super) fn mass_matrix_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     mass_matrix: &DMatrix<T>,
@@ -79,7 +79,7 @@ pub fn mass_matrix_to_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If `q` has the wrong length, or `inverse` is not `nv` × `nv`.
-pub fn mass_matrix_inverse_to_representation<P: Scalar, T: Over<P>>(
+pub(super) fn mass_matrix_inverse_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     inverse: &DMatrix<T>,
@@ -111,7 +111,7 @@ pub fn mass_matrix_inverse_to_representation<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If a slice has the wrong length, or a matrix is not `nv` × `nv`.
-pub fn coriolis_matrix_to_representation<P: Scalar, T: Over<P>>(
+pub(super) fn coriolis_matrix_to_representation<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],

@@ -1,0 +1,23 @@
+//! Values of numbers over another scalar.
+
+use super::{Over, Scalar};
+
+/// Something made of numbers over the scalar `P`, that can be had over another one: laws of contact, motors, constraints, poses, states.
+///
+/// [`Model`](crate::Model::cast) and [`Simulator`](crate::Simulator::cast) have methods of the same name.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Cast, contact::{ContactLaw, RelaxedRigid}, scalar::Dual};
+///
+/// let law: ContactLaw = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+/// let over: ContactLaw<Dual<f64, 1>> = law.cast();
+/// # let _ = over;
+/// ```
+pub trait Cast<P: Scalar> {
+    /// The same over another scalar.
+    type To<Q: Scalar>;
+
+    /// Converts the numbers to another scalar, without derivatives.
+    fn cast<Q: Over<P>>(&self) -> Self::To<Q>;
+}
