@@ -120,6 +120,17 @@ impl<P: Scalar> Simulator<P> {
         self.solved_contacts(self.at_end()).is_some() || !self.constraints().is_empty()
     }
 
+    /// Number of coordinates with exact friction.
+    pub(crate) fn held_joints(&self) -> usize {
+        let actuation = self.actuation();
+        actuation.map_or(0, |own| own.exact_frictions().count())
+    }
+
+    /// The most rows of joints, each a block: joint limits and exact friction.
+    pub(crate) fn joint_rows(&self) -> usize {
+        self.model().nv() + self.held_joints()
+    }
+
     /// Contacts whose forces a solver finds in a step.
     fn solved_contacts(&self, at_end: AtEnd) -> Option<&Contacts<P>> {
         self.contacts().filter(|contacts| {

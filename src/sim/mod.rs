@@ -58,7 +58,7 @@ mod terms;
 
 pub use crate::contact::reason::ContactReason;
 pub use actuation::{
-    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, FrictionLaw, PositionLimits, TorqueSpeed, VelocityLimit,
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};

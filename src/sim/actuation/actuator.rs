@@ -1,6 +1,6 @@
 //! The actuator of one velocity coordinate.
 
-use super::coulomb_friction::CoulombFriction;
+use super::coulomb_friction::{CoulombFriction, FrictionLaw};
 use super::position_limits::PositionLimits;
 use super::torque_speed::TorqueSpeed;
 use super::velocity_limit::VelocityLimit;
@@ -25,7 +25,7 @@ pub struct Actuator<P = f64> {
     pub torque_speed: Option<TorqueSpeed<P>>,
     /// Largest force of the motor, N·m or N.
     pub effort: Option<P>,
-    /// Coulomb friction.
+    /// Dry friction.
     pub friction: Option<CoulombFriction<P>>,
     /// Least and largest position; for joints of one degree of freedom.
     pub position: Option<PositionLimits<P>>,
@@ -67,13 +67,32 @@ impl<P: Scalar> Actuator<P> {
         }
     }
 
-    /// The force on the coordinate at position `q`, velocity `v` and input `u`.
+    /// The force on the coordinate at position `q`, velocity `v` and input `u`; friction is that of the smoothed law.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
-        self.drive(v, u) + self.stop(q, v)
+        self.drive(self.friction.as_ref(), v, u) + self.stop(q, v)
+    }
+
+    /// Friction that a step finds as a force that holds.
+    pub(super) fn exact_friction(&self) -> Option<&CoulombFriction<P>> {
+        let friction = self.friction.as_ref();
+        friction.filter(|own| own.law == FrictionLaw::Exact)
+    }
+
+    /// Friction that a step takes by its smoothed law.
+    pub(crate) fn smoothed_friction(&self) -> Option<&CoulombFriction<P>> {
+        let friction = self.friction.as_ref();
+        friction.filter(|own| own.law == FrictionLaw::Smoothed)
     }
 
     /// The force but for the stops.
-    pub(crate) fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
+    ///
+    /// * `friction` – that of its own which acts by the smoothed law
+    pub(crate) fn drive<T: Over<P>>(
+        &self,
+        friction: Option<&CoulombFriction<P>>,
+        v: T,
+        u: T,
+    ) -> T {
         let mut tau = u;
         if let Some(curve) = &self.torque_speed {
             tau = within(tau, curve.available(v));
@@ -81,7 +100,7 @@ impl<P: Scalar> Actuator<P> {
         if let Some(effort) = self.effort {
             tau = within(tau, effort.into());
         }
-        if let Some(friction) = &self.friction {
+        if let Some(friction) = friction {
             tau += friction.force(v);
         }
         if let Some(limit) = &self.velocity {
@@ -97,9 +116,11 @@ impl<P: Scalar> Actuator<P> {
 
     /// Damping coefficient of friction and the speed limit together, at the velocity `v`: the sum of c ≥ 0 in the force −c v of the one and
     /// in −c (v − limit) of the other.
-    pub(crate) fn damping<T: Over<P>>(&self, v: T) -> T {
+    ///
+    /// * `friction` – that of its own which acts by the smoothed law
+    pub(crate) fn damping<T: Over<P>>(&self, friction: Option<&CoulombFriction<P>>, v: T) -> T {
         let mut damping = T::zero();
-        if let Some(friction) = &self.friction {
+        if let Some(friction) = friction {
             damping += friction.damping(v);
         }
         if let Some(limit) = &self.velocity {

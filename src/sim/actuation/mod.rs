@@ -8,7 +8,7 @@
 //! |---|---|
 //! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
 //! | E | the effort limit: within ±`τ_limit` |
-//! | F | Coulomb friction, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
+//! | F | dry friction: stick and slip, at most f; or smoothed, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
 //! | L | position limits: a spring and damper beyond each end, which push back only |
 //! | S | the velocity limit: a damper for the speed beyond it |
 //!
@@ -24,6 +24,7 @@ mod velocity_limit;
 use crate::contact::HuntCrossley;
 use crate::dynamics::mass_matrix_inverse;
 use crate::error::UnknownName;
+use crate::joint::JointKind;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model, Structure};
 use crate::numbers::numbers;
@@ -31,7 +32,7 @@ use crate::scalar::{Over, Scalar};
 
 pub use actuator::Actuator;
 pub(crate) use actuator::OfActuator;
-pub use coulomb_friction::CoulombFriction;
+pub use coulomb_friction::{CoulombFriction, FrictionLaw};
 pub(crate) use position_limits::End;
 pub use position_limits::PositionLimits;
 pub use torque_speed::TorqueSpeed;
@@ -46,9 +47,6 @@ pub struct Actuation<P = f64> {
 }
 
 numbers! { pub struct Actuation { actuators: part(Actuator), structure: kept() } }
-
-/// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
-const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
 /// Response time of a stop or a speed limit where the file gives only its place, s: a joint that hits a stop at speed v goes about
 /// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
@@ -66,8 +64,8 @@ impl Actuation<f64> {
     /// Actuation that the description states for each joint: limits of effort, position and velocity, and Coulomb friction.
     ///
     /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
-    /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
-    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
+    /// joint feels at the neutral configuration while the others are free, and so is the speed limit. Friction is [exact](FrictionLaw::Exact), that of
+    /// planar and floating joints smoothed; the slip velocity is 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
     /// step resolves, which only [`RungeKutta4`](crate::Integrator::RungeKutta4) minds: the other integrators take them at the end of the step.
     pub fn from_model(model: &Model) -> Self {
         let mut out = Self::ideal(model);
@@ -84,10 +82,7 @@ impl Actuation<f64> {
                 let stop = HuntCrossley::linear(rate / DEFAULT_RESPONSE_TIME, 2.0 * rate);
                 out.actuators[k] = Actuator {
                     effort: joint.limits.effort,
-                    friction: (joint.friction != 0.0).then_some(CoulombFriction {
-                        force: joint.friction,
-                        slip_velocity: DEFAULT_SLIP_VELOCITY,
-                    }),
+                    friction: (joint.friction != 0.0).then(|| friction_of(body, joint.friction)),
                     position: is_bounded.then_some(PositionLimits { lower, upper, stop }),
                     velocity: joint.limits.velocity.map(|speed| VelocityLimit {
                         speed,
@@ -106,7 +101,8 @@ impl Actuation<f64> {
     /// If the model has no joint of that name.
     ///
     /// # Panics
-    /// If the actuators are those of another robot, the joint follows another one, or position limits are given to a joint of several degrees of freedom. If a number makes no sense:
+    /// If the actuators are those of another robot, the joint follows another one, position limits are given to a joint of several degrees of freedom, or
+    /// exact friction to a planar or floating one. If a number makes no sense:
     /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
     /// threshold, a lower end above the upper one.
     pub fn with_actuator(
@@ -125,6 +121,10 @@ impl Actuation<f64> {
         assert!(
             actuator.position.is_none() || body.joint.nq() == 1,
             "\"{joint}\" has several degrees of freedom, its position has no two ends"
+        );
+        assert!(
+            actuator.exact_friction().is_none() || has_fixed_axes(body),
+            "\"{joint}\" is planar or floating, its axes turn: exact friction does not hold it, smoothed friction brakes it"
         );
         actuator.check();
         self.actuators[model.joint_v(id)].fill(actuator);
@@ -183,6 +183,14 @@ impl<P: Scalar> Actuation<P> {
     }
 }
 
+impl<P: Scalar> Actuation<P> {
+    /// The coordinates with exact friction, and that.
+    pub(super) fn exact_frictions(&self) -> impl Iterator<Item = (usize, &CoulombFriction<P>)> {
+        let each = self.actuators.iter().enumerate();
+        each.filter_map(|(k, actuator)| Some((k, actuator.exact_friction()?)))
+    }
+}
+
 impl Actuation<f64> {
     /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
     pub(super) fn each_seeded_end<T: Scalar>(
@@ -203,4 +211,21 @@ impl Actuation<f64> {
 /// The bodies whose joints have a position, which is where limits of it are.
 fn single<P: Scalar>(model: &Model<P>) -> impl Iterator<Item = &Body<P>> {
     model.independent().filter(|body| body.joint.nq() == 1)
+}
+
+/// Friction of a joint whose description says its force.
+fn friction_of(body: &Body<f64>, force: f64) -> CoulombFriction {
+    let law = match has_fixed_axes(body) {
+        true => FrictionLaw::Exact,
+        false => FrictionLaw::Smoothed,
+    };
+    CoulombFriction {
+        law,
+        ..CoulombFriction::exact(force)
+    }
+}
+
+/// Whether the velocity of a joint after a step is v + Δt v̇: that of planar and floating joints is along axes that turn.
+fn has_fixed_axes<P: Scalar>(body: &Body<P>) -> bool {
+    !matches!(body.joint, JointKind::Planar | JointKind::Floating)
 }

@@ -1,4 +1,4 @@
-//! Joint drives: inputs through motors, springs, dampers, dry friction and speed limits.
+//! Joint drives: inputs through motors, springs, dampers, smoothed friction and speed limits.
 //!
 //! Over a step whose joint forces are those of its end, each is linear in the velocity v⁺ = v + Δt a after the step, with the coefficients of
 //! its start. With dampers C and springs K that is
@@ -48,7 +48,8 @@ struct Drive<L> {
 }
 
 impl<L: Scalar> Drive<L> {
-    /// τ = A(v, u) − d v − k (q − rest) with the actuator A. Over a step of `dt` (s) at whose end damper and spring act, −Δt k v beside it.
+    /// τ = A(v, u) − d v − k (q − rest) with the actuator A. Over a step of `dt` (s) at whose end damper and spring act, −Δt k v beside it, and without
+    /// exact friction.
     #[inline(always)]
     fn of<P: Scalar, A: Scalar, D: Scalar>(
         passive: &Passive<P>,
@@ -59,7 +60,11 @@ impl<L: Scalar> Drive<L> {
     where
         L: Over<P> + Over<A> + Over<D>,
     {
-        let mut force = actuator.map_or(at.u, |actuator| actuator.drive(at.v, at.u));
+        let friction = actuator.and_then(|actuator| match dt {
+            None => actuator.friction.as_ref(),
+            Some(_) => actuator.smoothed_friction(),
+        });
+        let mut force = actuator.map_or(at.u, |actuator| actuator.drive(friction, at.v, at.u));
         passive.add_force(at.q, at.v, &mut force);
         let Some(dt) = dt else {
             return Self {
@@ -67,7 +72,7 @@ impl<L: Scalar> Drive<L> {
                 resistance: None,
             };
         };
-        let own = actuator.map_or(L::zero(), |actuator| actuator.damping(at.v));
+        let own = actuator.map_or(L::zero(), |actuator| actuator.damping(friction, at.v));
         let damping = own + L::from(passive.damping);
         let spring = at.q.map_or(L::zero(), |_| passive.stiffness.into()) * dt;
         Self {

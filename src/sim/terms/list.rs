@@ -4,6 +4,7 @@ use super::constraint_slopes::ConstraintSlopes;
 use super::constraints::Constraints;
 use super::contact::{Contact, ContactSlopes};
 use super::drives::{DriveSlopes, Drives};
+use super::dry_friction::{DryFriction, DryFrictionSlopes};
 use super::frame_forces::{FrameForceSlopes, FrameForces};
 use super::numbers::Numbers;
 use super::sink::{Sink, SlopePoint};
@@ -93,11 +94,19 @@ macro_rules! list_terms {
     };
 }
 
+impl<T: Scalar> Terms<T> {
+    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and dry friction.
+    pub(crate) fn have_pieces(&self) -> bool {
+        !self.stops.ends().is_empty() || !self.dry_friction.is_empty()
+    }
+}
+
 // In the order of their rows; contact comes last, since the number of its rows may grow.
 list_terms! {
     drives: Drives, DriveSlopes;
     frame_forces: FrameForces, FrameForceSlopes;
     constraints: Constraints, ConstraintSlopes;
     stops: Stops, StopSlopes;
+    dry_friction: DryFriction, DryFrictionSlopes;
     contact: Contact, ContactSlopes;
 }

@@ -7,10 +7,11 @@
 //!
 //! | term | forces | rows |
 //! |---|---|---|
-//! | `drives` | inputs through motors, springs, dampers, friction | |
+//! | `drives` | inputs through motors, springs, dampers, smoothed friction | |
 //! | `frame_forces` | external forces, frame actuators | |
 //! | `constraints` | springs in place of rigid ones, at an instant | loops, welds, rods, tendons; springs over a step |
 //! | `stops` | at an instant, or linear in the velocity after the step | the same, beside a solver |
+//! | `dry_friction` | over a step, with joints that stick or slide | the same, beside a solver |
 //! | `contact` | soft, at an instant | rigid; soft over a step |
 //!
 //! | sink | result |
@@ -27,6 +28,7 @@ mod constraints;
 mod contact;
 mod delassus;
 mod drives;
+mod dry_friction;
 mod frame_forces;
 mod held_row;
 mod jacobian;

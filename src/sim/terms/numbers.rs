@@ -53,6 +53,12 @@ impl<'a, T: Scalar> Numbers<'a, T> {
         self.weights.y[row]
     }
 
+    /// Weight of the friction, or the bound, of a block.
+    pub(super) fn block_weight(&self, block: usize) -> T {
+        let weight = self.weights.friction.get(block);
+        weight.copied().unwrap_or(T::zero())
+    }
+
     /// A sum of all that a term states where it acts.
     pub(super) fn sum<const N: usize>(&self, on: Option<BodyId>) -> WeightedSum<'_, T, N> {
         let zero = Motion::zero;

@@ -62,6 +62,8 @@ impl<T: Scalar> AccelerationScratch<T> {
     {
         if at.is_explicit() {
             &[]
+        } else if !self.terms.dry_friction.is_empty() {
+            self.terms.dry_friction.resistance()
         } else if self.terms.stops.ends().is_empty() {
             &self.forces.resistance
         } else {
@@ -88,7 +90,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         T: Over<P>,
     {
         let (forces, aba, a) = (&mut self.forces, &mut self.aba, &mut self.a);
-        let model = at.model();
+        let (model, has_pieces) = (at.model(), self.terms.have_pieces());
         if at.is_explicit() {
             let (tau, bodies) = (&forces.tau, &forces.bodies);
             return forward_dynamics_into(model, at.q(), at.v(), tau, bodies, aba, a);
@@ -97,11 +99,16 @@ impl<T: Scalar> AccelerationScratch<T> {
             let new = || HalfStep::new(at.simulator);
             let half_step = self.half_step.get_or_insert_with(new);
             half_step.correct(at, forces);
-            if at.simulator.always_in_the_middle() && self.terms.stops.ends().is_empty() {
+            if at.simulator.always_in_the_middle() && !has_pieces {
                 return a.copy_from_slice(&half_step.gyroscopic.a);
             }
         }
-        self.terms.stops.accelerate(at, forces, aba, a);
+        let Terms {
+            stops,
+            dry_friction,
+            ..
+        } = &mut self.terms;
+        stops.accelerate(at, forces, dry_friction, aba, a);
     }
 
     /// The forces of rows by a solver, of as many rows as take part in the end.
@@ -175,7 +182,7 @@ impl<P: Scalar> Simulator<P> {
         s: &mut AccelerationScratch<T>,
     ) {
         self.apply_terms(at, s);
-        if at.has_rows() || at.half_step.is_some() || !s.terms.stops.ends().is_empty() {
+        if at.has_rows() || at.half_step.is_some() || s.terms.have_pieces() {
             s.solve(at);
         } else {
             s.a.copy_from_slice(a);
