@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Actuator:
     """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
-    N·m or N; friction: (Coulomb force, slip velocity); position: (lower, upper, HuntCrossley) stops; velocity: (speed, damping) beyond."""
+    N·m or N; friction: a force that holds the joint at rest, or (Coulomb force, slip velocity), smoothed through rest; position: (lower, upper, HuntCrossley) stops; velocity: (speed, damping) beyond."""
 
     torque_speed: tuple[float, float, float] | None = None
     effort: float | None = None
-    friction: tuple[float, float] | None = None
+    friction: float | tuple[float, float] | None = None
     position: tuple[float | None, float | None, HuntCrossley | Sequence[float]] | None = None
     velocity: tuple[float, float] | None = None
 

@@ -12,7 +12,7 @@ use crate::scalar::{Over, Scalar};
 pub(crate) enum AtEnd {
     /// None: all are those of its start, or of an instant.
     Nothing,
-    /// Those of joints: dampers, springs, dry friction, speed limits, stops.
+    /// Those of joints: dampers, springs, servos, dry friction, speed limits, stops.
     Joints,
     /// Those of joints and of soft contact.
     JointsAndContact,
@@ -120,15 +120,10 @@ impl<P: Scalar> Simulator<P> {
         self.solved_contacts(self.at_end()).is_some() || !self.constraints().is_empty()
     }
 
-    /// Number of coordinates with exact friction.
-    pub(crate) fn held_joints(&self) -> usize {
-        let actuation = self.actuation();
-        actuation.map_or(0, |own| own.exact_frictions().count())
-    }
-
-    /// The most rows of joints, each a block: joint limits and exact friction.
+    /// The most rows of joints, each a block: joint limits and bounded forces.
     pub(crate) fn joint_rows(&self) -> usize {
-        self.model().nv() + self.held_joints()
+        let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
+        self.model().nv() + bounded
     }
 
     /// Contacts whose forces a solver finds in a step.

@@ -47,22 +47,27 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
     let torque_speed = value
         .getattr("torque_speed")?
         .extract::<Option<(f64, f64, f64)>>()?;
-    let friction = value.getattr("friction")?.extract::<Option<(f64, f64)>>()?;
+    let friction = value.getattr("friction")?;
+    let friction = match friction.extract::<Option<f64>>() {
+        Ok(force) => force.map(CoulombFriction::exact),
+        Err(_) => {
+            let (force, slip_velocity) = friction.extract()?;
+            Some(CoulombFriction::smoothed(force, slip_velocity))
+        }
+    };
     let velocity = value.getattr("velocity")?.extract::<Option<(f64, f64)>>()?;
     let position = value
         .getattr("position")?
         .extract::<Option<(Option<f64>, Option<f64>, [f64; 4])>>()?;
     Ok(Actuator {
+        servo: None,
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
             torque,
             threshold,
             maximum,
         }),
         effort: value.getattr("effort")?.extract()?,
-        friction: friction.map(|(force, slip_velocity)| CoulombFriction {
-            force,
-            slip_velocity,
-        }),
+        friction,
         position: position.map(|(lower, upper, stop)| PositionLimits {
             lower,
             upper,

@@ -42,12 +42,12 @@ numbers! { pub struct CoulombFriction {
 /// Slip velocity of joints whose file says no more than the force of friction: rad/s or m/s.
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
-impl CoulombFriction<f64> {
+impl<P: Scalar> CoulombFriction<P> {
     /// Friction that holds, of a force f in N·m or N. The slip velocity of integrators that smooth it is 0.01 rad/s or m/s.
-    pub fn exact(force: f64) -> Self {
+    pub fn exact(force: P) -> Self {
         Self {
             law: FrictionLaw::Exact,
-            ..Self::smoothed(force, DEFAULT_SLIP_VELOCITY)
+            ..Self::smoothed(force, P::constant(DEFAULT_SLIP_VELOCITY))
         }
     }
 
@@ -55,16 +55,14 @@ impl CoulombFriction<f64> {
     ///
     /// * `force` – f, N·m or N
     /// * `slip_velocity` – `v_s`, rad/s or m/s
-    pub fn smoothed(force: f64, slip_velocity: f64) -> Self {
+    pub fn smoothed(force: P, slip_velocity: P) -> Self {
         Self {
             force,
             slip_velocity,
             law: FrictionLaw::Smoothed,
         }
     }
-}
 
-impl<P: Scalar> CoulombFriction<P> {
     /// The force of the smoothed law.
     pub(crate) fn force<T: Over<P>>(&self, v: T) -> T {
         -(v * self.damping(v))

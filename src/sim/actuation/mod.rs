@@ -2,10 +2,11 @@
 //!
 //! For each velocity coordinate, with the input u (0 where there is none), in this order:
 //!
-//! > τ = E(C(u, v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
+//! > τ = E(C(G(q, v, u), v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
 //!
 //! | part | what it is |
 //! |---|---|
+//! | G | the input itself, or what a servo makes of it: n (g u + b − `k_p` n q − `k_v` n v) |
 //! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
 //! | E | the effort limit: within ±`τ_limit` |
 //! | F | dry friction: stick and slip, at most f; or smoothed, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
@@ -18,6 +19,7 @@
 mod actuator;
 mod coulomb_friction;
 mod position_limits;
+mod servo;
 mod torque_speed;
 mod velocity_limit;
 
@@ -35,6 +37,7 @@ pub(crate) use actuator::OfActuator;
 pub use coulomb_friction::{CoulombFriction, FrictionLaw};
 pub(crate) use position_limits::End;
 pub use position_limits::PositionLimits;
+pub use servo::Servo;
 pub use torque_speed::TorqueSpeed;
 pub use velocity_limit::VelocityLimit;
 
@@ -101,10 +104,10 @@ impl Actuation<f64> {
     /// If the model has no joint of that name.
     ///
     /// # Panics
-    /// If the actuators are those of another robot, the joint follows another one, position limits are given to a joint of several degrees of freedom, or
+    /// If the actuators are those of another robot, the joint follows another one, position limits or a position gain are given to a joint of several degrees of freedom, or
     /// exact friction to a planar or floating one. If a number makes no sense:
     /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
-    /// threshold, a lower end above the upper one.
+    /// threshold, a lower end above the upper one. If there is a torque–speed curve beside a servo with gains.
     pub fn with_actuator(
         mut self,
         model: &Model,
@@ -121,6 +124,13 @@ impl Actuation<f64> {
         assert!(
             actuator.position.is_none() || body.joint.nq() == 1,
             "\"{joint}\" has several degrees of freedom, its position has no two ends"
+        );
+        assert!(
+            body.joint.nq() == 1
+                || actuator
+                    .servo
+                    .is_none_or(|servo| servo.position_gain == 0.0),
+            "\"{joint}\" has several degrees of freedom: a servo has no position of it to hold"
         );
         assert!(
             actuator.exact_friction().is_none() || has_fixed_axes(body),
@@ -175,15 +185,27 @@ impl<P: Scalar> Actuation<P> {
         }
     }
 
-    /// Whether a joint has friction, a speed limit or a stop.
+    /// Whether a joint has a servo, friction, a speed limit or a stop.
     pub(super) fn resists(&self) -> bool {
-        let resists =
-            |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
+        let resists = |a: &Actuator<P>| {
+            let has_loop = a.servo.as_ref().is_some_and(Servo::has_loop);
+            has_loop || a.friction.is_some() || a.velocity.is_some() || a.position.is_some()
+        };
         self.actuators.iter().any(resists)
     }
 }
 
 impl<P: Scalar> Actuation<P> {
+    /// Number of forces that are bounded over a step.
+    pub(super) fn bounded_forces(&self) -> usize {
+        let each = self.actuators.iter();
+        each.map(|own| {
+            let friction = own.exact_friction().is_some();
+            usize::from(friction) + usize::from(own.bounded_servo().is_some())
+        })
+        .sum()
+    }
+
     /// The coordinates with exact friction, and that.
     pub(super) fn exact_frictions(&self) -> impl Iterator<Item = (usize, &CoulombFriction<P>)> {
         let each = self.actuators.iter().enumerate();

@@ -1,10 +1,10 @@
 //! The list of terms.
 
+use super::bounded_forces::{BoundedForces, BoundedSlopes};
 use super::constraint_slopes::ConstraintSlopes;
 use super::constraints::Constraints;
 use super::contact::{Contact, ContactSlopes};
 use super::drives::{DriveSlopes, Drives};
-use super::dry_friction::{DryFriction, DryFrictionSlopes};
 use super::frame_forces::{FrameForceSlopes, FrameForces};
 use super::numbers::Numbers;
 use super::sink::{Sink, SlopePoint};
@@ -95,9 +95,9 @@ macro_rules! list_terms {
 }
 
 impl<T: Scalar> Terms<T> {
-    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and dry friction.
+    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and bounded forces.
     pub(crate) fn have_pieces(&self) -> bool {
-        !self.stops.ends().is_empty() || !self.dry_friction.is_empty()
+        !self.stops.ends().is_empty() || !self.bounded_forces.is_empty()
     }
 }
 
@@ -107,6 +107,6 @@ list_terms! {
     frame_forces: FrameForces, FrameForceSlopes;
     constraints: Constraints, ConstraintSlopes;
     stops: Stops, StopSlopes;
-    dry_friction: DryFriction, DryFrictionSlopes;
+    bounded_forces: BoundedForces, BoundedSlopes;
     contact: Contact, ContactSlopes;
 }

@@ -11,7 +11,7 @@
 //! | `frame_forces` | external forces, frame actuators | |
 //! | `constraints` | springs in place of rigid ones, at an instant | loops, welds, rods, tendons; springs over a step |
 //! | `stops` | at an instant, or linear in the velocity after the step | the same, beside a solver |
-//! | `dry_friction` | over a step, with joints that stick or slide | the same, beside a solver |
+//! | `bounded_forces` | dry friction that holds, servos with a limit: over a step, each on a piece of its law | the same, beside a solver |
 //! | `contact` | soft, at an instant | rigid; soft over a step |
 //!
 //! | sink | result |
@@ -21,6 +21,7 @@
 //! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
+mod bounded_forces;
 mod chain;
 mod columns;
 mod constraint_slopes;
@@ -28,7 +29,6 @@ mod constraints;
 mod contact;
 mod delassus;
 mod drives;
-mod dry_friction;
 mod frame_forces;
 mod held_row;
 mod jacobian;

@@ -129,7 +129,7 @@ impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T
         self.value += resistance.each(|x| x * weight);
     }
 
-    fn coordinate_row(&mut self, row: usize, _: usize, y: Dual<T, N>) {
+    fn coordinate_row(&mut self, row: usize, _: usize, _: Option<usize>, y: Dual<T, N>) {
         self.value += y.each(|x| x * self.weights.y[row]);
     }
 }

@@ -7,7 +7,7 @@
 
 use std::marker::PhantomData;
 
-use super::dry_friction::{DryFriction, Given};
+use super::bounded_forces::{BoundedForces, Given};
 use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
 use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
@@ -116,17 +116,17 @@ impl<T: Scalar> Stops<T> {
         self.ends.iter().any(Stop::is_pushing)
     }
 
-    /// Resistance of coordinates in the last step without rows, stops that push among it, without dry friction.
+    /// Resistance of coordinates in the last step without rows, stops that push among it, without bounded forces.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
 
-    /// Finds the v̇ of a step without rows, by forward dynamics, with dry friction.
+    /// Finds the v̇ of a step without rows, by forward dynamics, with bounded forces.
     pub(crate) fn accelerate<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
         forces: &Forces<T>,
-        friction: &mut DryFriction<T>,
+        bounded: &mut BoundedForces<T>,
         aba: &mut AbaScratch<T>,
         a: &mut [T],
     ) where
@@ -139,7 +139,7 @@ impl<T: Scalar> Stops<T> {
                 resistance: &self.resistance,
                 bodies: &forces.bodies,
             };
-            friction.accelerate(at, given, aba, a);
+            bounded.accelerate(at, given, aba, a);
             if !self.release(at.dt(), a, round) {
                 return;
             }
@@ -293,7 +293,7 @@ where
         let Self { k, end, v, dt } = *self;
         let row = (end.stop).row(end.depth, v * end.inward, dt);
         if let Some(y) = row.y_at_rest(solved.force) {
-            out.coordinate_row(solved.row, k, y);
+            out.coordinate_row(solved.row, k, None, y);
         }
     }
 }

@@ -62,8 +62,8 @@ impl<T: Scalar> AccelerationScratch<T> {
     {
         if at.is_explicit() {
             &[]
-        } else if !self.terms.dry_friction.is_empty() {
-            self.terms.dry_friction.resistance()
+        } else if !self.terms.bounded_forces.is_empty() {
+            self.terms.bounded_forces.resistance()
         } else if self.terms.stops.ends().is_empty() {
             &self.forces.resistance
         } else {
@@ -105,10 +105,10 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
         let Terms {
             stops,
-            dry_friction,
+            bounded_forces,
             ..
         } = &mut self.terms;
-        stops.accelerate(at, forces, dry_friction, aba, a);
+        stops.accelerate(at, forces, bounded_forces, aba, a);
     }
 
     /// The forces of rows by a solver, of as many rows as take part in the end.

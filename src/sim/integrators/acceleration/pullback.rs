@@ -80,11 +80,11 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         half_step.add(at, &change, &mut self.balance, out);
     }
 
-    /// Whether the acceleration is a₀ of a half step: without rows, joint limits that push, and dry friction.
+    /// Whether the acceleration is a₀ of a half step: without rows, joint limits that push, and bounded forces.
     fn is_free(&self, at: &EvaluationPoint<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
         let has_half_step = !at.has_rows() && found.half_step(at).is_some();
         let terms = &found.terms;
-        has_half_step && !terms.stops.any_pushes() && terms.dry_friction.is_empty()
+        has_half_step && !terms.stops.any_pushes() && terms.bounded_forces.is_empty()
     }
 
     /// Adds the gradient of the balance of all that acts.
