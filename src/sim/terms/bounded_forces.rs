@@ -15,19 +15,14 @@
 //! # References
 //! [Júdice & Pires 1994].
 
-use std::marker::PhantomData;
-
 use super::drives::Driven;
-use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
-use super::numbers::Numbers;
-use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::term::Term;
 use crate::cone::Block;
 use crate::dynamics::{
     AbaScratch, RneaScratch, each_passive, inverse_dynamics_into, resisted_forward_dynamics_into,
 };
-use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::actuation::{Actuator, CoulombFriction, OfActuator};
+use crate::scalar::{Over, Scalar};
+use crate::sim::actuation::Actuator;
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
@@ -54,12 +49,12 @@ pub(crate) struct BoundedForces<T: Scalar> {
 
 /// A coordinate with a bounded force.
 #[derive(Clone, Copy, Debug)]
-struct Site {
-    coordinate: usize,
+pub(super) struct Site {
+    pub(super) coordinate: usize,
     kind: Kind,
     /// Index of its position in q, where it has one, and of its input.
     q: Option<usize>,
-    input: Option<usize>,
+    pub(super) input: Option<usize>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,23 +65,23 @@ enum Kind {
 
 /// Law of a bounded force.
 #[derive(Clone, Copy, Debug)]
-struct Line<L> {
-    /// −r times the acceleration at which the force is zero, p.
-    push: L,
+pub(super) struct Line<L> {
+    /// p, the force if nothing accelerates.
+    pub(super) push: L,
     /// r.
-    resistance: L,
+    pub(super) resistance: L,
     /// b.
-    bound: L,
+    pub(super) bound: L,
 }
 
 /// A force in a step.
 #[derive(Clone, Copy, Debug)]
-struct Bounded<T> {
+pub(super) struct Bounded<T> {
     line: Line<T>,
     /// Acceleration that brings the coordinate to rest, −v / Δt.
     stop: T,
     /// 0 on the line, −1 or 1 at a bound.
-    piece: T,
+    pub(super) piece: T,
 }
 
 /// Forces beside which bounded ones act, and what resists beside M, by coordinates.
@@ -141,7 +136,10 @@ impl Site {
     }
 
     /// The coordinate at a point.
-    fn driven<P: Scalar, T: Over<P>>(&self, at: &EvaluationPoint<'_, P, T>) -> Driven<T> {
+    pub(super) fn driven<P: Scalar, T: Over<P>>(
+        &self,
+        at: &EvaluationPoint<'_, P, T>,
+    ) -> Driven<T> {
         Driven {
             q: self.q.map(|q| at.q()[q]),
             v: at.v()[self.coordinate],
@@ -150,12 +148,15 @@ impl Site {
     }
 
     /// The law over a step.
-    fn line<A: Scalar, L: Over<A>>(&self, actuator: &Actuator<A>, at: Driven<L>, dt: L) -> Line<L> {
+    pub(super) fn line<A: Scalar, L: Over<A>>(
+        &self,
+        actuator: &Actuator<A>,
+        at: Driven<L>,
+        dt: L,
+    ) -> Line<L> {
         match self.kind {
             Kind::Friction => {
-                let force = actuator
-                    .exact_friction()
-                    .map(|own: &CoulombFriction<A>| own.force);
+                let force = actuator.exact_friction().map(|own| own.force);
                 Line {
                     push: stop_of(at.v, dt) * HELD,
                     resistance: L::constant(HELD),
@@ -181,7 +182,7 @@ fn stop_of<L: Scalar>(v: L, dt: L) -> L {
 
 impl<L: Scalar> Line<L> {
     /// Reference acceleration of the row that is the line, and its compliance.
-    fn row(&self) -> (L, L) {
+    pub(super) fn row(&self) -> (L, L) {
         let compliance = L::one() / self.resistance;
         (self.push * compliance, compliance)
     }
@@ -209,7 +210,7 @@ impl<T: Scalar> Bounded<T> {
     }
 
     /// One of two numbers, in each lane.
-    fn select(&self, on_line: T, at_bound: T) -> T {
+    pub(super) fn select(&self, on_line: T, at_bound: T) -> T {
         let half = T::constant(0.5);
         self.piece.abs().select_lt(half, on_line, at_bound)
     }
@@ -273,12 +274,18 @@ impl<T: Scalar> BoundedForces<T> {
         self.forces.is_empty()
     }
 
+    /// Indices of the first row and the first block of a solver.
+    pub(super) fn first(&self) -> [usize; 2] {
+        self.first
+    }
+
     /// Resistance of coordinates in the last step without rows, that of forces on their line among it.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
 
-    fn all(&self) -> impl Iterator<Item = (&Site, &Bounded<T>)> {
+    /// Where they act, and the forces of the last step.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&Site, &Bounded<T>)> {
         self.sites.iter().zip(&self.forces)
     }
 
@@ -404,168 +411,6 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for BoundedForces<T> {
             rows.push_unit(site.coordinate, 1.0);
             rows.push_reference(reference, compliance);
             rows.push_block(Block::Interval, own.line.bound);
-        }
-    }
-}
-
-/// Derivatives of the term; they need no memory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BoundedSlopes<T>(PhantomData<T>);
-
-impl<T: Scalar> BoundedSlopes<T> {
-    pub(super) fn new(_: &Simulator) -> Self {
-        Self(PhantomData)
-    }
-}
-
-/// A row with the force that a solver has found, and the index of its block.
-#[derive(Clone, Copy)]
-struct SolvedRow<T> {
-    row: usize,
-    block: usize,
-    force: T,
-}
-
-/// A bounded force at a point of differentiation.
-struct Found<'a, T> {
-    site: &'a Site,
-    own: &'a Bounded<T>,
-    solved: Option<SolvedRow<T>>,
-}
-
-/// All bounded forces; none where they do not act.
-fn found<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
-    term: &'a BoundedForces<T>,
-) -> impl Iterator<Item = Found<'a, T>> {
-    let (acts, balance) = (matches!(at.acting, Acting::All(_)), at.balance());
-    let all = term.all().filter(move |_| acts).enumerate();
-    all.map(move |(k, (site, own))| Found {
-        site,
-        own,
-        solved: balance.map(|balance| SolvedRow {
-            row: term.first[0] + k,
-            block: term.first[1] + k,
-            force: balance.rows.forces()[term.first[0] + k],
-        }),
-    })
-}
-
-impl<T: Scalar> Found<'_, T> {
-    /// The law over other numbers.
-    ///
-    /// * `to` – of position, velocity and input
-    fn line<A: Scalar, L: Over<A>>(
-        &self,
-        at: &SlopePoint<'_, T>,
-        actuator: impl Fn(&Actuator) -> Actuator<A>,
-        to: impl Fn(Driven<T>) -> Driven<L>,
-        dt: L,
-    ) -> Option<Line<L>> {
-        let actuation = at.point.simulator.actuation()?;
-        let actuator = actuator(&actuation.actuators()[self.site.coordinate]);
-        Some(
-            self.site
-                .line(&actuator, to(self.site.driven(at.point)), dt),
-        )
-    }
-
-    /// The law over numbers with derivatives in position, velocity, input and the time step.
-    fn moving(&self, at: &SlopePoint<'_, T>) -> Option<Line<OfCoordinate<T>>> {
-        let seeded = |x: Driven<T>| Driven {
-            q: x.q.map(|q| OfCoordinate::variable(q, POSITION)),
-            v: Dual::variable(x.v, RATE),
-            u: Dual::variable(x.u, INPUT),
-        };
-        let dt = Dual::variable(T::constant(at.point.dt()), TIME_STEP);
-        self.line(at, |own| *own, seeded, dt)
-    }
-
-    /// States the force and its resistance on the piece that holds; of a row y at a fixed force, R f − reference.
-    fn emit<const N: usize>(
-        &self,
-        line: &Line<Dual<T, N>>,
-        out: &mut impl CoordinateSink<Dual<T, N>>,
-    ) {
-        let (
-            Site {
-                coordinate, input, ..
-            },
-            own,
-            zero,
-        ) = (*self.site, self.own, T::zero());
-        if let Some(SolvedRow { row, force, .. }) = self.solved {
-            let (reference, compliance) = line.row();
-            let y = compliance.each(|x| x * force) - reference;
-            return out.coordinate_row(row, coordinate, input, y);
-        }
-        let at_bound = line.bound.each(|x| own.select(zero, x * own.piece));
-        let push = line.push.each(|x| own.select(x, zero)) + at_bound;
-        out.coordinate(coordinate, input, push);
-        let resistance = line.resistance.each(|x| own.select(x, zero));
-        out.resistance(coordinate, resistance);
-    }
-}
-
-impl<T: Scalar> TermSlopes<T> for BoundedSlopes<T> {
-    type Term = BoundedForces<T>;
-
-    fn emit_forces<S: Sink<T>>(
-        &mut self,
-        at: &SlopePoint<'_, T>,
-        term: &BoundedForces<T>,
-        out: &mut S,
-    ) {
-        for found in found(at, term).filter(|found| found.solved.is_none()) {
-            if let Some(line) = found.moving(at) {
-                found.emit(&line, out);
-            }
-        }
-    }
-
-    fn emit_rows<S: Sink<T>>(
-        &mut self,
-        at: &SlopePoint<'_, T>,
-        term: &BoundedForces<T>,
-        out: &mut S,
-    ) {
-        for found in found(at, term).filter(|found| found.solved.is_some()) {
-            if let Some(line) = found.moving(at) {
-                found.emit(&line, out);
-            }
-        }
-    }
-
-    fn emit_numbers(
-        &mut self,
-        at: &SlopePoint<'_, T>,
-        term: &BoundedForces<T>,
-        out: &mut Numbers<'_, T>,
-    ) {
-        if !out.has_parts() {
-            return;
-        }
-        let dt = OfActuator::from(at.point.dt());
-        for found in found(at, term) {
-            let fixed = |x: Driven<T>| x.map(OfActuator::constant_of);
-            let own = found.line(at, |own| own.seeded::<T>(), fixed, dt);
-            let Some((moving, own)) = found.moving(at).zip(own) else {
-                continue;
-            };
-            let mut sum = out.sum(None);
-            found.emit(&moving, &mut sum);
-            let by_time_step = sum.value.eps[TIME_STEP];
-            let mut sum = out.sum(None);
-            found.emit(&own, &mut sum);
-            let mut slopes = sum.value.eps;
-            if let Some(solved) = found.solved {
-                let weight = out.block_weight(solved.block);
-                let bound = slopes.iter_mut().zip(own.bound.eps);
-                bound.for_each(|(slope, eps)| *slope += eps * weight);
-            }
-            out.add_time_step(by_time_step);
-            let part = out.slots().0.actuators[found.site.coordinate].clone();
-            out.add(&part, &slopes);
         }
     }
 }

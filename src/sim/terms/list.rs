@@ -1,6 +1,7 @@
 //! The list of terms.
 
-use super::bounded_forces::{BoundedForces, BoundedSlopes};
+use super::bounded_forces::BoundedForces;
+use super::bounded_slopes::BoundedSlopes;
 use super::constraint_slopes::ConstraintSlopes;
 use super::constraints::Constraints;
 use super::contact::{Contact, ContactSlopes};
