@@ -78,6 +78,12 @@ impl<T: Scalar> Balance<T> {
         });
     }
 
+    /// The factors of M after another change of it and of τ − h, which are written.
+    pub(super) fn change_mass(&mut self, write: impl FnOnce(&mut DMatrix<T>, &mut [T])) {
+        let forces = &mut self.placed.forces;
+        self.factor.refactor_filled(|mass| write(mass, forces));
+    }
+
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
     pub(super) fn form_delassus(&mut self) {
         self.rows.form_delassus(&self.factor, &self.placed.forces);

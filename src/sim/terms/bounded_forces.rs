@@ -8,16 +8,17 @@
 //! so that a joint that sticks has the acceleration −v / Δt, and one that slides a constant force. That of a servo has the slope of its gains at the end of
 //! the step.
 //!
-//! Without a solver, an active set says which forces are on their line, and which at which bound. Those on their line stand beside M. Forward dynamics then
+//! An active set says which forces are on their line, and which at which bound. Those on their line stand beside M. Forward dynamics then
 //! shows which break their law: those go over to another piece of it, until none does. Since M is positive definite there is one solution, which
-//! block pivots mostly find in one or two rounds, and pivots one by one always. Beside other forces that a solver finds, each is a row with a bounded force.
+//! block pivots mostly find in one or two rounds, and pivots one by one always. Beside other forces that a solver finds, it is the solver that shows it
+//! (`bounded_rows.rs`).
 //!
 //! # References
 //! [Júdice & Pires 1994].
 
+use super::bounded_rows::Beside;
 use super::drives::Driven;
 use super::term::Term;
-use crate::cone::Block;
 use crate::dynamics::{
     AbaScratch, RneaScratch, each_passive, inverse_dynamics_into, resisted_forward_dynamics_into,
 };
@@ -36,15 +37,19 @@ pub(crate) struct BoundedForces<T: Scalar> {
     sites: Vec<Site>,
     /// One for each site; none where all forces are explicit.
     forces: Vec<Bounded<T>>,
+    /// 1 in lanes in which all are rows of a solver, 0 in those in which they are on the pieces that have been found.
+    pub(super) in_rows: T,
     /// Indices of the first row and the first block of a solver.
-    first: [usize; 2],
+    pub(super) first: [usize; 2],
     /// Joint forces at a = 0 and resistance, with those that are bounded.
     tau: Vec<T>,
     resistance: Vec<T>,
     /// Joint forces of the motion that has been found.
-    needed: Vec<T>,
+    pub(super) needed: Vec<T>,
     /// For robots with friction that holds.
     rnea: Option<Box<RneaScratch<T>>>,
+    /// For robots with rows.
+    pub(super) beside: Option<Box<Beside<T>>>,
 }
 
 /// A coordinate with a bounded force.
@@ -77,7 +82,7 @@ pub(super) struct Line<L> {
 /// A force in a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded<T> {
-    line: Line<T>,
+    pub(super) line: Line<T>,
     /// Acceleration that brings the coordinate to rest, −v / Δt.
     stop: T,
     /// 0 on the line, −1 or 1 at a bound.
@@ -133,6 +138,11 @@ impl Site {
             }
         });
         sites
+    }
+
+    /// Whether it is friction that holds a joint.
+    pub(super) fn holds(&self) -> bool {
+        self.kind == Kind::Friction
     }
 
     /// The coordinate at a point.
@@ -216,7 +226,7 @@ impl<T: Scalar> Bounded<T> {
     }
 
     /// p or the force at the bound, and r where that acts.
-    fn parts(&self) -> [T; 2] {
+    pub(super) fn parts(&self) -> [T; 2] {
         let Line {
             push,
             resistance,
@@ -257,26 +267,23 @@ impl<T: Scalar> BoundedForces<T> {
             false => simulator.model().nv(),
         };
         let zeros = || vec![T::zero(); nv];
-        let holds = sites.iter().any(|site| site.kind == Kind::Friction);
+        let holds = sites.iter().any(Site::holds);
         Self {
             forces: Vec::with_capacity(sites.len()),
             sites,
+            in_rows: T::zero(),
             first: [0; 2],
             tau: zeros(),
             resistance: zeros(),
             needed: zeros(),
             rnea: holds.then(|| Box::new(RneaScratch::new(simulator.model()))),
+            beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(nv)),
         }
     }
 
     /// Whether there are none in the last step.
     pub(crate) fn is_empty(&self) -> bool {
         self.forces.is_empty()
-    }
-
-    /// Indices of the first row and the first block of a solver.
-    pub(super) fn first(&self) -> [usize; 2] {
-        self.first
     }
 
     /// Resistance of coordinates in the last step without rows, that of forces on their line among it.
@@ -328,11 +335,18 @@ impl<T: Scalar> BoundedForces<T> {
     }
 
     /// Joints that stick have the acceleration that stops them, to the last bit.
-    fn stop(&self, a: &mut [T]) {
-        for (site, own) in self.all().filter(|(site, _)| site.kind == Kind::Friction) {
+    pub(super) fn stop(&self, a: &mut [T]) {
+        let half = T::constant(0.5);
+        for (site, own) in self.all().filter(|(site, _)| site.holds()) {
             let a = &mut a[site.coordinate];
-            *a = own.select(own.stop, *a);
+            *a = half.select_lt(self.in_rows, *a, own.select(own.stop, *a));
         }
+    }
+
+    /// Whether a joint may stick, in some lane.
+    pub(super) fn may_hold(&self) -> bool {
+        let mut held = self.all().filter(|(site, _)| site.holds());
+        held.any(|(_, own)| own.may_be_on_line())
     }
 
     /// The joint forces that friction has to give for joints to stick, if some may: as the line is steep, they do not follow from it.
@@ -344,9 +358,7 @@ impl<T: Scalar> BoundedForces<T> {
     ) where
         T: Over<P>,
     {
-        let holds =
-            |(site, own): (&Site, &Bounded<T>)| site.kind == Kind::Friction && own.may_be_on_line();
-        let some = self.all().any(holds);
+        let some = self.may_hold();
         let Some(rnea) = self.rnea.as_deref_mut().filter(|_| some) else {
             return;
         };
@@ -365,7 +377,17 @@ impl<T: Scalar> BoundedForces<T> {
     /// Lets forces that break their law go over to another piece of it, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
     fn revise(&mut self, a: &[T], round: usize) -> bool {
-        let mut changes = T::zero();
+        let changes = self.change(a, round > TOGETHER);
+        let known = changes.has_value();
+        let may = !known && round < RECORDED_ROUNDS;
+        let condition = "joints with dry friction and servos at their limits are as found";
+        let settled = || changes.is_at_most(0.0, condition);
+        !(known && round == MOST_ROUNDS) && (may || !settled())
+    }
+
+    /// Lets forces that break their law, or the first of them, go over to another piece of it, where they are not rows. Returns by how many pieces.
+    pub(super) fn change(&mut self, a: &[T], only_first: bool) -> T {
+        let (mut changes, half) = (T::zero(), T::constant(0.5));
         for (site, own) in self.sites.iter().zip(&mut self.forces) {
             let (k, line) = (site.coordinate, &own.line);
             let force = match site.kind {
@@ -373,17 +395,14 @@ impl<T: Scalar> BoundedForces<T> {
                 Kind::Servo => line.push - line.resistance * a[k],
             };
             let mut next = own.next(a[k], force);
-            if round > TOGETHER {
+            if only_first {
                 next = T::zero().select_lt(changes, own.piece, next);
             }
+            next = half.select_lt(self.in_rows, own.piece, next);
             changes += (next - own.piece).abs();
             own.piece = next;
         }
-        let known = changes.has_value();
-        let may = !known && round < RECORDED_ROUNDS;
-        let condition = "joints with dry friction and servos at their limits are as found";
-        let settled = || changes.is_at_most(0.0, condition);
-        !(known && round == MOST_ROUNDS) && (may || !settled())
+        changes
     }
 }
 
@@ -391,6 +410,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for BoundedForces<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, _: &mut Forces<T>) {
         self.forces.clear();
+        self.in_rows = T::zero();
         let actuation = at.simulator.actuation();
         let Some(actuation) = actuation.filter(|_| at.at_end.has_joints()) else {
             return;
@@ -404,13 +424,6 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for BoundedForces<T> {
     }
 
     fn add_rows(&mut self, _: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
-        let rows = &mut balance.rows;
-        self.first = [rows.count(), rows.blocks()];
-        for (site, own) in self.all() {
-            let (reference, compliance) = own.line.row();
-            rows.push_unit(site.coordinate, 1.0);
-            rows.push_reference(reference, compliance);
-            rows.push_block(Block::Interval, own.line.bound);
-        }
+        self.add_bounded_rows(balance);
     }
 }

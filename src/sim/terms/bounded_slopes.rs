@@ -42,8 +42,9 @@ fn found<'a, T: Scalar>(
     at: &SlopePoint<'a, T>,
     term: &'a BoundedForces<T>,
 ) -> impl Iterator<Item = Found<'a, T>> {
-    let (acts, balance) = (matches!(at.acting, Acting::All(_)), at.balance());
-    let [first_row, first_block] = term.first();
+    let acts = matches!(at.acting, Acting::All(_));
+    let balance = at.balance().filter(|_| term.are_rows());
+    let [first_row, first_block] = term.first;
     let all = term.all().filter(move |_| acts).enumerate();
     all.map(move |(k, (site, own))| Found {
         site,

@@ -22,6 +22,7 @@
 
 mod adjoint;
 mod bounded_forces;
+mod bounded_rows;
 mod bounded_slopes;
 mod chain;
 mod columns;
