@@ -4,7 +4,7 @@ use dualbody::constraint::{Anchor, Constraint};
 use dualbody::dynamics::inverse_dynamics;
 use dualbody::joint::JointKind;
 use dualbody::linearize::{StepGradient, VjpScratch};
-use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
+use dualbody::model::{Body, JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{
     Actuation, Actuator, BatchSimulator, CoulombFriction, FrictionLaw, SimulatorRemark,
 };
@@ -105,20 +105,22 @@ fn adjoint(simulator: &Simulator, states: &[State], weights: &[f64]) -> Gradient
     }
 }
 
-/// Friction in all joints, exact but for planar and floating ones.
+/// Whether the axes of a joint turn with its body.
+fn turns(body: &Body<f64>) -> bool {
+    matches!(body.joint, JointKind::Planar | JointKind::Floating)
+}
+
+/// Exact friction in all joints but planar and floating ones.
 fn with_friction(model: Model, integrator: Integrator) -> Simulator {
-    let mut actuation = Actuation::ideal(&model);
-    for (k, joint) in model.joint_names().into_iter().enumerate() {
-        let actuator = Actuator {
-            friction: Some(CoulombFriction::exact(0.3 + 0.2 * (k as f64).cos())),
-            ..Actuator::default()
-        };
-        if let Ok(fixed) =
-            std::panic::catch_unwind(|| actuation.clone().with_actuator(&model, joint, actuator))
-        {
-            actuation = fixed.expect("a joint of the robot");
+    let mut actuators = vec![Actuator::default(); model.nv()];
+    let bodies = model.bodies().iter().filter(|body| body.coupling.is_none());
+    for body in bodies.filter(|body| !turns(body)) {
+        for k in body.v..body.v + body.joint.nv() {
+            let force = 0.3 + 0.2 * (k as f64).cos();
+            actuators[k].friction = Some(CoulombFriction::exact(force));
         }
     }
+    let actuation = Actuation::ideal(&model).with_actuators(&actuators);
     Simulator::new(model)
         .with_actuation(actuation)
         .with_time_step(5e-3)
@@ -163,6 +165,10 @@ fn exact(simulator: &Simulator) -> Vec<(usize, f64)> {
 fn friction_of_random_robots_obeys_its_law_in_every_step() {
     let (mut sticking, mut sliding, mut arriving) = (0, 0, 0);
     for (simulator, start, u) in trees() {
+        // The velocity after a step is along axes that have turned, of which the acceleration here knows nothing.
+        if simulator.model().bodies().iter().any(turns) {
+            continue;
+        }
         // Velocity forces of the middle of the step are not those of Newton and Euler.
         let simulator = simulator.with_integrator(Integrator::SemiImplicitEuler);
         let model = simulator.model();
@@ -175,7 +181,8 @@ fn friction_of_random_robots_obeys_its_law_in_every_step() {
             let tau = inverse_dynamics(model, q, v, a.as_slice());
             for (k, bound) in exact(&simulator) {
                 let input = simulator.actuated().iter().position(|&own| own == k);
-                let friction = tau[k] - input.map_or(0.0, |input| u[input]);
+                let damper = model.damping()[k] * pair[1].v[k];
+                let friction = tau[k] + damper - input.map_or(0.0, |input| u[input]);
                 let (before, after) = (v[k], pair[1].v[k]);
                 if after.abs() < 1e-14 {
                     assert!(friction.abs() <= bound * (1.0 + 1e-6), "{friction} {bound}");

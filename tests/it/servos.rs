@@ -127,7 +127,7 @@ fn force_range_holds_at_the_end_of_the_step_also_beside_a_solver() {
         let simulator = driven(actuator, dt, integrator);
         let solved = with_solver(&simulator);
         for k in 0..60 {
-            let (q, v) = (0.02 * (k as f64).sin(), 0.5 * (1.7 * k as f64).cos());
+            let (q, v) = (0.002 * (k as f64).sin(), 0.05 * (1.7 * k as f64).cos());
             let state = State::new(&[q], &[v]);
             let free = (MASS * v - dt * kp * q) / (MASS + dt * (kv + dt * kp));
             let force = MASS * (free - v) / dt;
