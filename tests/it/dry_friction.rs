@@ -1,5 +1,6 @@
 //! Dry friction that holds: closed forms of a slider, the law itself on random robots, rows of a solver beside the active set, gradients.
 
+use dualbody::codegen::{linearization, step};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::dynamics::inverse_dynamics;
 use dualbody::joint::JointKind;
@@ -282,4 +283,34 @@ fn other_integrators_smooth_it_and_remark_on_that() {
     }
     let exact = slider(1e-3, Integrator::SemiImplicitEuler);
     assert!(exact.remarks(&[0.0]).is_empty());
+}
+
+#[test]
+fn graphs_give_steps_and_jacobians_of_joints_that_stick_slide_and_arrive() {
+    for integrator in EULER {
+        for simulator in [
+            slider(0.01, integrator),
+            with_friction(samples::double_pendulum(), integrator),
+        ] {
+            let graphs = [step(&simulator), linearization(&simulator)];
+            let n = simulator.model().nv();
+            for (v, u) in [(1.5, 0.2), (0.0, 0.1), (1e-4, 0.1), (-1e-4, 0.0)] {
+                let state = State::new(&vec![0.0; n], &vec![v; n]);
+                let u = vec![u; n];
+                let inputs: Vec<f64> = state.numbers().chain(&u).copied().collect();
+                let (next, slopes) = (simulator.step(&state, &u), simulator.linearize(&state, &u));
+                let expected: [Vec<f64>; 2] = [
+                    next.numbers().copied().collect(),
+                    slopes.a.iter().chain(&slopes.b).copied().collect(),
+                ];
+                for (graph, expected) in graphs.iter().zip(expected) {
+                    let found = graph.evaluate(&inputs).expect("few rounds");
+                    for (found, expected) in found.iter().zip(&expected) {
+                        let error = (found - expected).abs();
+                        assert!(error < 1e-9, "{integrator:?}, {v}: {found}, not {expected}");
+                    }
+                }
+            }
+        }
+    }
 }
