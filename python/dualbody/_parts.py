@@ -18,13 +18,16 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Actuator:
     """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
-    N·m or N; friction: (Coulomb force, slip velocity); position: (lower, upper, HuntCrossley) stops; velocity: (speed, damping) beyond."""
+    N·m or N; friction: a force that holds the joint at rest, or (Coulomb force, slip velocity), smoothed through rest; position: (lower, upper,
+    HuntCrossley) stops; velocity: (speed, damping) beyond; servo: (gear n, gain g, bias b, position gain k, velocity gain d), whose target u is the
+    input: the force n (g u + b - k n q - d n v) of the end of a step."""
 
     torque_speed: tuple[float, float, float] | None = None
     effort: float | None = None
-    friction: tuple[float, float] | None = None
+    friction: float | tuple[float, float] | None = None
     position: tuple[float | None, float | None, HuntCrossley | Sequence[float]] | None = None
     velocity: tuple[float, float] | None = None
+    servo: tuple[float, float, float, float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.position is not None and not isinstance(self.position[2], Sequence):

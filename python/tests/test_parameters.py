@@ -108,3 +108,12 @@ def test_ground_from_a_function_is_that_function() -> None:
         Terrain.function(lambda x, y: x, (0, 1), (0, 1), 0.0)
     with pytest.raises(ValueError, match="empty"):
         Terrain.function(lambda x, y: x, (1, 0), (0, 1), 0.1)
+
+
+def test_servos_are_stable_and_dry_friction_holds() -> None:
+    stiff, held = Actuator(servo=(1.0, 1e4, 0.0, 1e4, 100.0)), Actuator(friction=0.2)
+    simulator = db.Simulator(db.samples.cartpole(), time_step=0.01, actuation=Actuation(actuators={"linear": stiff, "pivot": held}))
+    rest = simulator.step([0.0, 0.01], [0.0, 0.0], [0.0, 0.0])
+    assert rest[1][1] == 0.0
+    rollout = simulator.rollout([0.0, 0.0], [0.0, 0.0], inputs=np.tile([0.3, 0.0], (500, 1)))
+    assert abs(rollout.q[-1][0] - 0.3) < 1e-3

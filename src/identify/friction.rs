@@ -25,11 +25,7 @@ impl DryFriction {
         match self {
             Self::Smooth { slip_velocity } => {
                 // The law of a simulator, whose force is against the velocity.
-                -CoulombFriction {
-                    force: 1.0,
-                    slip_velocity,
-                }
-                .force(v)
+                -CoulombFriction::smoothed(1.0, slip_velocity).force(v)
             }
             Self::Sign { .. } => {
                 let (zero, one) = (T::zero(), T::one());

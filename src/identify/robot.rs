@@ -141,10 +141,8 @@ impl Robot {
         };
         let mut actuators = actuation.actuators().to_vec();
         for (actuator, &force) in actuators.iter_mut().zip(&self.dry_friction) {
-            actuator.friction = (force != 0.0).then_some(CoulombFriction {
-                force,
-                slip_velocity,
-            });
+            let friction = CoulombFriction::smoothed(force, slip_velocity);
+            actuator.friction = (force != 0.0).then_some(friction);
         }
         actuation.with_actuators(&actuators)
     }

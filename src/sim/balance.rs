@@ -2,7 +2,7 @@
 //!
 //! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − reference with
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The rows are those of kinematic constraints, then of joints at their
-//! stops, then of points that touch.
+//! stops and with dry friction, then of points that touch.
 
 use nalgebra::DMatrix;
 
@@ -38,8 +38,8 @@ impl<T: Scalar> Balance<T> {
         let given = given.unwrap_or_default();
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
-        let rows = simulator.held_rows() + nv + ROWS * n;
-        let blocks = simulator.held_blocks() + nv + n;
+        let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * n;
+        let blocks = simulator.held_blocks() + simulator.joint_rows() + n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,
@@ -76,6 +76,12 @@ impl<T: Scalar> Balance<T> {
             placed.mass_into(model, mass);
             change(mass, &mut placed.forces);
         });
+    }
+
+    /// The factors of M after another change of it and of τ − h, which are written.
+    pub(super) fn change_mass(&mut self, write: impl FnOnce(&mut DMatrix<T>, &mut [T])) {
+        let forces = &mut self.placed.forces;
+        self.factor.refactor_filled(|mass| write(mass, forces));
     }
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).

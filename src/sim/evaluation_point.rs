@@ -12,7 +12,7 @@ use crate::scalar::{Over, Scalar};
 pub(crate) enum AtEnd {
     /// None: all are those of its start, or of an instant.
     Nothing,
-    /// Those of joints: dampers, springs, dry friction, speed limits, stops.
+    /// Those of joints: dampers, springs, servos, dry friction, speed limits, stops.
     Joints,
     /// Those of joints and of soft contact.
     JointsAndContact,
@@ -118,6 +118,12 @@ impl<P: Scalar> Simulator<P> {
     /// `true` if a step finds forces by a solver.
     pub(crate) fn needs_solver(&self) -> bool {
         self.solved_contacts(self.at_end()).is_some() || !self.constraints().is_empty()
+    }
+
+    /// The most rows of joints, each a block: joint limits and bounded forces.
+    pub(crate) fn joint_rows(&self) -> usize {
+        let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
+        self.model().nv() + bounded
     }
 
     /// Contacts whose forces a solver finds in a step.

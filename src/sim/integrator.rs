@@ -60,8 +60,9 @@ pub enum Integrator {
     ///
     /// Forces are those of the start of the step but for two kinds, which no short enough step can be found for beforehand:
     ///
-    /// * Dampers, springs, dry friction, speed limits and stops of joints are those of its end, linear in v⁺ with the coefficients of its start:
-    ///   (M + Δt C + Δt² K) a = τ − h − Δt K v. So joints are stable at any stiffness and any step. A stop that would pull is let go.
+    /// * Dampers, springs, servos, smoothed friction, speed limits and stops of joints are those of its end, linear in v⁺ with the coefficients of its start:
+    ///   (M + Δt C + Δt² K) a = τ − h − Δt K v. So joints are stable at any stiffness and any step. A stop that would pull is let go,
+    ///   [exact friction](crate::sim::FrictionLaw::Exact) holds a joint or brakes it, and a servo is within its effort limit.
     ///   Robots without any of these take the step of textbooks.
     /// * Where a coordinate turns by more than 0.1 rad in a step, and faster than 100 rad/s, Coriolis and centrifugal forces become those of the middle of
     ///   the step, as with [`ImplicitVelocity`](Self::ImplicitVelocity), wholly at twice that speed; their share grows as 3 x² − 2 x³ between, so that
@@ -71,7 +72,7 @@ pub enum Integrator {
     /// Below that angle a nutation at the rate λ grows by √(1 + (λ Δt)²) in each step: a body that spins gains energy, slowly at ordinary rates.
     #[default]
     SemiImplicitEuler,
-    /// Semi-implicit Euler with more of its forces inside the step: springs, viscous and dry friction and speed limits of joints, their stops,
+    /// Semi-implicit Euler with more of its forces inside the step: springs, servos, viscous and dry friction and speed limits of joints, their stops,
     /// and [soft contact](crate::contact::SoftContact) are those of its end, each linear in the velocity v⁺ after the step with the coefficients
     /// of its start, but never pulling and within the cone of friction, which a solver sees to. So damping of any strength is stable at any
     /// step, and so are stops; contact far stiffer than the step resolves may bounce.

@@ -11,7 +11,7 @@
 //! | which integrator? | [`Integrator`] | once, once with a solve, four times the dynamics, or a search; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999]; [Marsden, West 2001] |
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
-//! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
+//! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
@@ -63,7 +63,8 @@ mod terms;
 
 pub use crate::contact::reason::ContactReason;
 pub use actuation::{
-    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, FrictionLaw, PositionLimits, Servo, TorqueSpeed,
+    VelocityLimit,
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};

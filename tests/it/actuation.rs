@@ -42,6 +42,7 @@ const CURVE: TorqueSpeed = TorqueSpeed {
 #[test]
 fn motor_gives_its_torque_at_low_speed_none_at_high_speed_and_a_share_between() {
     let motor = Actuator {
+        servo: None,
         torque_speed: Some(CURVE),
         ..Actuator::default()
     };
@@ -63,12 +64,10 @@ fn motor_gives_its_torque_at_low_speed_none_at_high_speed_and_a_share_between() 
 fn curve_and_effort_limit_the_motor_not_friction_and_stops() {
     let stop = HuntCrossley::linear(1000.0, 0.0);
     let all = Actuator {
+        servo: None,
         torque_speed: Some(CURVE),
         effort: Some(5.0),
-        friction: Some(CoulombFriction {
-            force: 2.0,
-            slip_velocity: 1e-3,
-        }),
+        friction: Some(CoulombFriction::smoothed(2.0, 1e-3)),
         position: Some(PositionLimits {
             lower: Some(-1.0),
             upper: Some(1.0),
@@ -101,10 +100,7 @@ fn driven_wheel_gains_speed_as_effort_over_inertia_says() {
 
 #[test]
 fn friction_is_finite_at_rest_and_brakes_a_wheel_in_the_time_of_coulomb() {
-    let friction = CoulombFriction {
-        force: 2.0,
-        slip_velocity: 1e-3,
-    };
+    let friction = CoulombFriction::smoothed(2.0, 1e-3);
     let actuator = Actuator {
         friction: Some(friction),
         ..Actuator::default()
@@ -248,16 +244,14 @@ fn from_model_takes_every_limit_of_the_file() {
 fn jacobians_of_the_step_equal_finite_differences_with_every_part() {
     let model = samples::cartpole();
     let full = Actuator {
+        servo: None,
         torque_speed: Some(TorqueSpeed {
             torque: 12.0,
             threshold: 1.0,
             maximum: 4.0,
         }),
         effort: Some(9.0),
-        friction: Some(CoulombFriction {
-            force: 0.8,
-            slip_velocity: 0.1,
-        }),
+        friction: Some(CoulombFriction::smoothed(0.8, 0.1)),
         position: Some(PositionLimits {
             lower: Some(-0.5),
             upper: Some(0.7),
@@ -314,16 +308,14 @@ impl VectorFunction for InActuator {
 
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
         let actuator = Actuator {
+            servo: None,
             torque_speed: Some(TorqueSpeed {
                 torque: x[0],
                 threshold: x[1],
                 maximum: x[2],
             }),
             effort: None,
-            friction: Some(CoulombFriction {
-                force: x[3],
-                slip_velocity: x[4],
-            }),
+            friction: Some(CoulombFriction::smoothed(x[3], x[4])),
             position: Some(PositionLimits {
                 lower: Some(x[5]),
                 upper: Some(x[6]),

@@ -74,10 +74,7 @@ fn without_anything_stiff_it_is_semi_implicit_euler_from_rest() {
 fn friction_and_speed_limit_of_any_strength_bring_to_rest_and_no_further() {
     let model = carriage(0.0, 0.0);
     let strong = Actuator {
-        friction: Some(CoulombFriction {
-            force: 30.0,
-            slip_velocity: 1e-6,
-        }),
+        friction: Some(CoulombFriction::smoothed(30.0, 1e-6)),
         velocity: Some(VelocityLimit {
             speed: 1.0,
             damping: 1e8,

@@ -28,6 +28,7 @@ mod default_step;
 mod dense_jacobians;
 mod derivatives;
 mod derivatives_over;
+mod dry_friction;
 mod dynamics_derivatives;
 mod equilibrium;
 mod extreme_laws;
@@ -66,6 +67,7 @@ mod rolling;
 #[cfg(feature = "second-order")]
 mod rollout_hessians;
 mod scalars;
+mod servos;
 mod simulation;
 mod smoothing;
 #[cfg(feature = "second-order")]

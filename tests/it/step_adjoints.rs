@@ -13,7 +13,7 @@ use dualbody::linearize::{
 use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
 use dualbody::sim::{
     Actuation, Actuator, BatchSimulator, CoulombFriction, ExternalForce, ForceFunction,
-    FrameActuator, PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
+    FrameActuator, PositionLimits, RolloutStatus, Servo, TorqueSpeed, VelocityLimit,
 };
 use dualbody::spatial::{Force, Motion, Representation, Transform};
 use dualbody::{Cast, Integrator, Model, Scalar, Simulator, State};
@@ -82,16 +82,14 @@ fn with_stiff_joints(model: Model) -> Simulator {
         model.with_damping(k, 3.0).with_spring(k, spring)
     });
     let actuator = |k: usize| Actuator {
+        servo: None,
         torque_speed: Some(TorqueSpeed {
             torque: 8.0,
             threshold: 0.5,
             maximum: 3.0,
         }),
         effort: Some(6.0),
-        friction: Some(CoulombFriction {
-            force: 0.5,
-            slip_velocity: 0.02,
-        }),
+        friction: Some(CoulombFriction::smoothed(0.5, 0.02)),
         position: single.contains(&k).then_some(PositionLimits {
             lower: Some(-0.2),
             upper: Some(0.3),
@@ -105,6 +103,43 @@ fn with_stiff_joints(model: Model) -> Simulator {
     let actuators: Vec<_> = (0..model.nv()).map(actuator).collect();
     let actuation = Actuation::ideal(&model).with_actuators(&actuators);
     Simulator::new(model).with_actuation(actuation)
+}
+
+/// [`with_stiff_joints`] whose dry friction holds, and which servos drive, some of them at their limits.
+fn with_dry_friction(model: Model) -> Simulator {
+    let simulator = with_stiff_joints(model);
+    let smoothed = simulator.actuation().expect("friction");
+    let all = smoothed.actuators().iter().enumerate();
+    let exact = all.map(|(k, actuator)| Actuator {
+        friction: Some(CoulombFriction::exact(2.0)),
+        torque_speed: None,
+        servo: match k % 4 {
+            0 => None,
+            _ if actuator.position.is_none() => Some(Servo::velocity(20.0)),
+            _ => Some(Servo::position(1e3, 20.0).with_gear(0.3)),
+        },
+        effort: (k % 4 < 3).then_some(3.0),
+        ..*actuator
+    });
+    let actuation = smoothed.with_actuators(&exact.collect::<Vec<_>>());
+    simulator.with_actuation(actuation)
+}
+
+/// Robots with dry friction of which some joints stick and some slide.
+fn dry_friction() -> Vec<Case> {
+    let mut all = Vec::new();
+    for (seed, model) in robots().into_iter().enumerate() {
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity] {
+            let simulator = with_dry_friction(model.clone());
+            let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
+            let mut case = Case::new(simulator, 0.5, "dry friction", seed as u64);
+            let slow = case.state.v.iter_mut().enumerate();
+            slow.filter(|(k, _)| k % 3 < 2)
+                .for_each(|(_, v)| *v *= 1e-3);
+            all.push(case);
+        }
+    }
+    all
 }
 
 /// A robot, how it is simulated, and where.
@@ -157,6 +192,7 @@ impl Case {
             }
         }
         all.extend(soft_contact());
+        all.extend(dry_friction());
         all
     }
 
@@ -291,6 +327,7 @@ pub(crate) fn solved_contact() -> Vec<Case> {
                 with_forces(with_stiff_joints(asset("quadruped.urdf"))),
                 &FEET[..],
             ),
+            (with_dry_friction(asset("quadruped.urdf")), &FEET[..]),
         ];
         for (seed, (simulator, feet)) in robots.into_iter().enumerate() {
             let simulator = simulator.with_integrator(integrator).with_time_step(5e-3);

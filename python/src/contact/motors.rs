@@ -3,7 +3,7 @@
 use dualbody::Model;
 use dualbody::contact::HuntCrossley;
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, PositionLimits, Servo, TorqueSpeed, VelocityLimit,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -47,22 +47,34 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
     let torque_speed = value
         .getattr("torque_speed")?
         .extract::<Option<(f64, f64, f64)>>()?;
-    let friction = value.getattr("friction")?.extract::<Option<(f64, f64)>>()?;
+    let servo: Option<[f64; 5]> = value.getattr("servo")?.extract()?;
+    let friction = value.getattr("friction")?;
+    let friction = match friction.extract::<Option<f64>>() {
+        Ok(force) => force.map(CoulombFriction::exact),
+        Err(_) => {
+            let (force, slip_velocity) = friction.extract()?;
+            Some(CoulombFriction::smoothed(force, slip_velocity))
+        }
+    };
     let velocity = value.getattr("velocity")?.extract::<Option<(f64, f64)>>()?;
     let position = value
         .getattr("position")?
         .extract::<Option<(Option<f64>, Option<f64>, [f64; 4])>>()?;
     Ok(Actuator {
+        servo: servo.map(|[gear, gain, bias, position_gain, velocity_gain]| Servo {
+            gear,
+            gain,
+            bias,
+            position_gain,
+            velocity_gain,
+        }),
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
             torque,
             threshold,
             maximum,
         }),
         effort: value.getattr("effort")?.extract()?,
-        friction: friction.map(|(force, slip_velocity)| CoulombFriction {
-            force,
-            slip_velocity,
-        }),
+        friction,
         position: position.map(|(lower, upper, stop)| PositionLimits {
             lower,
             upper,

@@ -7,13 +7,14 @@ mod rotation;
 use crate::sim::{Simulator, SimulatorRemark};
 
 impl Simulator<f64> {
-    /// Remarks on a time step that is too long, for the robot in poses like one; empty where there are none. Allocates.
+    /// Remarks on a time step that is too long, and on friction that does not hold, for the robot in poses like one; empty where there are none. Allocates.
     ///
     /// | question | found by |
     /// |---|---|
     /// | is the step stable for springs, dampers and dry friction of joints, springs of [constraints](crate::constraint::Constraint::with_spring), external forces, gravity? | the eigenvalues of the step, at rest without input and without ground, against those of the rate |
     /// | does it resolve each vibration by ten steps a period? | the eigenvalues of the rate |
     /// | is it stable for limits of position and speed? | each joint by itself, in an impact at 1 rad/s or m/s |
+    /// | does dry friction hold? | the integrator: Runge and Kutta's method and the implicit midpoint rule smooth it |
     /// | is it short enough for soft contact? | each point by itself, with the effective mass that the robot has there along the normal, in an impact at 1 m/s |
     ///
     /// Whether a step that is found too long does harm depends on the motion. Controllers in callbacks are not seen.
@@ -41,6 +42,7 @@ impl Simulator<f64> {
             self.remark_on_modes(q),
             self.remark_on_limits(q),
             self.remark_on_soft_contact(q),
+            self.remark_on_friction(),
         ];
         found.into_iter().flatten().collect()
     }

@@ -1,7 +1,8 @@
 //! The actuator of one velocity coordinate.
 
-use super::coulomb_friction::CoulombFriction;
+use super::coulomb_friction::{CoulombFriction, FrictionLaw};
 use super::position_limits::PositionLimits;
+use super::servo::Servo;
 use super::torque_speed::TorqueSpeed;
 use super::velocity_limit::VelocityLimit;
 use crate::numbers::{Numbers, numbers};
@@ -21,11 +22,13 @@ use crate::scalar::{Dual, Over, Scalar};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuator<P = f64> {
+    /// A servo, whose target is the input; without one the input is the force of the motor.
+    pub servo: Option<Servo<P>>,
     /// The motor's torque–speed curve.
     pub torque_speed: Option<TorqueSpeed<P>>,
     /// Largest force of the motor, N·m or N.
     pub effort: Option<P>,
-    /// Coulomb friction.
+    /// Dry friction.
     pub friction: Option<CoulombFriction<P>>,
     /// Least and largest position; for joints of one degree of freedom.
     pub position: Option<PositionLimits<P>>,
@@ -34,6 +37,7 @@ pub struct Actuator<P = f64> {
 }
 
 numbers! { pub struct Actuator {
+    servo: part(Servo),
     torque_speed: part(TorqueSpeed),
     effort: NotNegativeOrInfinite("effort limit"),
     friction: part(CoulombFriction),
@@ -45,6 +49,7 @@ numbers! { pub struct Actuator {
 impl<P> Default for Actuator<P> {
     fn default() -> Self {
         Self {
+            servo: None,
             torque_speed: None,
             effort: None,
             friction: None,
@@ -65,29 +70,74 @@ impl<P: Scalar> Actuator<P> {
         if let Some(limits) = &self.position {
             limits.check_order();
         }
+        let has_loop = self.servo.as_ref().is_some_and(Servo::has_loop);
+        assert!(
+            self.torque_speed.is_none() || !has_loop,
+            "a servo with gains has a torque–speed curve: its effort limit bounds its force, a curve does not"
+        );
     }
 
-    /// The force on the coordinate at position `q`, velocity `v` and input `u`.
+    /// The force on the coordinate at position `q`, velocity `v` and input `u`; friction is that of the smoothed law.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
-        self.drive(v, u) + self.stop(q, v)
+        let mut tau = self.motor(Some(q), v, u);
+        self.add_brakes(self.friction.as_ref(), v, &mut tau);
+        tau + self.stop(q, v)
     }
 
-    /// The force but for the stops.
-    pub(crate) fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
-        let mut tau = u;
+    /// Friction that a step finds as a force that holds.
+    pub(crate) fn exact_friction(&self) -> Option<&CoulombFriction<P>> {
+        let friction = self.friction.as_ref();
+        friction.filter(|own| own.law == FrictionLaw::Exact)
+    }
+
+    /// Friction that a step takes by its smoothed law.
+    pub(crate) fn smoothed_friction(&self) -> Option<&CoulombFriction<P>> {
+        let friction = self.friction.as_ref();
+        friction.filter(|own| own.law == FrictionLaw::Smoothed)
+    }
+
+    /// A servo whose force is bounded while it follows the motion.
+    pub(crate) fn bounded_servo(&self) -> Option<&Servo<P>> {
+        let servo = self.servo.as_ref().filter(|servo| servo.has_loop());
+        servo.filter(|_| self.effort.is_some())
+    }
+
+    /// The force of the motor, within its limits.
+    pub(crate) fn motor<T: Over<P>>(&self, q: Option<T>, v: T, u: T) -> T {
+        let servo = self.servo.as_ref();
+        let mut tau = servo.map_or(u, |servo| servo.force(q, v, u));
         if let Some(curve) = &self.torque_speed {
             tau = within(tau, curve.available(v));
         }
         if let Some(effort) = self.effort {
             tau = within(tau, effort.into());
         }
-        if let Some(friction) = &self.friction {
-            tau += friction.force(v);
+        tau
+    }
+
+    /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.
+    pub(crate) fn motor_over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
+        match self.servo.as_ref().filter(|servo| servo.has_loop()) {
+            Some(servo) => servo.over_step(q, v, u, dt),
+            None => (self.motor(q, v, u), T::zero()),
+        }
+    }
+
+    /// Adds the forces of friction and of the speed limit.
+    ///
+    /// * `friction` – that of its own which acts by the smoothed law
+    pub(crate) fn add_brakes<T: Over<P>>(
+        &self,
+        friction: Option<&CoulombFriction<P>>,
+        v: T,
+        tau: &mut T,
+    ) {
+        if let Some(friction) = friction {
+            *tau += friction.force(v);
         }
         if let Some(limit) = &self.velocity {
-            tau += limit.force(v);
+            *tau += limit.force(v);
         }
-        tau
     }
 
     pub(super) fn stop<T: Over<P>>(&self, q: T, v: T) -> T {
@@ -97,9 +147,11 @@ impl<P: Scalar> Actuator<P> {
 
     /// Damping coefficient of friction and the speed limit together, at the velocity `v`: the sum of c ≥ 0 in the force −c v of the one and
     /// in −c (v − limit) of the other.
-    pub(crate) fn damping<T: Over<P>>(&self, v: T) -> T {
+    ///
+    /// * `friction` – that of its own which acts by the smoothed law
+    pub(crate) fn damping<T: Over<P>>(&self, friction: Option<&CoulombFriction<P>>, v: T) -> T {
         let mut damping = T::zero();
-        if let Some(friction) = &self.friction {
+        if let Some(friction) = friction {
             damping += friction.damping(v);
         }
         if let Some(limit) = &self.velocity {

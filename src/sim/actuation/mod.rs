@@ -2,13 +2,14 @@
 //!
 //! For each velocity coordinate, with the input u (0 where there is none), in this order:
 //!
-//! > τ = E(C(u, v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
+//! > τ = E(C(G(q, v, u), v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
 //!
 //! | part | what it is |
 //! |---|---|
+//! | G | the input itself, or what a servo makes of it: n (g u + b − `k_p` n q − `k_v` n v) |
 //! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
 //! | E | the effort limit: within ±`τ_limit` |
-//! | F | Coulomb friction, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
+//! | F | dry friction: stick and slip, at most f; or smoothed, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
 //! | L | position limits: a spring and damper beyond each end, which push back only |
 //! | S | the velocity limit: a damper for the speed beyond it |
 //!
@@ -18,12 +19,14 @@
 mod actuator;
 mod coulomb_friction;
 mod position_limits;
+mod servo;
 mod torque_speed;
 mod velocity_limit;
 
 use crate::contact::HuntCrossley;
 use crate::dynamics::mass_matrix_inverse;
 use crate::error::UnknownName;
+use crate::joint::JointKind;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model, Structure};
 use crate::numbers::numbers;
@@ -31,9 +34,10 @@ use crate::scalar::{Over, Scalar};
 
 pub use actuator::Actuator;
 pub(crate) use actuator::OfActuator;
-pub use coulomb_friction::CoulombFriction;
+pub use coulomb_friction::{CoulombFriction, FrictionLaw};
 pub(crate) use position_limits::End;
 pub use position_limits::PositionLimits;
+pub use servo::Servo;
 pub use torque_speed::TorqueSpeed;
 pub use velocity_limit::VelocityLimit;
 
@@ -46,9 +50,6 @@ pub struct Actuation<P = f64> {
 }
 
 numbers! { pub struct Actuation { actuators: part(Actuator), structure: kept() } }
-
-/// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
-const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
 /// Response time of a stop or a speed limit where the file gives only its place, s: a joint that hits a stop at speed v goes about
 /// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
@@ -66,8 +67,8 @@ impl Actuation<f64> {
     /// Actuation that the description states for each joint: limits of effort, position and velocity, and Coulomb friction.
     ///
     /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
-    /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
-    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
+    /// joint feels at the neutral configuration while the others are free, and so is the speed limit. Friction is [exact](FrictionLaw::Exact), that of
+    /// planar and floating joints smoothed; the slip velocity is 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
     /// step resolves, which only [`RungeKutta4`](crate::Integrator::RungeKutta4) minds: the other integrators take them at the end of the step.
     pub fn from_model(model: &Model) -> Self {
         let mut out = Self::ideal(model);
@@ -84,10 +85,7 @@ impl Actuation<f64> {
                 let stop = HuntCrossley::linear(rate / DEFAULT_RESPONSE_TIME, 2.0 * rate);
                 out.actuators[k] = Actuator {
                     effort: joint.limits.effort,
-                    friction: (joint.friction != 0.0).then_some(CoulombFriction {
-                        force: joint.friction,
-                        slip_velocity: DEFAULT_SLIP_VELOCITY,
-                    }),
+                    friction: (joint.friction != 0.0).then(|| friction_of(body, joint.friction)),
                     position: is_bounded.then_some(PositionLimits { lower, upper, stop }),
                     velocity: joint.limits.velocity.map(|speed| VelocityLimit {
                         speed,
@@ -106,9 +104,10 @@ impl Actuation<f64> {
     /// If the model has no joint of that name.
     ///
     /// # Panics
-    /// If the actuators are those of another robot, the joint follows another one, or position limits are given to a joint of several degrees of freedom. If a number makes no sense:
+    /// If the actuators are those of another robot, the joint follows another one, position limits or a position gain are given to a joint of several degrees of freedom, or
+    /// exact friction to a planar or floating one. If a number makes no sense:
     /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
-    /// threshold, a lower end above the upper one.
+    /// threshold, a lower end above the upper one. If there is a torque–speed curve beside a servo with gains.
     pub fn with_actuator(
         mut self,
         model: &Model,
@@ -125,6 +124,17 @@ impl Actuation<f64> {
         assert!(
             actuator.position.is_none() || body.joint.nq() == 1,
             "\"{joint}\" has several degrees of freedom, its position has no two ends"
+        );
+        assert!(
+            body.joint.nq() == 1
+                || actuator
+                    .servo
+                    .is_none_or(|servo| servo.position_gain == 0.0),
+            "\"{joint}\" has several degrees of freedom: a servo has no position of it to hold"
+        );
+        assert!(
+            actuator.exact_friction().is_none() || has_fixed_axes(body),
+            "\"{joint}\" is planar or floating, its axes turn: exact friction does not hold it, smoothed friction brakes it"
         );
         actuator.check();
         self.actuators[model.joint_v(id)].fill(actuator);
@@ -175,11 +185,31 @@ impl<P: Scalar> Actuation<P> {
         }
     }
 
-    /// Whether a joint has friction, a speed limit or a stop.
+    /// Whether a joint has a servo, friction, a speed limit or a stop.
     pub(super) fn resists(&self) -> bool {
-        let resists =
-            |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
+        let resists = |a: &Actuator<P>| {
+            let has_loop = a.servo.as_ref().is_some_and(Servo::has_loop);
+            has_loop || a.friction.is_some() || a.velocity.is_some() || a.position.is_some()
+        };
         self.actuators.iter().any(resists)
+    }
+}
+
+impl<P: Scalar> Actuation<P> {
+    /// Number of forces that are bounded over a step.
+    pub(super) fn bounded_forces(&self) -> usize {
+        let each = self.actuators.iter();
+        each.map(|own| {
+            let friction = own.exact_friction().is_some();
+            usize::from(friction) + usize::from(own.bounded_servo().is_some())
+        })
+        .sum()
+    }
+
+    /// The coordinates with exact friction, and that.
+    pub(super) fn exact_frictions(&self) -> impl Iterator<Item = (usize, &CoulombFriction<P>)> {
+        let each = self.actuators.iter().enumerate();
+        each.filter_map(|(k, actuator)| Some((k, actuator.exact_friction()?)))
     }
 }
 
@@ -203,4 +233,21 @@ impl Actuation<f64> {
 /// The bodies whose joints have a position, which is where limits of it are.
 fn single<P: Scalar>(model: &Model<P>) -> impl Iterator<Item = &Body<P>> {
     model.independent().filter(|body| body.joint.nq() == 1)
+}
+
+/// Friction of a joint whose description says its force.
+fn friction_of(body: &Body<f64>, force: f64) -> CoulombFriction {
+    let law = match has_fixed_axes(body) {
+        true => FrictionLaw::Exact,
+        false => FrictionLaw::Smoothed,
+    };
+    CoulombFriction {
+        law,
+        ..CoulombFriction::exact(force)
+    }
+}
+
+/// Whether the velocity of a joint after a step is v + Δt v̇: that of planar and floating joints is along axes that turn.
+fn has_fixed_axes<P: Scalar>(body: &Body<P>) -> bool {
+    !matches!(body.joint, JointKind::Planar | JointKind::Floating)
 }

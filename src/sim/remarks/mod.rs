@@ -1,14 +1,16 @@
-//! Remarks on a simulator: time steps that are too long.
+//! Remarks on a simulator: time steps that are too long, and laws that an integrator replaces.
 //!
 //! | module | content |
 //! |---|---|
 //! | `remark` | the remarks, and their text |
 //! | `soft_contact` | impacts of points of soft contact |
 //! | `limits` | joint limits and speed limits in Runge and Kutta's method |
+//! | `friction` | dry friction that an integrator smooths |
 //! | `spring_damper` | longest stable steps of these |
 //!
 //! Remarks that need Jacobians are in [`linearize`](crate::linearize).
 
+mod friction;
 mod limits;
 mod remark;
 mod soft_contact;

@@ -108,6 +108,15 @@ pub enum SimulatorRemark {
         /// An integrator with which it is less in steps of this length, if there is one.
         better: Option<Integrator>,
     },
+    /// Dry friction that is to hold is smoothed, as the integrator has no rows for it: a joint that it should hold creeps.
+    SmoothedFriction {
+        /// Joint with such friction: the one with the largest slip velocity.
+        joint: String,
+        /// Velocity at which 71 % of the friction act, rad/s or m/s.
+        slip_velocity: f64,
+        /// The integrator that smooths it.
+        integrator: Integrator,
+    },
     /// The step of Runge and Kutta is too long for a limit of a joint, which is a spring and damper: a joint that gets there is thrown back, or diverges.
     UnstableLimit {
         /// Joint whose limit of position or speed is worst.
@@ -197,6 +206,15 @@ impl fmt::Display for SimulatorRemark {
                 )?;
                 write_other(f, *better)
             }
+            Self::SmoothedFriction {
+                joint,
+                slip_velocity,
+                integrator,
+            } => write!(
+                f,
+                "Integrator::{integrator:?} smooths the dry friction of joint \"{joint}\", which creeps under a load at speeds up to the order of its slip \
+                 velocity, {slip_velocity} rad/s or m/s; Integrator::SemiImplicitEuler and Integrator::ImplicitVelocity hold it"
+            ),
             Self::UnstableLimit {
                 joint,
                 longest,

@@ -165,8 +165,11 @@ impl<T: Scalar> CoordinateSink<OfCoordinate<T>> for AdjointSink<'_, '_, T> {
         self.coordinate(k, None, -resistance.each(|x| x * a));
     }
 
-    fn coordinate_row(&mut self, row: usize, k: usize, y: OfCoordinate<T>) {
+    fn coordinate_row(&mut self, row: usize, k: usize, input: Option<usize>, y: OfCoordinate<T>) {
         let weight = self.weights.y[row];
+        if let Some(input) = input {
+            self.out.u[input] += weight * y.eps[INPUT];
+        }
         self.out.q[k] += weight * y.eps[POSITION];
         self.out.v[k] += weight * y.eps[RATE];
     }

@@ -243,7 +243,7 @@ fn emit_time_step<T: Scalar>(
     for (index, (row, &force)) in term.rows().iter().zip(forces).enumerate() {
         let row = row.map(OfCoordinate::constant_of);
         let y = held_rest(&row, at, force, dt);
-        sum.coordinate_row(index, 0, y);
+        sum.coordinate_row(index, 0, None, y);
     }
     let slope = sum.value.eps[TIME_STEP];
     out.add_time_step(slope);

@@ -1,4 +1,4 @@
-//! Joint drives: inputs through motors, springs, dampers, dry friction and speed limits.
+//! Joint drives: inputs through motors and servos, springs, dampers, smoothed friction and speed limits.
 //!
 //! Over a step whose joint forces are those of its end, each is linear in the velocity v⁺ = v + Δt a after the step, with the coefficients of
 //! its start. With dampers C and springs K that is
@@ -32,10 +32,10 @@ impl<T: Scalar> Drives<T> {
 
 /// A coordinate that is driven: its position where it has one, velocity and input.
 #[derive(Clone, Copy)]
-struct Driven<L> {
-    q: Option<L>,
-    v: L,
-    u: L,
+pub(super) struct Driven<L> {
+    pub(super) q: Option<L>,
+    pub(super) v: L,
+    pub(super) u: L,
 }
 
 /// The joint force of a coordinate, without joint limits.
@@ -48,7 +48,8 @@ struct Drive<L> {
 }
 
 impl<L: Scalar> Drive<L> {
-    /// τ = A(v, u) − d v − k (q − rest) with the actuator A. Over a step of `dt` (s) at whose end damper and spring act, −Δt k v beside it.
+    /// τ = A(v, u) − d v − k (q − rest) with the actuator A. Over a step of `dt` (s) at whose end damper and spring act, −Δt k v beside it, and without
+    /// forces that are bounded over a step.
     #[inline(always)]
     fn of<P: Scalar, A: Scalar, D: Scalar>(
         passive: &Passive<P>,
@@ -59,21 +60,45 @@ impl<L: Scalar> Drive<L> {
     where
         L: Over<P> + Over<A> + Over<D>,
     {
-        let mut force = actuator.map_or(at.u, |actuator| actuator.drive(at.v, at.u));
-        passive.add_force(at.q, at.v, &mut force);
         let Some(dt) = dt else {
+            let mut force = actuator.map_or(at.u, |actuator| actuator.motor(at.q, at.v, at.u));
+            if let Some(actuator) = actuator {
+                actuator.add_brakes(actuator.friction.as_ref(), at.v, &mut force);
+            }
+            passive.add_force(at.q, at.v, &mut force);
             return Self {
                 force,
                 resistance: None,
             };
         };
-        let own = actuator.map_or(L::zero(), |actuator| actuator.damping(at.v));
-        let damping = own + L::from(passive.damping);
+        let mut own = actuator.map_or((at.u, L::zero()), |actuator| {
+            Self::of_actuator(actuator, at, dt.into())
+        });
+        passive.add_force(at.q, at.v, &mut own.0);
         let spring = at.q.map_or(L::zero(), |_| passive.stiffness.into()) * dt;
+        let damper = L::from(passive.damping) + spring;
         Self {
-            force: force - spring * at.v,
-            resistance: Some((damping + spring) * dt),
+            force: own.0 - spring * at.v,
+            resistance: Some(damper * dt + own.1),
         }
+    }
+
+    /// What an actuator gives over a step at a = 0, and what it resists with, without bounded forces.
+    #[inline]
+    fn of_actuator<A: Scalar>(actuator: &Actuator<A>, at: Driven<L>, dt: L) -> (L, L)
+    where
+        L: Over<A>,
+    {
+        let friction = actuator.smoothed_friction();
+        let (mut force, loop_resistance) = match actuator.bounded_servo() {
+            Some(_) => (L::zero(), L::zero()),
+            None => actuator.motor_over_step(at.q, at.v, at.u, dt),
+        };
+        actuator.add_brakes(friction, at.v, &mut force);
+        (
+            force,
+            actuator.damping(friction, at.v) * dt + loop_resistance,
+        )
     }
 }
 
@@ -232,7 +257,7 @@ impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
 }
 
 impl<T> Driven<T> {
-    fn map<L>(self, to: impl Fn(T) -> L) -> Driven<L> {
+    pub(super) fn map<L>(self, to: impl Fn(T) -> L) -> Driven<L> {
         Driven {
             q: self.q.map(&to),
             v: to(self.v),

@@ -184,8 +184,11 @@ impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> 
         self.coordinate(k, None, -resistance.each(|x| x * a));
     }
 
-    fn coordinate_row(&mut self, row: usize, k: usize, y: OfCoordinate<T>) {
-        let nv = self.at.a.len();
+    fn coordinate_row(&mut self, row: usize, k: usize, input: Option<usize>, y: OfCoordinate<T>) {
+        let (nv, first) = (self.at.a.len(), self.at.point.simulator.n_tangent());
+        if let Some(input) = input {
+            *self.rows.columns.at(row, first + input) += y.eps[INPUT];
+        }
         *self.rows.columns.at(row, k) += y.eps[POSITION];
         *self.rows.columns.at(row, nv + k) += y.eps[RATE];
     }

@@ -1,5 +1,7 @@
 //! The list of terms.
 
+use super::bounded_forces::BoundedForces;
+use super::bounded_slopes::BoundedSlopes;
 use super::constraint_slopes::ConstraintSlopes;
 use super::constraints::Constraints;
 use super::contact::{Contact, ContactSlopes};
@@ -93,11 +95,19 @@ macro_rules! list_terms {
     };
 }
 
+impl<T: Scalar> Terms<T> {
+    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and bounded forces.
+    pub(crate) fn have_pieces(&self) -> bool {
+        !self.stops.ends().is_empty() || !self.bounded_forces.is_empty()
+    }
+}
+
 // In the order of their rows; contact comes last, since the number of its rows may grow.
 list_terms! {
     drives: Drives, DriveSlopes;
     frame_forces: FrameForces, FrameForceSlopes;
     constraints: Constraints, ConstraintSlopes;
     stops: Stops, StopSlopes;
+    bounded_forces: BoundedForces, BoundedSlopes;
     contact: Contact, ContactSlopes;
 }

@@ -7,10 +7,11 @@
 //!
 //! | term | forces | rows |
 //! |---|---|---|
-//! | `drives` | inputs through motors, springs, dampers, friction | |
+//! | `drives` | inputs through motors, springs, dampers, smoothed friction | |
 //! | `frame_forces` | external forces, frame actuators | |
 //! | `constraints` | springs in place of rigid ones, at an instant | loops, welds, rods, tendons; springs over a step |
 //! | `stops` | at an instant, or linear in the velocity after the step | the same, beside a solver |
+//! | `bounded_forces` | dry friction that holds, servos with a limit: over a step, each on a piece of its law | the same, beside a solver |
 //! | `contact` | soft, at an instant | rigid; soft over a step |
 //!
 //! | sink | result |
@@ -20,6 +21,9 @@
 //! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
+mod bounded_forces;
+mod bounded_rows;
+mod bounded_slopes;
 mod chain;
 mod columns;
 mod constraint_slopes;

@@ -53,6 +53,12 @@ impl<'a, T: Scalar> Numbers<'a, T> {
         self.weights.y[row]
     }
 
+    /// Weight of the friction, or the bound, of a block.
+    pub(super) fn block_weight(&self, block: usize) -> T {
+        let weight = self.weights.friction.get(block);
+        weight.copied().unwrap_or(T::zero())
+    }
+
     /// A sum of all that a term states where it acts.
     pub(super) fn sum<const N: usize>(&self, on: Option<BodyId>) -> WeightedSum<'_, T, N> {
         WeightedSum {
@@ -143,7 +149,7 @@ impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T
         self.value += resistance.each(|x| x * weight);
     }
 
-    fn coordinate_row(&mut self, row: usize, _: usize, y: Dual<T, N>) {
+    fn coordinate_row(&mut self, row: usize, _: usize, _: Option<usize>, y: Dual<T, N>) {
         self.value += y.each(|x| x * self.weights.y[row]);
     }
 }

@@ -82,8 +82,8 @@ pub(crate) trait CoordinateSink<L> {
     /// Takes what stands beside M: the joint force falls by it times the acceleration.
     fn resistance(&mut self, k: usize, resistance: L);
 
-    /// Takes y of a row at fixed forces and accelerations.
-    fn coordinate_row(&mut self, row: usize, k: usize, y: L);
+    /// Takes y of a row at fixed forces and accelerations, and the input that it depends on.
+    fn coordinate_row(&mut self, row: usize, k: usize, input: Option<usize>, y: L);
 }
 
 /// A sink of numbers that depend on one body, the one that it has been turned to.

@@ -7,13 +7,14 @@
 
 use std::marker::PhantomData;
 
+use super::bounded_forces::{BoundedForces, Given};
 use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
 use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
 use crate::cone::Block;
 use crate::contact::StepForce;
-use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
+use crate::dynamics::AbaScratch;
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
@@ -115,16 +116,17 @@ impl<T: Scalar> Stops<T> {
         self.ends.iter().any(Stop::is_pushing)
     }
 
-    /// Resistance of coordinates in the last step without rows, stops that push among it.
+    /// Resistance of coordinates in the last step without rows, stops that push among it, without bounded forces.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
 
-    /// Finds the v̇ of a step without rows, by forward dynamics.
+    /// Finds the v̇ of a step without rows, by forward dynamics, with bounded forces.
     pub(crate) fn accelerate<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
         forces: &Forces<T>,
+        bounded: &mut BoundedForces<T>,
         aba: &mut AbaScratch<T>,
         a: &mut [T],
     ) where
@@ -132,16 +134,12 @@ impl<T: Scalar> Stops<T> {
     {
         for round in 1.. {
             self.push(forces, at.dt());
-            resisted_forward_dynamics_into(
-                at.model(),
-                at.q(),
-                at.v(),
-                &self.tau,
-                &self.resistance,
-                &forces.bodies,
-                aba,
-                a,
-            );
+            let given = Given {
+                tau: &self.tau,
+                resistance: &self.resistance,
+                bodies: &forces.bodies,
+            };
+            bounded.accelerate(at, given, aba, a);
             if !self.release(at.dt(), a, round) {
                 return;
             }
@@ -295,7 +293,7 @@ where
         let Self { k, end, v, dt } = *self;
         let row = (end.stop).row(end.depth, v * end.inward, dt);
         if let Some(y) = row.y_at_rest(solved.force) {
-            out.coordinate_row(solved.row, k, y);
+            out.coordinate_row(solved.row, k, None, y);
         }
     }
 }

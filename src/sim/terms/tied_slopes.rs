@@ -65,7 +65,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
             return self.emit_tied_force(&row, out);
         }
         let y = self.rest(&row, self.forces()[0]);
-        self.each_entry(|k, c| out.coordinate_row(self.first_row, k, y.each(|x| x * c)));
+        self.each_entry(|k, c| out.coordinate_row(self.first_row, k, None, y.each(|x| x * c)));
     }
 
     /// States the force of a spring on each joint, in derivatives of each.

@@ -11,7 +11,7 @@ use dualbody::contact::{
     ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
 };
 use dualbody::model::{Spring, samples};
-use dualbody::sim::{Actuation, Actuator, CoulombFriction, Integrator, PositionLimits};
+use dualbody::sim::{Actuation, Actuator, CoulombFriction, Integrator, PositionLimits, Servo};
 use dualbody::{Model, Simulator, State};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -38,7 +38,7 @@ pub(super) fn inputs(simulator: &Simulator) -> Vec<f64> {
 pub(super) const EULER: [Integrator; 2] =
     [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
 
-/// Friction and stops in all joints that can have them, springs and dampers.
+/// Servos, friction, smoothed and exact, and stops in all joints that can have them, springs and dampers.
 fn with_stiff_joints(model: Model) -> Simulator {
     let spring = Spring {
         stiffness: 300.0,
@@ -49,15 +49,22 @@ fn with_stiff_joints(model: Model) -> Simulator {
         .iter()
         .filter(|body| body.coupling.is_none() && body.joint.nq() == 1);
     let joints: Vec<usize> = with_position.map(|body| body.v).collect();
-    let model = joints.into_iter().fold(model, |model, k| {
+    let model = joints.iter().fold(model, |model, &k| {
         model.with_damping(k, 3.0).with_spring(k, spring)
     });
     let ideal = Actuation::from_model(&model);
-    let with_friction = ideal.actuators().iter().map(|actuator| Actuator {
-        friction: Some(CoulombFriction {
-            force: 0.5,
-            slip_velocity: 0.02,
+    let with_friction = ideal.actuators().iter().enumerate();
+    let with_friction = with_friction.map(|(k, actuator)| Actuator {
+        friction: Some(match k % 2 {
+            0 => CoulombFriction::smoothed(0.5, 0.02),
+            _ => CoulombFriction::exact(5.0),
         }),
+        servo: match k % 5 {
+            1 | 2 if joints.contains(&k) => Some(Servo::position(1e4, 30.0).with_gear(-0.7)),
+            3 => Some(Servo::velocity(50.0)),
+            _ => None,
+        },
+        effort: (k % 2 == 1).then_some(4.0),
         ..*actuator
     });
     let actuation = ideal.with_actuators(&with_friction.collect::<Vec<_>>());

@@ -62,10 +62,7 @@ const ACTUATOR: [Senseless<Actuator>; 10] = [
 ];
 
 fn friction(force: f64, slip_velocity: f64) -> CoulombFriction {
-    CoulombFriction {
-        force,
-        slip_velocity,
-    }
+    CoulombFriction::smoothed(force, slip_velocity)
 }
 
 fn limits(lower: f64, stiffness: f64) -> PositionLimits {

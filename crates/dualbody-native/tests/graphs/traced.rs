@@ -163,10 +163,7 @@ fn traced_steps_on_soft_ground_equal_steps() {
 fn with_motors() -> Simulator {
     let model = asset("panda.urdf");
     let actuator = Actuator {
-        friction: Some(CoulombFriction {
-            force: 0.4,
-            slip_velocity: 0.05,
-        }),
+        friction: Some(CoulombFriction::smoothed(0.4, 0.05)),
         ..Actuator::default()
     };
     let actuation = Actuation::ideal(&model).with_actuators(&vec![actuator; model.nv()]);

@@ -62,6 +62,8 @@ impl<T: Scalar> AccelerationScratch<T> {
     {
         if at.is_explicit() {
             &[]
+        } else if !self.terms.bounded_forces.is_empty() {
+            self.terms.bounded_forces.resistance()
         } else if self.terms.stops.ends().is_empty() {
             &self.forces.resistance
         } else {
@@ -88,7 +90,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         T: Over<P>,
     {
         let (forces, aba, a) = (&mut self.forces, &mut self.aba, &mut self.a);
-        let model = at.model();
+        let (model, has_pieces) = (at.model(), self.terms.have_pieces());
         if at.is_explicit() {
             let (tau, bodies) = (&forces.tau, &forces.bodies);
             return forward_dynamics_into(model, at.q(), at.v(), tau, bodies, aba, a);
@@ -97,14 +99,19 @@ impl<T: Scalar> AccelerationScratch<T> {
             let new = || HalfStep::new(at.simulator);
             let half_step = self.half_step.get_or_insert_with(new);
             half_step.correct(at, forces);
-            if at.simulator.always_in_the_middle() && self.terms.stops.ends().is_empty() {
+            if at.simulator.always_in_the_middle() && !has_pieces {
                 return a.copy_from_slice(&half_step.gyroscopic.a);
             }
         }
-        self.terms.stops.accelerate(at, forces, aba, a);
+        let Terms {
+            stops,
+            bounded_forces,
+            ..
+        } = &mut self.terms;
+        stops.accelerate(at, forces, bounded_forces, aba, a);
     }
 
-    /// The forces of rows by a solver, of as many rows as take part in the end.
+    /// The forces of rows by a solver, and those of bounded ones on the pieces of their laws that hold.
     fn solve_with_rows<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
@@ -120,28 +127,47 @@ impl<T: Scalar> AccelerationScratch<T> {
         let new = || HalfStep::new(at.simulator);
         let half_step = (at.half_step).map(|_| self.half_step.get_or_insert_with(new));
         let mut gyroscopic = half_step.map(|half_step| &mut half_step.gyroscopic);
-        balance.find_mass(at.model(), |mass, forces| match &mut gyroscopic {
-            None => add_diagonal(mass, resistance),
-            Some(gyroscopic) => {
-                let held = terms.constraints.along_start(at.dt());
-                gyroscopic.correct(at, resistance, mass, forces, held);
+        balance.find_mass(at.model(), |mass, forces| {
+            match &mut gyroscopic {
+                None => add_diagonal(mass, resistance),
+                Some(gyroscopic) => {
+                    let held = terms.constraints.along_start(at.dt());
+                    gyroscopic.correct(at, resistance, mass, forces, held);
+                }
             }
+            terms.bounded_forces.start(at, mass, forces);
         });
         if let Some(gyroscopic) = gyroscopic {
             terms.constraints.look_ahead(at, &gyroscopic.a);
         }
-        balance.rows.clear();
-        terms.add_rows(at, balance);
-        loop {
-            balance.form_delassus();
-            terms.add_references(at, balance);
-            balance.solve(at, a);
-            if !terms.add_violated(at, balance, a) {
+        for round in 1.. {
+            solve_rows(at, terms, balance, a);
+            if !terms.bounded_forces.revise_beside(balance, a, round) {
                 break;
             }
+            balance.change_mass(|mass, forces| terms.bounded_forces.write(mass, forces));
         }
         terms.accept(at, balance);
         balance.keep_status();
+    }
+}
+
+/// Finds v̇ and the forces of as many rows as take part in the end.
+fn solve_rows<P: Scalar, T: Over<P>>(
+    at: &EvaluationPoint<'_, P, T>,
+    terms: &mut Terms<T>,
+    balance: &mut Balance<T>,
+    a: &mut [T],
+) {
+    balance.rows.clear();
+    terms.add_rows(at, balance);
+    loop {
+        balance.form_delassus();
+        terms.add_references(at, balance);
+        balance.solve(at, a);
+        if !terms.add_violated(at, balance, a) {
+            return;
+        }
     }
 }
 
@@ -175,7 +201,7 @@ impl<P: Scalar> Simulator<P> {
         s: &mut AccelerationScratch<T>,
     ) {
         self.apply_terms(at, s);
-        if at.has_rows() || at.half_step.is_some() || !s.terms.stops.ends().is_empty() {
+        if at.has_rows() || at.half_step.is_some() || s.terms.have_pieces() {
             s.solve(at);
         } else {
             s.a.copy_from_slice(a);

@@ -80,10 +80,11 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         half_step.add(at, &change, &mut self.balance, out);
     }
 
-    /// Whether the acceleration is a₀ of a half step: without rows and joint limits that push.
+    /// Whether the acceleration is a₀ of a half step: without rows, joint limits that push, and bounded forces.
     fn is_free(&self, at: &EvaluationPoint<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
         let has_half_step = !at.has_rows() && found.half_step(at).is_some();
-        has_half_step && !found.terms.stops.any_pushes()
+        let terms = &found.terms;
+        has_half_step && !terms.stops.any_pushes() && terms.bounded_forces.is_empty()
     }
 
     /// Adds the gradient of the balance of all that acts.

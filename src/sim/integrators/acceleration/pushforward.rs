@@ -24,7 +24,7 @@ impl<T: Differentiable> AccelerationColumns<T> {
     /// Memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let rows = simulator.held_rows() + simulator.model().nv() + ROWS * points;
+        let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * points;
         let at_middle = simulator.always_in_the_middle();
         Self {
             terms: AllSlopes::new(simulator),

@@ -50,7 +50,7 @@ impl<T: Scalar> RowAdjoint<T> {
                 .min(contacts.solver_options().points)
         });
         let rows = match simulator.needs_solver() {
-            true => simulator.held_rows() + nv + ROWS * points,
+            true => simulator.held_rows() + simulator.joint_rows() + ROWS * points,
             false => 0,
         };
         Self {

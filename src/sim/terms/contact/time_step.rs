@@ -100,7 +100,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
         let rows = self.contacts.rows(self.law, &kinematics).rows;
         for (k, (row, &force)) in rows.iter().zip(&active.forces).enumerate() {
             if let Some(y) = row.y_at_rest(force) {
-                sum.coordinate_row(active.row + k, 0, y);
+                sum.coordinate_row(active.row + k, 0, None, y);
             }
         }
     }

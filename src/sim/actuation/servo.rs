@@ -1,0 +1,140 @@
+//! Servos: motors whose force is affine in position and velocity.
+
+use crate::numbers::numbers;
+use crate::scalar::{Over, Scalar, is_more_than_values};
+
+/// Motor with a control loop of its own, whose input u is a target: an angle, a speed, or whatever its gains make of it.
+///
+/// At the position q and the velocity v of its joint, with the gear ratio n, the force on the joint is
+///
+/// > τ = n (g u + b − `k_p` n q − `k_v` n v).
+///
+/// The effort limit of its [`Actuator`](super::Actuator) bounds τ. Steps of Euler take position and velocity of their end, q + Δt v⁺ and v⁺, which is
+/// stable whatever the gains are: A and B are those of this step. Runge and Kutta's method and the implicit midpoint rule take it as any other force.
+///
+/// | servo | constructor | u |
+/// |---|---|---|
+/// | torque behind a gear | [`torque`](Self::torque) | force of the motor, N·m or N |
+/// | position | [`position`](Self::position), [`position_with_damping_ratio`](Self::position_with_damping_ratio) | target, rad or m |
+/// | velocity | [`velocity`](Self::velocity) | target, rad/s or m/s |
+/// | general affine | the fields | |
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, State, model::samples, sim::{Actuation, Actuator, Servo}};
+///
+/// // Gains that no explicit step of 10 ms would bear.
+/// let model = samples::pendulum();
+/// let motor = Actuator { servo: Some(Servo::position(1e4, 100.0)), ..Actuator::default() };
+/// let joint = model.joint_names()[0].to_owned();
+/// let actuation = Actuation::ideal(&model).with_actuator(&model, &joint, motor)?;
+/// let simulator = Simulator::new(model).with_actuation(actuation).with_time_step(0.01);
+/// let reached = simulator.rollout(&State::new(&[0.0], &[0.0]), 500, |_, _, u| u[0] = 0.3);
+/// // Gravity bends it by m g l sin q / 2 k_p.
+/// assert!((reached.last().q[0] - 0.3 + 0.5 * 9.81 * 0.3_f64.sin() / 1e4).abs() < 1e-6);
+/// # Ok::<(), dualbody::UnknownName>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Servo<P = f64> {
+    /// n, turns of the motor for one of the joint; of any sign.
+    pub gear: P,
+    /// g, force of the motor per unit of input.
+    pub gain: P,
+    /// b, force of the motor without input, N·m or N.
+    pub bias: P,
+    /// `k_p`, N·m/rad or N/m of the motor. Steps take a negative one, which drives away, at their start.
+    pub position_gain: P,
+    /// `k_v`, N·m·s/rad or N·s/m of the motor. Steps take a negative one at their start.
+    pub velocity_gain: P,
+}
+
+numbers! { pub struct Servo {
+    gear: Finite("gear ratio", "gear ratio of a servo"),
+    gain: Finite("servo gain", "gain of a servo"),
+    bias: Finite("servo bias", "bias of a servo"),
+    position_gain: Finite("position gain", "position gain of a servo"),
+    velocity_gain: Finite("velocity gain", "velocity gain of a servo"),
+} }
+
+impl<P: Scalar> Servo<P> {
+    /// A motor without a loop, behind a gear: τ = n u.
+    pub fn torque(gear: P) -> Self {
+        Self {
+            gear,
+            gain: P::one(),
+            bias: P::zero(),
+            position_gain: P::zero(),
+            velocity_gain: P::zero(),
+        }
+    }
+
+    /// Holds a position: τ = `k_p` (u − q) − `k_v` v.
+    ///
+    /// * `kp` – N·m/rad or N/m
+    /// * `kv` – N·m·s/rad or N·s/m
+    pub fn position(kp: P, kv: P) -> Self {
+        Self {
+            gain: kp,
+            position_gain: kp,
+            velocity_gain: kv,
+            ..Self::torque(P::one())
+        }
+    }
+
+    /// [`position`](Self::position) with the `k_v` = 2 ζ √(`k_p` I) of a damping ratio ζ.
+    ///
+    /// * `kp` – N·m/rad or N/m, not negative
+    /// * `ratio` – ζ, 1 for critical damping
+    /// * `inertia` – I that the joint feels, kg·m² or kg: 1 / (M⁻¹)ₖₖ of [`mass_matrix_inverse`](crate::dynamics::mass_matrix_inverse) where the other
+    ///   joints are free
+    pub fn position_with_damping_ratio(kp: P, ratio: P, inertia: P) -> Self {
+        Self::position(kp, ratio * (kp * inertia).sqrt() * 2.0)
+    }
+
+    /// Holds a velocity: τ = `k_v` (u − v).
+    ///
+    /// * `kv` – N·m·s/rad or N·s/m
+    pub fn velocity(kv: P) -> Self {
+        Self {
+            gain: kv,
+            velocity_gain: kv,
+            ..Self::torque(P::one())
+        }
+    }
+
+    /// The servo behind a gear, whose target and gains are those of the motor.
+    ///
+    /// * `gear` – n, turns of the motor for one of the joint
+    #[must_use]
+    pub fn with_gear(self, gear: P) -> Self {
+        Self { gear, ..self }
+    }
+
+    /// The force on the joint at a position, where it has one, and a velocity under an input.
+    pub(super) fn force<T: Over<P>>(&self, q: Option<T>, v: T, u: T) -> T {
+        let gear = T::from(self.gear);
+        let by_position = q.map_or(T::zero(), |q| q * self.position_gain);
+        let loop_force = (by_position + v * self.velocity_gain) * gear;
+        (u * self.gain + T::from(self.bias) - loop_force) * gear
+    }
+
+    /// The force on the joint at the end of a step, as  p − r a  for the acceleration a over it: p and r.
+    pub(super) fn over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
+        let square = T::from(self.gear * self.gear);
+        let stiffness = T::from(self.position_gain).max(T::zero());
+        let damping = T::from(self.velocity_gain).max(T::zero());
+        let spring = q.map_or(T::zero(), |_| square * stiffness * dt);
+        let push = self.force(q, v, u) - spring * v;
+        (push, (spring + square * damping) * dt)
+    }
+
+    /// Whether its force depends on the motion, as far as numbers say.
+    pub(super) fn has_loop(&self) -> bool {
+        is_anything(self.position_gain) || is_anything(self.velocity_gain)
+    }
+}
+
+/// Whether a number may be another one than 0.
+fn is_anything<P: Scalar>(x: P) -> bool {
+    is_more_than_values::<P>() || !x.has_value() || (0..P::LANES).any(|lane| x.value(lane) != 0.0)
+}

@@ -1,0 +1,433 @@
+//! Joint forces with a bound that a step finds: dry friction that holds, and servos whose motors have limits.
+//!
+//! Each is a line in the acceleration a of its coordinate within a bound b,  τ = Π(p − r a)  with the projection Π on [−b, b]. That of friction is as steep as
+//! can be,
+//!
+//! > v⁺ = 0,  or  τ = −b where v⁺ > 0,  or  τ = b where v⁺ < 0,
+//!
+//! so that a joint that sticks has the acceleration −v / Δt, and one that slides a constant force. That of a servo has the slope of its gains at the end of
+//! the step.
+//!
+//! An active set says which forces are on their line, and which at which bound. Those on their line stand beside M. Forward dynamics then
+//! shows which break their law: those go over to another piece of it, until none does. Since M is positive definite there is one solution, which
+//! block pivots mostly find in one or two rounds, and pivots one by one always. Beside other forces that a solver finds, it is the solver that shows it
+//! (`bounded_rows.rs`).
+//!
+//! # References
+//! [Júdice & Pires 1994].
+
+use super::bounded_rows::Beside;
+use super::drives::Driven;
+use super::term::Term;
+use crate::dynamics::{
+    AbaScratch, RneaScratch, each_passive, inverse_dynamics_into, resisted_forward_dynamics_into,
+};
+use crate::scalar::{Over, Scalar};
+use crate::sim::actuation::Actuator;
+use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
+use crate::sim::forces::Forces;
+use crate::sim::simulator::Simulator;
+use crate::spatial::Force;
+
+/// Bounded forces of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct BoundedForces<T: Scalar> {
+    /// Where they act.
+    sites: Vec<Site>,
+    /// One for each site; none where all forces are explicit.
+    forces: Vec<Bounded<T>>,
+    /// 1 in lanes in which all are rows of a solver, 0 in those in which they are on the pieces that have been found.
+    pub(super) in_rows: T,
+    /// Indices of the first row and the first block of a solver.
+    pub(super) first: [usize; 2],
+    /// Joint forces at a = 0 and resistance, with those that are bounded.
+    tau: Vec<T>,
+    resistance: Vec<T>,
+    /// Joint forces of the motion that has been found.
+    pub(super) needed: Vec<T>,
+    /// For robots with friction that holds.
+    rnea: Option<Box<RneaScratch<T>>>,
+    /// For robots with rows.
+    pub(super) beside: Option<Box<Beside<T>>>,
+}
+
+/// A coordinate with a bounded force.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Site {
+    pub(super) coordinate: usize,
+    kind: Kind,
+    /// Index of its position in q, where it has one, and of its input.
+    q: Option<usize>,
+    pub(super) input: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Friction,
+    Servo,
+}
+
+/// Law of a bounded force.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line<L> {
+    /// p, the force if nothing accelerates.
+    pub(super) push: L,
+    /// r.
+    pub(super) resistance: L,
+    /// b.
+    pub(super) bound: L,
+}
+
+/// A force in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounded<T> {
+    pub(super) line: Line<T>,
+    /// Acceleration that brings the coordinate to rest, −v / Δt.
+    stop: T,
+    /// 0 on the line, −1 or 1 at a bound.
+    pub(super) piece: T,
+}
+
+/// Forces beside which bounded ones act, and what resists beside M, by coordinates.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a, T> {
+    pub(super) tau: &'a [T],
+    pub(super) resistance: &'a [T],
+    pub(super) bodies: &'a [Force<T>],
+}
+
+/// Resistance of a joint that sticks, kg or kg·m²: beside it the inertia of any robot is rounding. It holds as well as an infinite one, of which there are no
+/// derivatives.
+const HELD: f64 = 1e25;
+/// Least resistance of a servo, kg or kg·m²: it moves nothing, and a row has it for a compliance.
+const LEAST: f64 = 1e-12;
+/// Speed up to which a joint is first taken to stick, rad/s or m/s. It changes the number of rounds, not what they find.
+const SLOW: f64 = 1e-9;
+/// What a force on its line may be beyond its bound, as a part of that: rounding of forces that are larger by some powers of ten does not make a joint slide.
+const BEYOND: f64 = 1e-9;
+/// The same after some rounds, which rounding in single precision may need.
+const FAR_BEYOND: f64 = 1e-5;
+/// Rounds in which all forces that break their law change at once; from then on the first of them.
+const TOGETHER: usize = 10;
+/// Most rounds: rounding may keep a force at the end of its line from settling, on either side of which the motion is the same.
+const MOST_ROUNDS: usize = 100;
+/// Rounds while a step is recorded: two in which forces change, and one that finds none.
+const RECORDED_ROUNDS: usize = 3;
+
+impl Site {
+    /// The sites of a simulator.
+    fn all<P: Scalar>(simulator: &Simulator<P>) -> Vec<Self> {
+        let Some(actuation) = simulator.actuation() else {
+            return Vec::new();
+        };
+        let mut sites = Vec::with_capacity(actuation.bounded_forces());
+        each_passive(simulator.model(), |coordinate, q, _| {
+            let actuator = &actuation.actuators()[coordinate];
+            for (kind, is_there) in [
+                (Kind::Friction, actuator.exact_friction().is_some()),
+                (Kind::Servo, actuator.bounded_servo().is_some()),
+            ] {
+                if is_there {
+                    let input = simulator.actuated().iter().position(|&k| k == coordinate);
+                    sites.push(Self {
+                        coordinate,
+                        kind,
+                        q,
+                        input,
+                    });
+                }
+            }
+        });
+        sites
+    }
+
+    /// Whether it is friction that holds a joint.
+    pub(super) fn holds(&self) -> bool {
+        self.kind == Kind::Friction
+    }
+
+    /// The coordinate at a point.
+    pub(super) fn driven<P: Scalar, T: Over<P>>(
+        &self,
+        at: &EvaluationPoint<'_, P, T>,
+    ) -> Driven<T> {
+        Driven {
+            q: self.q.map(|q| at.q()[q]),
+            v: at.v()[self.coordinate],
+            u: self.input.map_or(T::zero(), |input| at.u[input]),
+        }
+    }
+
+    /// The law over a step.
+    pub(super) fn line<A: Scalar, L: Over<A>>(
+        &self,
+        actuator: &Actuator<A>,
+        at: Driven<L>,
+        dt: L,
+    ) -> Line<L> {
+        match self.kind {
+            Kind::Friction => {
+                let force = actuator.exact_friction().map(|own| own.force);
+                Line {
+                    push: stop_of(at.v, dt) * HELD,
+                    resistance: L::constant(HELD),
+                    bound: force.map_or(L::zero(), L::from),
+                }
+            }
+            Kind::Servo => {
+                let (push, resistance) = actuator.motor_over_step(at.q, at.v, at.u, dt);
+                Line {
+                    push,
+                    resistance: resistance.max(L::constant(LEAST)),
+                    bound: (actuator.effort).map_or(L::constant(f64::INFINITY), L::from),
+                }
+            }
+        }
+    }
+}
+
+/// −v / Δt
+fn stop_of<L: Scalar>(v: L, dt: L) -> L {
+    -(v / dt)
+}
+
+impl<L: Scalar> Line<L> {
+    /// Reference acceleration of the row that is the line, and its compliance.
+    pub(super) fn row(&self) -> (L, L) {
+        let compliance = L::one() / self.resistance;
+        (self.push * compliance, compliance)
+    }
+}
+
+impl<T: Scalar> Bounded<T> {
+    /// A force that is first taken to be where it is if nothing accelerates.
+    fn new(site: &Site, line: Line<T>, v: T, dt: T) -> Self {
+        let (zero, one) = (T::zero(), T::one());
+        let piece = match site.kind {
+            Kind::Friction => {
+                let against = v.select_lt(zero, one, -one);
+                v.abs().select_lt(T::constant(SLOW), zero, against)
+            }
+            Kind::Servo => {
+                let below = line.push.select_lt(-line.bound, -one, zero);
+                line.bound.select_lt(line.push, one, below)
+            }
+        };
+        Self {
+            line,
+            stop: stop_of(v, dt),
+            piece,
+        }
+    }
+
+    /// One of two numbers, in each lane.
+    pub(super) fn select(&self, on_line: T, at_bound: T) -> T {
+        let half = T::constant(0.5);
+        self.piece.abs().select_lt(half, on_line, at_bound)
+    }
+
+    /// p or the force at the bound, and r where that acts.
+    pub(super) fn parts(&self) -> [T; 2] {
+        let Line {
+            push,
+            resistance,
+            bound,
+        } = self.line;
+        // An infinite bound is never reached.
+        let at_bound = self.select(T::zero(), bound) * self.piece;
+        [
+            self.select(push, at_bound),
+            self.select(resistance, T::zero()),
+        ]
+    }
+
+    /// Whether it may be on its line, in some lane.
+    fn may_be_on_line(&self) -> bool {
+        !self.piece.has_value() || (0..T::LANES).any(|lane| self.piece.value(lane) == 0.0)
+    }
+
+    /// The piece of its law that it is on where it obeys that.
+    ///
+    /// * `a` – the acceleration of its coordinate
+    /// * `force` – the force on its line
+    /// * `beyond` – what that may be beyond its bound, as a part of it
+    fn next(&self, a: T, force: T, beyond: f64) -> T {
+        let (zero, one, bound) = (T::zero(), T::one(), self.line.bound);
+        let limit = bound * (1.0 + beyond);
+        let below = force.select_lt(-limit, -one, zero);
+        let from_line = limit.select_lt(force, one, below);
+        let outward = (self.line.push - self.line.resistance * a) * self.piece;
+        self.select(from_line, outward.select_lt(bound, zero, self.piece))
+    }
+}
+
+impl<T: Scalar> BoundedForces<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let sites = Site::all(simulator);
+        let nv = match sites.is_empty() {
+            true => 0,
+            false => simulator.model().nv(),
+        };
+        let zeros = || vec![T::zero(); nv];
+        let holds = sites.iter().any(Site::holds);
+        Self {
+            forces: Vec::with_capacity(sites.len()),
+            sites,
+            in_rows: T::zero(),
+            first: [0; 2],
+            tau: zeros(),
+            resistance: zeros(),
+            needed: zeros(),
+            rnea: holds.then(|| Box::new(RneaScratch::new(simulator.model()))),
+            beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(nv)),
+        }
+    }
+
+    /// Whether there are none in the last step.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.forces.is_empty()
+    }
+
+    /// Resistance of coordinates in the last step without rows, that of forces on their line among it.
+    pub(crate) fn resistance(&self) -> &[T] {
+        &self.resistance
+    }
+
+    /// Where they act, and the forces of the last step.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&Site, &Bounded<T>)> {
+        self.sites.iter().zip(&self.forces)
+    }
+
+    /// Finds v̇ under given forces and those that are bounded, by forward dynamics.
+    pub(super) fn accelerate<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        given: Given<'_, T>,
+        aba: &mut AbaScratch<T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        let (model, q, v, bodies) = (at.model(), at.q(), at.v(), given.bodies);
+        if self.is_empty() {
+            let (tau, resistance) = (given.tau, given.resistance);
+            return resisted_forward_dynamics_into(model, q, v, tau, resistance, bodies, aba, a);
+        }
+        for round in 1.. {
+            self.push(given);
+            let (tau, resistance) = (&self.tau, &self.resistance);
+            resisted_forward_dynamics_into(model, q, v, tau, resistance, bodies, aba, a);
+            self.stop(a);
+            self.find_needed(at, given, a);
+            if !self.revise(a, round) {
+                return;
+            }
+        }
+    }
+
+    /// Adds the forces to given ones, and their resistance.
+    fn push(&mut self, given: Given<'_, T>) {
+        self.tau.copy_from_slice(given.tau);
+        self.resistance.copy_from_slice(given.resistance);
+        for (site, own) in self.sites.iter().zip(&self.forces) {
+            let [push, resistance] = own.parts();
+            self.tau[site.coordinate] += push;
+            self.resistance[site.coordinate] += resistance;
+        }
+    }
+
+    /// Joints that stick have the acceleration that stops them, to the last bit.
+    pub(super) fn stop(&self, a: &mut [T]) {
+        let half = T::constant(0.5);
+        for (site, own) in self.all().filter(|(site, _)| site.holds()) {
+            let a = &mut a[site.coordinate];
+            *a = half.select_lt(self.in_rows, *a, own.select(own.stop, *a));
+        }
+    }
+
+    /// Whether a joint may stick, in some lane.
+    pub(super) fn may_hold(&self) -> bool {
+        let mut held = self.all().filter(|(site, _)| site.holds());
+        held.any(|(_, own)| own.may_be_on_line())
+    }
+
+    /// The joint forces that friction has to give for joints to stick, if some may: as the line is steep, they do not follow from it.
+    fn find_needed<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        given: Given<'_, T>,
+        a: &[T],
+    ) where
+        T: Over<P>,
+    {
+        let some = self.may_hold();
+        let Some(rnea) = self.rnea.as_deref_mut().filter(|_| some) else {
+            return;
+        };
+        let (model, q, v, needed) = (at.model(), at.q(), at.v(), &mut self.needed);
+        inverse_dynamics_into(model, q, v, a, given.bodies, rnea, needed);
+        for (site, own) in self.sites.iter().zip(&self.forces) {
+            let k = site.coordinate;
+            let [push, resistance] = match site.kind {
+                Kind::Friction => [given.tau[k], given.resistance[k]],
+                Kind::Servo => own.parts(),
+            };
+            needed[k] += resistance * a[k] - push;
+        }
+    }
+
+    /// Lets forces that break their law go over to another piece of it, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// there may be.
+    fn revise(&mut self, a: &[T], round: usize) -> bool {
+        let changes = self.change(a, round > TOGETHER);
+        let known = changes.has_value();
+        let may = !known && round < RECORDED_ROUNDS;
+        let condition = "joints with dry friction and servos at their limits are as found";
+        let settled = || changes.is_at_most(0.0, condition);
+        !(known && round == MOST_ROUNDS) && (may || !settled())
+    }
+
+    /// Lets forces that break their law, or the first of them, go over to another piece of it, where they are not rows. Returns by how many pieces.
+    pub(super) fn change(&mut self, a: &[T], only_first: bool) -> T {
+        let (mut changes, half) = (T::zero(), T::constant(0.5));
+        let beyond = if only_first { FAR_BEYOND } else { BEYOND };
+        for (site, own) in self.sites.iter().zip(&mut self.forces) {
+            let (k, line) = (site.coordinate, &own.line);
+            let force = match site.kind {
+                Kind::Friction => self.needed[k],
+                Kind::Servo => line.push - line.resistance * a[k],
+            };
+            let mut next = own.next(a[k], force, beyond);
+            if only_first {
+                next = T::zero().select_lt(changes, own.piece, next);
+            }
+            next = half.select_lt(self.in_rows, own.piece, next);
+            changes += (next - own.piece).abs();
+            own.piece = next;
+        }
+        changes
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Term<P, T> for BoundedForces<T> {
+    #[inline]
+    fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, _: &mut Forces<T>) {
+        self.forces.clear();
+        self.in_rows = T::zero();
+        let actuation = at.simulator.actuation();
+        let Some(actuation) = actuation.filter(|_| at.at_end.has_joints()) else {
+            return;
+        };
+        let dt = T::from(at.dt());
+        for site in &self.sites {
+            let driven = site.driven(at);
+            let line = site.line(&actuation.actuators()[site.coordinate], driven, dt);
+            self.forces.push(Bounded::new(site, line, driven.v, dt));
+        }
+    }
+
+    fn add_rows(&mut self, _: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
+        self.add_bounded_rows(balance);
+    }
+}

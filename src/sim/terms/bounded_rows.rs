@@ -1,0 +1,148 @@
+//! Bounded forces beside others that a solver finds.
+//!
+//! The pieces of their laws are changed in few rounds of the whole solution, with what is on its line beside M: mostly the first guess holds, and the
+//! problem of the solver is no larger than without them. Where it does not, all are rows with a bounded force. So they are from the start beside
+//! laws of contact that depend on the Delassus diagonal, which what stands beside M changes, and while a step is recorded.
+
+use nalgebra::DMatrix;
+
+use super::bounded_forces::BoundedForces;
+use crate::cone::Block;
+use crate::scalar::{Over, Scalar};
+use crate::sim::balance::Balance;
+use crate::sim::evaluation_point::EvaluationPoint;
+
+/// Mass matrix and forces without those that are bounded.
+#[derive(Clone, Debug)]
+pub(super) struct Beside<T> {
+    /// Of which the upper triangle is read.
+    mass: DMatrix<T>,
+    /// τ − h.
+    forces: Vec<T>,
+}
+
+/// Rounds in which pieces may change. Each costs a solution, as much as rows do.
+const ROUNDS: usize = 3;
+
+impl<T: Scalar> Beside<T> {
+    /// Memory for so many coordinates.
+    pub(super) fn new(nv: usize) -> Box<Self> {
+        Box::new(Self {
+            mass: DMatrix::zeros(nv, nv),
+            forces: vec![T::zero(); nv],
+        })
+    }
+
+    /// The force that it takes to move a coordinate at an acceleration, beside those of rows.
+    fn needed(&self, k: usize, a: &[T], balance: &Balance<T>) -> T {
+        let entries = a.iter().enumerate();
+        let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {
+            self.mass[(k.min(j), k.max(j))].mul_add(a, sum)
+        });
+        let (rows, nv) = (balance.rows(), a.len());
+        let column = rows.first_rows(rows.count()).iter().skip(k).step_by(nv);
+        let pairs = column.zip(rows.forces());
+        pairs.fold(inertial, |sum, (&j, &f)| (-j).mul_add(f, sum))
+    }
+}
+
+impl<T: Scalar> BoundedForces<T> {
+    /// Whether they are rows of a solver, in the first lane.
+    pub(super) fn are_rows(&self) -> bool {
+        !self.in_rows.has_value() || self.in_rows.value(0) > 0.0
+    }
+
+    /// Adds rows, which have no force in lanes in which the forces are on pieces of their laws.
+    pub(super) fn add_bounded_rows(&mut self, balance: &mut Balance<T>) {
+        let (rows, in_rows) = (&mut balance.rows, self.in_rows);
+        self.first = [rows.count(), rows.blocks()];
+        let wanted = !in_rows.has_value() || (0..T::LANES).any(|lane| in_rows.value(lane) > 0.0);
+        let absent = T::constant(f64::INFINITY);
+        for (site, own) in self.all().filter(|_| wanted) {
+            let (reference, compliance) = own.line.row();
+            let compliance = T::zero().select_lt(in_rows, compliance, absent);
+            rows.push_unit(site.coordinate, 1.0);
+            rows.push_reference(reference, compliance);
+            rows.push_block(Block::Interval, own.line.bound);
+        }
+    }
+
+    /// Adds those on pieces of their laws to mass matrix and forces, before the first round.
+    pub(in crate::sim) fn start<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        mass: &mut DMatrix<T>,
+        forces: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        let reads = at.solved_contacts().is_some_and(|c| c.read_delassus());
+        if reads || !at.v().iter().all(T::has_value) {
+            self.in_rows = T::one();
+        }
+        if self.is_empty() {
+            return;
+        }
+        if let Some(beside) = self.beside.as_deref_mut() {
+            beside.mass.copy_from(mass);
+            beside.forces.copy_from_slice(forces);
+            self.add_to(mass, forces);
+        }
+    }
+
+    /// Writes mass matrix and forces with those on pieces of their laws.
+    pub(in crate::sim) fn write(&self, mass: &mut DMatrix<T>, forces: &mut [T]) {
+        if let Some(beside) = &self.beside {
+            mass.copy_from(&beside.mass);
+            forces.copy_from_slice(&beside.forces);
+            self.add_to(mass, forces);
+        }
+    }
+
+    fn add_to(&self, mass: &mut DMatrix<T>, forces: &mut [T]) {
+        for (site, own) in self.all() {
+            let k = site.coordinate;
+            let parts = own.parts();
+            let [push, resistance] = parts.map(|x| T::zero().select_lt(self.in_rows, T::zero(), x));
+            forces[k] += push;
+            mass[(k, k)] += resistance;
+        }
+    }
+
+    /// Lets forces that break their law at the acceleration `a` go over to another piece of it, or become rows, after so many rounds. Returns whether there are
+    /// any.
+    pub(in crate::sim) fn revise_beside(
+        &mut self,
+        balance: &Balance<T>,
+        a: &mut [T],
+        round: usize,
+    ) -> bool {
+        let of_rows = |lane| self.in_rows.value(lane) > 0.0;
+        if self.is_empty() || !self.in_rows.has_value() || (0..T::LANES).all(of_rows) {
+            return false;
+        }
+        self.stop(a);
+        self.find_needed_beside(balance, a);
+        let changes = self.change(a, false);
+        if round >= ROUNDS {
+            self.in_rows = T::zero().select_lt(changes, T::one(), self.in_rows);
+        }
+        (0..T::LANES).any(|lane| changes.value(lane) > 0.0)
+    }
+
+    /// The joint forces that friction has to give for joints to stick, if some may.
+    fn find_needed_beside(&mut self, balance: &Balance<T>, a: &[T]) {
+        let Some(beside) = self.beside.as_deref().filter(|_| self.may_hold()) else {
+            return;
+        };
+        let mut needed = std::mem::take(&mut self.needed);
+        for (site, _) in self.all().filter(|(site, _)| site.holds()) {
+            needed[site.coordinate] = beside.needed(site.coordinate, a, balance);
+        }
+        for (site, own) in self.all().filter(|(site, _)| !site.holds()) {
+            let [push, resistance] = own.parts();
+            needed[site.coordinate] += resistance * a[site.coordinate] - push;
+        }
+        self.needed = needed;
+    }
+}
