@@ -159,7 +159,7 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     let all = RolloutGradientOptions::default();
     let gradient = |options: &RolloutGradientOptions| {
         clock.median(|| {
-            drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options))
+            drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options));
         })
     };
     let times = [

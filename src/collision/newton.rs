@@ -5,7 +5,7 @@
 //! > d = max over unit n of g(n),  g(n) = −h_A(n) − h_B(−n),
 //!
 //! with their support functions h; where they overlap, it is the least depth, negative. With the supporting points p(n) of A and q(n) of B and w = q − p, g = n · w, and
-//! n is stationary where w has no part across n. Its derivative across n is −(∇²h_A + ∇²h_B + g 1). A line keeps n across itself.
+//! n is stationary where w has no part across n. Its derivative across n is −(∇²`h_A` + ∇²`h_B` + g 1). A line keeps n across itself.
 
 use nalgebra::Vector3;
 

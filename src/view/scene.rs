@@ -249,9 +249,7 @@ pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
 fn members(model: &Model) -> Vec<usize> {
     let builder = model.to_builder();
     let steps = builder.walk();
-    let is_world = steps
-        .first()
-        .is_some_and(|step| step.link.name == "world");
+    let is_world = steps.first().is_some_and(|step| step.link.name == "world");
     let mut member = 0;
     let mut of = |depth: usize| {
         member += usize::from(is_world && depth == 1);

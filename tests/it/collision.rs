@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use dualbody::Cast;
 use dualbody::autodiff::Dual;
 use dualbody::collision::{
     Bounds, BroadPhase, Groups, Hull, Manifold, Shape, Witness, features, nearest_features, witness,
@@ -312,7 +313,7 @@ fn derivatives_in_sizes_equal_central_differences() {
                 Shape::Box { half_extents: dual },
                 Shape::Ellipsoid { semi_axes: dual },
             ];
-            let lifted = at.map(|x| x.lift::<D>());
+            let lifted = at.map(|x| x.cast::<D>());
             let exact = witness(&own, &shape[k], &lifted[0], &ball.cast(), &lifted[1]);
             for i in 0..3 {
                 let moved = |h: f64| {

@@ -16,7 +16,7 @@ fn free(links: Vec<LinkSpec>, gravity: [f64; 3]) -> Model {
         .with_gravity(gravity);
     builder.add_link(LinkSpec::new("floor"));
     for link in links {
-        let name = link.name().to_owned();
+        let name = link.name.clone();
         builder.add_link(link);
         let joint = JointSpec::new(format!("{name} free"), JointKind::Floating, "floor", name);
         builder.add_joint(joint);

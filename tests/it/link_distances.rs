@@ -64,7 +64,7 @@ fn gradient_of_the_distance_equals_central_differences() {
                 let mut dv = vec![0.0; model.nv()];
                 dv[k] = h;
                 let found = shapes
-                    .nearest(model, &model.integrate(q, &dv), first, second)
+                    .nearest(model, model.integrate(q, &dv).as_slice(), first, second)
                     .ok()?;
                 (found.feature.map(|x| x.id) == near.feature.map(|x| x.id))
                     .then_some(found.distance)
@@ -122,7 +122,7 @@ fn nearest_links_of_all_pairs_are_among_those_of_the_broad_phase() {
             for j in i + 1..shapes.shapes().len() {
                 let links = [i, j].map(|k| shapes.shapes()[k].link);
                 assert!(shapes.nearest_into(&model, &kinematics, links, &mut near));
-                if near.distance <= 0.2 && shapes.may_touch(&model, i, j) {
+                if near.distance <= 0.2 && shapes.may_touch(i, j) {
                     assert!(pairs.contains(&[i, j]), "{q:?} {i} {j} {}", near.distance);
                     found += 1;
                 }
@@ -146,14 +146,14 @@ fn neighbours_excluded_pairs_and_groups_never_touch() {
     };
     let [table, arm, hand, other] =
         ["table", "left/arm", "left/hand", "right/hand"].map(|name| index(&shapes, name));
-    assert!(!shapes.may_touch(&model, arm, hand) && !shapes.may_touch(&model, table, arm));
-    assert!(shapes.may_touch(&model, table, hand) && shapes.may_touch(&model, hand, other));
+    assert!(!shapes.may_touch(arm, hand) && shapes.may_touch(table, arm));
+    assert!(shapes.may_touch(table, hand) && shapes.may_touch(hand, other));
     shapes
         .exclude(&model, &[["right/hand", "left/hand"]])
         .expect("links");
-    assert!(!shapes.may_touch(&model, hand, other) && !shapes.may_touch(&model, other, hand));
+    assert!(!shapes.may_touch(hand, other) && !shapes.may_touch(other, hand));
     shapes.shapes_mut()[hand].groups = Groups { own: 2, mask: 2 };
-    assert!(!shapes.may_touch(&model, table, hand));
+    assert!(!shapes.may_touch(table, hand));
     let error = shapes
         .exclude(&model, &[["left/hnad", "table"]])
         .unwrap_err()
@@ -169,7 +169,7 @@ fn links_that_touch_at_a_configuration_are_listed_by_name() {
     let model = robot();
     let mut shapes = LinkShapes::without_meshes(&model);
     let neutral = model.neutral();
-    assert!(shapes.touching(&model, &neutral).expect("few").is_empty());
+    assert!(shapes.touching(&model, neutral.as_slice()).expect("few").is_empty());
     let hand = shapes.find_link(&model, "left/hand").expect("a link");
     for shape in shapes
         .shapes_mut()
@@ -178,7 +178,7 @@ fn links_that_touch_at_a_configuration_are_listed_by_name() {
     {
         shape.shape = Shape::Sphere { radius: 5.0 };
     }
-    let touching = shapes.touching(&model, &neutral).expect("few");
+    let touching = shapes.touching(&model, neutral.as_slice()).expect("few");
     assert!(touching.contains(&["table", "left/hand"]), "{touching:?}");
     assert!(
         touching.iter().all(|pair| pair.contains(&"left/hand")),
@@ -190,7 +190,7 @@ fn links_that_touch_at_a_configuration_are_listed_by_name() {
 fn links_without_shapes_unread_meshes_and_lost_configurations_are_errors() {
     let model = robot();
     let q = model.neutral();
-    let unknown = contact::nearest(&model, &q, "left/hand", "tabel")
+    let unknown = contact::nearest(&model, q.as_slice(), "left/hand", "tabel")
         .unwrap_err()
         .to_string();
     assert!(
@@ -198,7 +198,7 @@ fn links_without_shapes_unread_meshes_and_lost_configurations_are_errors() {
         "{unknown}"
     );
     assert!(matches!(
-        contact::nearest(&model, &q, "world", "table"),
+        contact::nearest(&model, q.as_slice(), "world", "table"),
         Err(NearestError::UnknownName(_))
     ));
     let lost = vec![f64::NAN; model.nq()];

@@ -751,14 +751,15 @@ fn coordinates_of_other_engines_of_a_free_body_are_those_of_the_world() {
     let twist = state
         .free_velocity(&model, "ball", Representation::Mixed)
         .unwrap();
-    let (q, v) = state.to_engine(&model, Engine::MuJoCo);
+    let (q, v) = EngineCoordinates::new(&model, Engine::MuJoCo).state_to(&state);
     let ball = model.joint_q(model.joint("ball").unwrap()).start;
     assert!((q.fixed_rows::<3>(ball) - pose.translation).amax() < 10.0 * ROUNDING);
     let first = model.joint_v(model.joint("ball").unwrap()).start;
     assert!((v.fixed_rows::<3>(first) - twist.linear).amax() < 10.0 * ROUNDING);
     for engine in [Engine::MuJoCo, Engine::Pinocchio, Engine::JaxSim] {
-        let (q, v) = state.to_engine(&model, engine);
-        let back = State::from_engine(&model, engine, q.as_slice(), v.as_slice());
+        let theirs = EngineCoordinates::new(&model, engine);
+        let (q, v) = theirs.state_to(&state);
+        let back = theirs.state_from(q.as_slice(), v.as_slice());
         let rotation = |state: &State| state.free_pose(&model, "ball").unwrap().rotation;
         assert!((rotation(&back) - rotation(&state)).amax() < 100.0 * ROUNDING);
         assert!((&back.v - &state.v).amax() < 100.0 * ROUNDING, "{engine:?}");

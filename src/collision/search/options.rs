@@ -197,6 +197,6 @@ fn triples(len: usize) -> impl Iterator<Item = (usize, usize, usize)> {
 
 /// Number of semi-axes that are zero, and the last of these.
 fn flat_axes(semi_axes: &[f64; 3]) -> (usize, usize) {
-    let flat = (0..3).filter(|&axis| semi_axes[axis] == 0.0);
-    (flat.clone().count(), flat.last().unwrap_or(0))
+    let mut flat = (0..3).filter(|&axis| semi_axes[axis] == 0.0);
+    (flat.clone().count(), flat.next_back().unwrap_or(0))
 }

@@ -106,7 +106,7 @@ pub(super) fn gradient_from_representation<P: Scalar, T: Over<P>>(
     joined(&by_q, &by_v, rest)
 }
 
-/// The part of a gradient that comes from the base's velocity having other numbers where the base has moved: Ω(v ×* g_v).
+/// The part of a gradient that comes from the base's velocity having other numbers where the base has moved: Ω(v ×* `g_v`).
 fn turned_part<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     v: &[T],
