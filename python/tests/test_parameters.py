@@ -116,4 +116,4 @@ def test_servos_are_stable_and_dry_friction_holds() -> None:
     rest = simulator.step([0.0, 0.01], [0.0, 0.0], [0.0, 0.0])
     assert rest[1][1] == 0.0
     rollout = simulator.rollout([0.0, 0.0], [0.0, 0.0], inputs=np.tile([0.3, 0.0], (500, 1)))
-    assert abs(rollout.q[-1][0] - 0.3) < 1e-3
+    assert abs(rollout.q[-1][0] - 0.3) < 1e-2

@@ -5,8 +5,8 @@ use crate::model::manifold::v_range;
 use crate::model::{JointPart, Model};
 
 impl Simulator {
-    /// The effort limits of the actuated joints, then those of frame actuators, lower and upper, length `nu`, infinite where there are none: for
-    /// `Problem::with_input_bounds` of trajectory optimisation.
+    /// The effort limits of the actuated joints, then those of frame actuators, lower and upper, length `nu`, infinite where there are none, and where the
+    /// input is the target of a servo: for `Problem::with_input_bounds` of trajectory optimisation.
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let mut largest = vec![f64::INFINITY; self.model().nv()];
         for joint in own_joints(self.model()) {
@@ -14,6 +14,11 @@ impl Simulator {
             if let Some(effort) = joint.limits.effort {
                 largest[range].fill(effort);
             }
+        }
+        let actuators = self.actuation().into_iter().flat_map(|own| own.actuators());
+        for (limit, _) in (largest.iter_mut().zip(actuators)).filter(|(_, own)| own.servo.is_some())
+        {
+            *limit = f64::INFINITY;
         }
         let efforts = self.actuated().iter().map(|&k| largest[k]);
         let frames = self.frame_actuators().iter();

@@ -169,7 +169,12 @@ fn links_that_touch_at_a_configuration_are_listed_by_name() {
     let model = robot();
     let mut shapes = LinkShapes::without_meshes(&model);
     let neutral = model.neutral();
-    assert!(shapes.touching(&model, neutral.as_slice()).expect("few").is_empty());
+    assert!(
+        shapes
+            .touching(&model, neutral.as_slice())
+            .expect("few")
+            .is_empty()
+    );
     let hand = shapes.find_link(&model, "left/hand").expect("a link");
     for shape in shapes
         .shapes_mut()

@@ -96,9 +96,15 @@ impl<P: Scalar> Actuator<P> {
         friction.filter(|own| own.law == FrictionLaw::Smoothed)
     }
 
+    /// A servo that follows the motion over a step. Beside a torque–speed curve it has no gains to do so.
+    fn following_servo(&self) -> Option<&Servo<P>> {
+        let servo = self.servo.as_ref();
+        servo.filter(|_| self.torque_speed.is_none())
+    }
+
     /// A servo whose force is bounded while it follows the motion.
     pub(crate) fn bounded_servo(&self) -> Option<&Servo<P>> {
-        let servo = self.servo.as_ref().filter(|servo| servo.has_loop());
+        let servo = self.following_servo();
         servo.filter(|_| self.effort.is_some())
     }
 
@@ -117,7 +123,7 @@ impl<P: Scalar> Actuator<P> {
 
     /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.
     pub(crate) fn motor_over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
-        match self.servo.as_ref().filter(|servo| servo.has_loop()) {
+        match self.following_servo() {
             Some(servo) => servo.over_step(q, v, u, dt),
             None => (self.motor(q, v, u), T::zero()),
         }

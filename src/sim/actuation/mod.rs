@@ -188,8 +188,10 @@ impl<P: Scalar> Actuation<P> {
     /// Whether a joint has a servo, friction, a speed limit or a stop.
     pub(super) fn resists(&self) -> bool {
         let resists = |a: &Actuator<P>| {
-            let has_loop = a.servo.as_ref().is_some_and(Servo::has_loop);
-            has_loop || a.friction.is_some() || a.velocity.is_some() || a.position.is_some()
+            a.servo.is_some()
+                || a.friction.is_some()
+                || a.velocity.is_some()
+                || a.position.is_some()
         };
         self.actuators.iter().any(resists)
     }

@@ -1,7 +1,7 @@
 //! Servos: motors whose force is affine in position and velocity.
 
 use crate::numbers::numbers;
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{Over, Scalar};
 
 /// Motor with a control loop of its own, whose input u is a target: an angle, a speed, or whatever its gains make of it.
 ///
@@ -128,13 +128,9 @@ impl<P: Scalar> Servo<P> {
         (push, (spring + square * damping) * dt)
     }
 
-    /// Whether its force depends on the motion, as far as numbers say.
+    /// Whether its force depends on the motion in some lane.
     pub(super) fn has_loop(&self) -> bool {
-        is_anything(self.position_gain) || is_anything(self.velocity_gain)
+        let is_set = |x: P| x.has_value() && (0..P::LANES).any(|lane| x.value(lane) != 0.0);
+        is_set(self.position_gain) || is_set(self.velocity_gain)
     }
-}
-
-/// Whether a number may be another one than 0.
-fn is_anything<P: Scalar>(x: P) -> bool {
-    is_more_than_values::<P>() || !x.has_value() || (0..P::LANES).any(|lane| x.value(lane) != 0.0)
 }
