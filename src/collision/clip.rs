@@ -109,57 +109,49 @@ fn each_point(
     };
     let first = Patch::new(a, n, tight_a, &across);
     let second = Patch::new(b, &-n, tight_b, &across);
-    let normal = pair.id.normal;
     let mut offer = |features: [Feature; 2], normal: NormalSource, outside: f64| {
         let id = FeatureId { features, normal };
         if outside <= slack {
             each(point(a, b, PairFeature { id, seed: *n }, &across, outside));
         }
     };
-    let is_plane = |face: &Face| matches!(face, Face::Plane);
     // A face of both shapes, on which their corners lie.
-    let faces = match normal {
+    let [face_a, face_b] = match pair.id.normal {
         NormalSource::First(face) => [Some(face), second.face],
         NormalSource::Second(face) => [first.face, Some(face)],
         NormalSource::Features => [None; 2],
     };
-    if let Some(face) = faces[0] {
-        for corner in second.corners() {
-            let outside = if is_plane(&face) {
-                0.0
-            } else {
-                first.outside(&corner.at)
-            };
-            offer(
-                [on_face(&face), corner.feature],
-                NormalSource::First(face),
-                outside,
-            );
-        }
+    if let Some(face) = face_a {
+        each_corner(&second, &first, &face, |corner, outside| {
+            offer([on_face(&face), corner], NormalSource::First(face), outside);
+        });
     }
-    if let Some(face) = faces[1] {
-        for corner in first.corners() {
-            let outside = if is_plane(&face) {
-                0.0
-            } else {
-                second.outside(&corner.at)
-            };
+    if let Some(face) = face_b {
+        each_corner(&first, &second, &face, |corner, outside| {
             offer(
-                [corner.feature, on_face(&face)],
+                [corner, on_face(&face)],
                 NormalSource::Second(face),
                 outside,
             );
-        }
-    }
-    if faces.iter().flatten().any(is_plane) {
-        return;
+        });
     }
     for (side, own) in first.sides() {
-        for (other_side, other) in second.sides() {
-            if cross(&own, &other) {
-                offer([side, other_side], normal, 0.0);
-            }
+        for (other_side, _) in second.sides().filter(|(_, other)| cross(&own, other)) {
+            offer([side, other_side], pair.id.normal, 0.0);
         }
+    }
+}
+
+/// Hands on the corners of a patch, each with its distance from the face on which it should lie.
+fn each_corner(own: &Patch, other: &Patch, face: &Face, mut each: impl FnMut(Feature, f64)) {
+    for corner in own.corners() {
+        let is_endless = matches!(face, Face::Plane);
+        let outside = if is_endless {
+            0.0
+        } else {
+            other.outside(&corner.at)
+        };
+        each(corner.feature, outside);
     }
 }
 

@@ -5,7 +5,7 @@
 //! > d = max over unit n of g(n),  g(n) = −h_A(n) − h_B(−n),
 //!
 //! with their support functions h; where they overlap, it is the least depth, negative. With the supporting points p(n) of A and q(n) of B and w = q − p, g = n · w, and
-//! n is stationary where w has no part across n. Its derivative across n is −(∇²`h_A` + ∇²`h_B` + g 1). A line keeps n across itself.
+//! n is stationary where w has no part across n. Its derivative across n is `−(∇²h_A + ∇²h_B + g 1)`. A line keeps n across itself.
 
 use nalgebra::Vector3;
 
@@ -16,6 +16,8 @@ use crate::spatial::linear::{cross, dot, scale};
 
 /// Steps over the scalar from the solution: two make derivatives exact to third order.
 const STEPS: usize = 2;
+/// Steps of what is recorded, whose solution moves away from the seed.
+const RECORDED_STEPS: usize = 8;
 
 /// The normal between two features of which one is curved, from a seed near it.
 pub(super) fn refined_normal<T: Scalar>(
@@ -27,7 +29,8 @@ pub(super) fn refined_normal<T: Scalar>(
     if let Some(u) = line(a, b) {
         n = normalized_or(&rejected(&n, u), T::zero(), &n);
     }
-    for _ in 0..STEPS {
+    let steps = if T::HAS_VALUES { STEPS } else { RECORDED_STEPS };
+    for _ in 0..steps {
         let step = newton_step(a, b, &n, seed);
         n = normalized_or(&(n + step), T::zero(), &n);
     }

@@ -8,7 +8,7 @@ use dualbody::error::{EditError, InvalidState};
 use dualbody::model::{
     Base, JointSpec, LinkSpec, Mass, ModelBuilder, Object, UpAxis, World, samples,
 };
-use dualbody::sim::{BatchSimulator, Engine};
+use dualbody::sim::{BatchSimulator, Engine, EngineCoordinates};
 use dualbody::spatial::{Motion, Quaternion, Representation, Transform};
 use dualbody::view::Recording;
 use dualbody::{Integrator, Model, ModelOptions, Simulator, State};

@@ -154,49 +154,57 @@ impl Near {
         if self.len < 3 {
             return;
         }
-        let points: [Vector3<f64>; MAX_NEAR] =
+        let all: [Vector3<f64>; MAX_NEAR] =
             std::array::from_fn(|k| solid.vertex(self.vertices[k.min(self.len - 1)]));
-        let points = &points[..self.len];
+        let points = &all[..self.len];
         let flat = FLAT * solid.reach();
-        for (k, j, i) in triples(self.len) {
-            let area = (points[j] - points[i]).cross(&(points[k] - points[i]));
-            let Some(normal) = area.try_normalize(f64::MIN_POSITIVE) else {
-                continue;
-            };
-            let (normal, turned) = if normal.dot(n) < 0.0 {
-                (-normal, true)
-            } else {
-                (normal, false)
-            };
-            let heights = points.iter().map(|p| normal.dot(&(p - points[i])));
-            if heights.clone().any(|height| height > flat) {
-                continue;
-            }
-            let [a, b, c] = [i, j, k];
-            let in_plane = |l: usize| normal.dot(&(points[l] - points[i])) >= -flat;
-            let is_widest = triples(self.len).all(|(z, y, x)| {
-                let other = (points[y] - points[x])
-                    .cross(&(points[z] - points[x]))
-                    .norm();
-                let is_rival =
-                    other > area.norm() || (other == area.norm() && (z, y, x) < (k, j, i));
-                !(is_rival && [x, y, z].into_iter().all(in_plane))
-            });
-            if is_widest {
-                let [a, b, c] = [a, b, c].map(|k| self.vertices[k]);
-                each(if turned { [a, c, b] } else { [a, b, c] });
+        for corners in triples(self.len) {
+            if is_widest_of_a_face(points, corners, n, flat) {
+                let [i, j, k] = corners;
+                let turned = area(points, corners).dot(n) < 0.0;
+                let ids = if turned { [i, k, j] } else { corners };
+                each(ids.map(|k| self.vertices[k]));
             }
         }
     }
 }
 
-/// All triples k > j > i of indices.
-fn triples(len: usize) -> impl Iterator<Item = (usize, usize, usize)> {
-    (2..len).flat_map(|k| (1..k).flat_map(move |j| (0..j).map(move |i| (k, j, i))))
+/// Twice the area of a triangle, along its normal.
+fn area(points: &[Vector3<f64>], [i, j, k]: [usize; 3]) -> Vector3<f64> {
+    (points[j] - points[i]).cross(&(points[k] - points[i]))
+}
+
+/// Whether no point is above the plane of a triangle, seen from where n points, and no triangle of that plane is wider; of equal ones the first.
+fn is_widest_of_a_face(
+    points: &[Vector3<f64>],
+    corners: [usize; 3],
+    n: &Vector3<f64>,
+    flat: f64,
+) -> bool {
+    let own = area(points, corners);
+    let Some(normal) = own.try_normalize(f64::MIN_POSITIVE) else {
+        return false;
+    };
+    let normal = if normal.dot(n) < 0.0 { -normal } else { normal };
+    let height = |k: usize| normal.dot(&(points[k] - points[corners[0]]));
+    if (0..points.len()).any(|k| height(k) > flat) {
+        return false;
+    }
+    let is_rival = |other: [usize; 3]| {
+        let wider = area(points, other).norm() - own.norm();
+        let is_first = wider > 0.0 || (wider == 0.0 && other < corners);
+        is_first && other.iter().all(|&k| height(k) >= -flat)
+    };
+    !triples(points.len()).any(is_rival)
+}
+
+/// All triples i < j < k of indices.
+fn triples(len: usize) -> impl Iterator<Item = [usize; 3]> {
+    (2..len).flat_map(|k| (1..k).flat_map(move |j| (0..j).map(move |i| [i, j, k])))
 }
 
 /// Number of semi-axes that are zero, and the last of these.
 fn flat_axes(semi_axes: &[f64; 3]) -> (usize, usize) {
-    let mut flat = (0..3).filter(|&axis| semi_axes[axis] == 0.0);
-    (flat.clone().count(), flat.next_back().unwrap_or(0))
+    let flat = (0..3).filter(|&axis| semi_axes[axis] == 0.0);
+    (flat.clone().count(), flat.max().unwrap_or(0))
 }

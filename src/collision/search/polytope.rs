@@ -38,6 +38,41 @@ const NO_FACE: Face = Face {
     distance: f64::INFINITY,
 };
 
+/// Edges of faces that were removed: those of two cancel.
+struct Rim {
+    edges: [[usize; 2]; MAX_FACES],
+    len: usize,
+}
+
+impl Default for Rim {
+    fn default() -> Self {
+        Self {
+            edges: [[0; 2]; MAX_FACES],
+            len: 0,
+        }
+    }
+}
+
+impl Rim {
+    /// Adds an edge, or removes its twin. One that has no room is left out; a rim never has more edges than there are faces.
+    fn add(&mut self, [a, b]: [usize; 2]) {
+        match self.edges[..self.len]
+            .iter()
+            .position(|edge| *edge == [b, a])
+        {
+            Some(twin) => {
+                self.len -= 1;
+                self.edges[twin] = self.edges[self.len];
+            }
+            None if self.len < MAX_FACES => {
+                self.edges[self.len] = [a, b];
+                self.len += 1;
+            }
+            None => {}
+        }
+    }
+}
+
 impl Polytope {
     /// The tetrahedron of four points.
     ///
@@ -85,51 +120,37 @@ impl Polytope {
         self.n_vertices < MAX_VERTICES && self.n_faces + 2 * MAX_VERTICES / 8 < MAX_FACES
     }
 
-    /// Adds a vertex outside of a face: faces that it sees give way to those between it and their rim. `false` where it sees a set of faces without a rim,
-    /// which only rounding makes.
+    /// Adds a vertex outside of a face: faces that it sees give way to those between it and their rim. `false` where these do not fit, or where it sees faces
+    /// without a rim, which only rounding makes.
     pub(super) fn add_vertex(&mut self, point: Vector3<f64>, seen_face: usize) -> bool {
         let new = self.n_vertices;
         self.vertices[new] = point;
         self.n_vertices += 1;
-        let mut rim = [[0_usize; 2]; MAX_FACES];
-        let mut n_rim = 0;
-        let (mut k, mut is_first) = (0, true);
-        let first = self.faces[seen_face].vertices;
+        let mut rim = Rim::default();
+        self.remove_face(seen_face, &mut rim);
+        let mut k = 0;
         while k < self.n_faces {
-            let face = self.faces[k];
-            let sees = face.vertices == first
-                || face.normal.dot(&point) - face.distance > self.least_height;
-            if !sees {
+            let face = &self.faces[k];
+            if face.normal.dot(&point) - face.distance > self.least_height {
+                self.remove_face(k, &mut rim);
+            } else {
                 k += 1;
-                continue;
             }
-            is_first = false;
-            let [a, b, c] = face.vertices;
-            for edge in [[a, b], [b, c], [c, a]] {
-                let twin = (0..n_rim).find(|&i| rim[i] == [edge[1], edge[0]]);
-                match twin {
-                    Some(i) => {
-                        n_rim -= 1;
-                        rim[i] = rim[n_rim];
-                    }
-                    None if n_rim < MAX_FACES => {
-                        rim[n_rim] = edge;
-                        n_rim += 1;
-                    }
-                    None => return false,
-                }
-            }
-            self.n_faces -= 1;
-            self.faces[k] = self.faces[self.n_faces];
         }
-        let fits = self.n_faces + n_rim <= MAX_FACES;
-        if is_first || !fits {
-            return false;
+        let fits = self.n_faces + rim.len <= MAX_FACES;
+        if fits {
+            let edges = rim.edges[..rim.len].iter();
+            edges.for_each(|&[a, b]| self.add_face([a, b, new]));
         }
-        for [a, b] in &rim[..n_rim] {
-            self.add_face([*a, *b, new]);
-        }
-        n_rim > 0
+        fits && rim.len > 0
+    }
+
+    /// Removes a face; the last takes its place.
+    fn remove_face(&mut self, index: usize, rim: &mut Rim) {
+        let [a, b, c] = self.faces[index].vertices;
+        [[a, b], [b, c], [c, a]].map(|edge| rim.add(edge));
+        self.n_faces -= 1;
+        self.faces[index] = self.faces[self.n_faces];
     }
 
     /// Adds a face; one without an area has no normal, and is never the nearest.
