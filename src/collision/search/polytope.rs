@@ -148,7 +148,9 @@ impl Polytope {
     /// Removes a face; the last takes its place.
     fn remove_face(&mut self, index: usize, rim: &mut Rim) {
         let [a, b, c] = self.faces[index].vertices;
-        [[a, b], [b, c], [c, a]].map(|edge| rim.add(edge));
+        for edge in [[a, b], [b, c], [c, a]] {
+            rim.add(edge);
+        }
         self.n_faces -= 1;
         self.faces[index] = self.faces[self.n_faces];
     }
