@@ -16,7 +16,7 @@ use common::robots::{asset, standing};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::linearize::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutDirection, RolloutGradientOptions,
-    StagePoint,
+    StagePoint, WantedParameters,
 };
 use dualbody::model::samples;
 use dualbody::sim::RolloutStatus;
@@ -157,6 +157,7 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     let inputs = torques(simulator, steps);
     let rollout = rollout_time(simulator, start, &inputs, clock);
     let all = RolloutGradientOptions::default();
+    let wanted = |parameters| RolloutGradientOptions { parameters, ..all };
     let gradient = |options: &RolloutGradientOptions| {
         clock.median(|| {
             drop(simulator.rollout_gradients(from_ref(start), &[&inputs], &ByHand, options));
@@ -166,12 +167,18 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
         ("state, inputs, parameters", gradient(&all)),
         (
             "model's parameters only",
-            gradient(&all.with_model_parameters_only()),
+            gradient(&wanted(WantedParameters::Model)),
         ),
-        ("without parameters", gradient(&all.without_parameters())),
+        (
+            "without parameters",
+            gradient(&wanted(WantedParameters::None)),
+        ),
         (
             "checkpoints by square root",
-            gradient(&all.with_checkpoints(Checkpoints::SquareRoot)),
+            gradient(&RolloutGradientOptions {
+                checkpoints: Checkpoints::SquareRoot,
+                ..all
+            }),
         ),
         (
             "slopes of the cost by duals",

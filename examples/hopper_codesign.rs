@@ -13,7 +13,7 @@ use std::error::Error;
 
 use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
 use dualbody::joint::JointKind::{Prismatic, Revolute};
-use dualbody::linearize::{RolloutCost, RolloutGradientOptions};
+use dualbody::linearize::{RolloutCost, RolloutGradientOptions, WantedParameters};
 use dualbody::model::{
     Dimension, Geometry, Hardware, JointSpec, LinkSpec, Mass, ModelBuilder, ScaledLink, Visual,
 };
@@ -233,7 +233,10 @@ impl Design {
     fn evaluate(&self, x: &[f64]) -> Option<(f64, DVector<f64>)> {
         let lengths = Self::lengths(x);
         let (simulator, start) = self.at(lengths)?;
-        let options = RolloutGradientOptions::default().with_model_parameters_only();
+        let options = RolloutGradientOptions {
+            parameters: WantedParameters::Model,
+            ..Default::default()
+        };
         let inputs = [Self::inputs(x)];
         let mut all = simulator.rollout_gradients(&[start], &inputs, &Jump, &options);
         let jump = all.swap_remove(0);

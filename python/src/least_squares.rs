@@ -116,7 +116,10 @@ fn options_of(
     bounds: [Option<Bound<'_, PyAny>>; 2],
     given: &Bound<'_, PyDict>,
 ) -> PyResult<Options> {
-    let mut options = Options::default().with_loss(loss_of(loss)?);
+    let mut options = Options {
+        loss: loss_of(loss)?,
+        ..Options::default()
+    };
     let [lower, upper] = bounds;
     options.lower = bound("the lower bounds", lower)?;
     options.upper = bound("the upper bounds", upper)?;

@@ -44,14 +44,13 @@ const KINK: f64 = 8.0;
 /// assert!((at.jacobian[0] + 1e8).abs() < 1e-2 && at.error[0] < 1e-2);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Options {
     /// Size below which an input counts as zero and steps do not follow it; default 1e-6. A larger one gains digits
     /// where small inputs are angles or lengths that happen to be small, a smaller one is for parameters as small as
     /// that which must stay positive.
     pub zero: f64,
     /// The size that inputs which count as zero are taken to have; default 1/32. A larger one gains digits where the
-    /// function is smooth over such a distance.
+    /// function is smooth over such a distance. Positive and finite.
     pub size_of_zero: f64,
 }
 
@@ -65,27 +64,6 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Sets the size below which an input counts as zero.
-    #[must_use]
-    pub fn with_zero(mut self, zero: f64) -> Self {
-        self.zero = zero;
-        self
-    }
-
-    /// Sets the size that inputs which count as zero are taken to have.
-    ///
-    /// # Panics
-    /// If it is not positive and finite.
-    #[must_use]
-    pub fn with_size_of_zero(mut self, size: f64) -> Self {
-        assert!(
-            size > 0.0 && size.is_finite(),
-            "the size that zeros are taken to have is positive: {size}"
-        );
-        self.size_of_zero = size;
-        self
-    }
-
     /// The largest step of an input: a power of two, so that most steps are taken without rounding.
     fn first_step(&self, x: f64) -> f64 {
         let size = x.abs();
@@ -347,7 +325,10 @@ mod tests {
                 assert!(off <= 2.0 * error, "{x}: off by {off}, said {error}");
             }
         }
-        let smaller = Options::default().with_zero(1e-12);
+        let smaller = Options {
+            zero: 1e-12,
+            ..Options::default()
+        };
         let at = estimate(&Positive, &[1e-9], &smaller);
         assert!((at.jacobian[0] + 1e18).abs() < 1e8, "{}", at.jacobian);
     }

@@ -46,32 +46,11 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Sets the loss of residuals.
-    #[must_use]
-    pub fn with_loss(mut self, loss: Loss) -> Self {
-        self.loss = loss;
-        self
-    }
-
     /// Sets the bounds of the variables, ±∞ for none: as many as there are, or those of the plain numbers at the front, where others are points of a curved space.
     #[must_use]
     pub fn with_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         self.lower = lower.to_vec();
         self.upper = upper.to_vec();
-        self
-    }
-
-    /// Sets the relative offset below which an estimate counts as found.
-    #[must_use]
-    pub fn with_offset_tolerance(mut self, tolerance: f64) -> Self {
-        self.offset_tolerance = tolerance;
-        self
-    }
-
-    /// Sets the largest number of iterations.
-    #[must_use]
-    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
-        self.max_iterations = max_iterations;
         self
     }
 

@@ -35,7 +35,10 @@ fn relative_offset_ends_where_errors_are_larger_than_what_is_left() {
     const OFFSET: f64 = 1e-3;
     let start = [500.0, 1e-4];
     let exact = solve(&mut ByDuals::new(Misra1a), &start, &Options::default());
-    let options = Options::default().with_offset_tolerance(OFFSET);
+    let options = Options {
+        offset_tolerance: OFFSET,
+        ..Options::default()
+    };
     let found = solve(&mut ByDuals::new(Misra1a), &start, &options);
     assert!(
         found.is_converged() && found.iterations < exact.iterations,
@@ -120,7 +123,10 @@ impl VectorFunction for Line {
 #[test]
 fn robust_losses_find_the_line_that_outliers_hide() {
     let fit = |outliers: f64, loss: Loss| {
-        let options = Options::default().with_loss(loss);
+        let options = Options {
+            loss,
+            ..Options::default()
+        };
         let found = solve(&mut ByDuals::new(Line { outliers }), &[0.0, 0.0], &options);
         assert!(found.is_converged(), "{loss:?}: {found:?}");
         found

@@ -8,7 +8,7 @@ use dualbody::contact::{ContactLaw, Contacts, Feature, SoftContact, Terrain};
 use dualbody::dynamics::{center_of_mass, gravity_forces, inverse_dynamics, mass_matrix};
 use dualbody::error::EditError;
 use dualbody::joint::JointKind;
-use dualbody::linearize::{RolloutCost, RolloutGradientOptions};
+use dualbody::linearize::{RolloutCost, RolloutGradientOptions, WantedParameters};
 use dualbody::model::{
     Collision, Dimension, Geometry, Hardware, JointSpec, LinkShape, LinkSpec, Mass,
     MassDistribution, Model, ModelBuilder, ScaledLink, UpAxis, Visual,
@@ -586,7 +586,10 @@ fn gradient_of_a_rollout_in_sizes_by_the_chain_rule_equals_forward_mode_and_diff
         .with_model(swing.hardware.model(&sizes).unwrap())
         .unwrap();
     let start = simulator.neutral_state();
-    let options = RolloutGradientOptions::default().with_model_parameters_only();
+    let options = RolloutGradientOptions {
+        parameters: WantedParameters::Model,
+        ..Default::default()
+    };
     let rollout = &simulator.rollout_gradients(&[start], &[&swing.inputs], &Motion, &options)[0];
     let to_sizes = swing.hardware.parameter_jacobian(&sizes).unwrap();
     let mut gradient = to_sizes.transpose() * &rollout.parameters;

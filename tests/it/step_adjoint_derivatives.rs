@@ -2,7 +2,9 @@
 //! integrator and law of contact.
 
 use dualbody::autodiff::Dual;
-use dualbody::linearize::{RolloutCost, RolloutDirection, RolloutGradientOptions};
+use dualbody::linearize::{
+    RolloutCost, RolloutDirection, RolloutGradientOptions, WantedParameters,
+};
 use dualbody::sim::RolloutStatus;
 use dualbody::{Integrator, Scalar, State};
 use nalgebra::DVector;
@@ -77,7 +79,10 @@ impl Directed {
         pairs.for_each(|(x, dx)| *x += dx);
         let inputs = self.inputs.iter().zip(&self.along.inputs);
         let inputs: Vec<_> = inputs.map(|(u, du)| u + du * h).collect();
-        let options = RolloutGradientOptions::default().without_parameters();
+        let options = RolloutGradientOptions {
+            parameters: WantedParameters::None,
+            ..Default::default()
+        };
         let mut found = simulator
             .rollout_gradients(&[start.clone()], &[inputs], &self.cost, &options)
             .swap_remove(0);

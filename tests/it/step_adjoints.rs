@@ -8,7 +8,7 @@ use dualbody::contact::{
 };
 use dualbody::linearize::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
-    StagePoint, StepGradient, VjpScratch,
+    StagePoint, StepGradient, VjpScratch, WantedParameters,
 };
 use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
 use dualbody::sim::{
@@ -1049,7 +1049,10 @@ fn checkpoints_batches_and_own_slopes_change_nothing() {
     let plain = simulator.rollout_gradient(&case.state, &inputs, &Everything);
     let every = (1..30).map(Checkpoints::Every);
     for checkpoints in every.chain([Checkpoints::SquareRoot]) {
-        let options = RolloutGradientOptions::default().with_checkpoints(checkpoints);
+        let options = RolloutGradientOptions {
+            checkpoints,
+            ..Default::default()
+        };
         let other = with_options(simulator, &case.state, &inputs, &options);
         assert_eq!(plain, other, "{checkpoints:?}");
     }
@@ -1061,11 +1064,17 @@ fn checkpoints_batches_and_own_slopes_change_nothing() {
     let own = simulator.rollout_gradient(&case.state, &inputs, &ByHand);
     assert_close_vector(&own.start, &plain.start, SAME_ALGEBRA, "start");
     assert_close_vector(&own.inputs[7], &plain.inputs[7], SAME_ALGEBRA, "inputs");
-    let options = options.without_parameters();
+    let options = RolloutGradientOptions {
+        parameters: WantedParameters::None,
+        ..Default::default()
+    };
     let less = with_options(simulator, &case.state, &inputs, &options);
     assert_eq!((&plain.start, &plain.inputs), (&less.start, &less.inputs));
     assert!(less.parameters.is_empty());
-    let options = options.with_model_parameters_only();
+    let options = RolloutGradientOptions {
+        parameters: WantedParameters::Model,
+        ..Default::default()
+    };
     let of_model = with_options(simulator, &case.state, &inputs, &options);
     let n = simulator.model().parameters().len();
     assert_eq!(of_model.parameters, plain.parameters.rows(0, n));

@@ -1,6 +1,6 @@
 //! Gradients through rollouts.
 
-use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions};
+use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions, WantedParameters};
 use dualbody::sim::RolloutStatus;
 use nalgebra::DVector;
 use pyo3::prelude::*;
@@ -41,12 +41,12 @@ fn options_of(
 ) -> PyResult<RolloutGradientOptions> {
     let mut options = RolloutGradientOptions::default();
     if let Some(checkpoints) = checkpoints {
-        options = options.with_checkpoints(checkpoints_of(checkpoints)?);
+        options.checkpoints = checkpoints_of(checkpoints)?;
     }
-    Ok(match parameters {
-        true => options,
-        false => options.without_parameters(),
-    })
+    if !parameters {
+        options.parameters = WantedParameters::None;
+    }
+    Ok(options)
 }
 
 #[pymethods]

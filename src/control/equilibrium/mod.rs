@@ -116,7 +116,10 @@ impl Equilibrium {
 
 /// Searches from where the last round ended. Status and iterations.
 fn round(rest: &mut Rest<'_>) -> (EquilibriumStatus, usize) {
-    let options = Options::default().with_max_iterations(MOST_ITERATIONS);
+    let options = Options {
+        max_iterations: MOST_ITERATIONS,
+        ..Options::default()
+    };
     let from = rest.from.clone();
     let found = least_squares::solve(rest, &from, &options);
     rest.move_to(&found.x);

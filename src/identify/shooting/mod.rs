@@ -140,9 +140,13 @@ pub fn shoot(
     let mut problem = Shooting::new(simulator, data, adjustable, options)?;
     let start = problem.start();
     let (lower, upper) = problem.bounds();
-    let solver = (Options::default().with_max_iterations(options.max_iterations))
-        .with_offset_tolerance(OFFSET)
-        .with_bounds(&lower, &upper);
+    let solver = Options {
+        max_iterations: options.max_iterations,
+        offset_tolerance: OFFSET,
+        lower,
+        upper,
+        ..Options::default()
+    };
     let found = solve(&mut problem, &start, &solver);
     let deviation = found.variance().unwrap_or(0.0).sqrt();
     let freedom = problem

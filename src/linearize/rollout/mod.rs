@@ -71,7 +71,6 @@ pub enum WantedParameters {
 
 /// Options of a gradient of a rollout: in which parameters it is wanted, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
@@ -85,29 +84,6 @@ impl Default for RolloutGradientOptions {
             checkpoints: Checkpoints::All,
             parameters: WantedParameters::All,
         }
-    }
-}
-
-impl RolloutGradientOptions {
-    /// Sets which states are kept.
-    #[must_use]
-    pub fn with_checkpoints(mut self, checkpoints: Checkpoints) -> Self {
-        self.checkpoints = checkpoints;
-        self
-    }
-
-    /// Leaves out the gradient in parameters.
-    #[must_use]
-    pub fn without_parameters(mut self) -> Self {
-        self.parameters = WantedParameters::None;
-        self
-    }
-
-    /// Leaves out the gradient in those parameters that are not the model's.
-    #[must_use]
-    pub fn with_model_parameters_only(mut self) -> Self {
-        self.parameters = WantedParameters::Model;
-        self
     }
 }
 

@@ -41,7 +41,7 @@ pub(crate) use stretch::Stretch;
 ///
 /// For a rollout of an `f64` robot, [`Simulator::rollout_gradients`](crate::Simulator::rollout_gradients) gives the gradient in the
 /// [parameters of the model](Model::parameters), where
-/// [these alone](crate::linearize::RolloutGradientOptions::with_model_parameters_only) are wanted; the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
+/// [these alone](crate::linearize::RolloutGradientOptions::parameters) are wanted; the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
 ///
 /// # Examples
 /// ```

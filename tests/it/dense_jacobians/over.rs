@@ -85,7 +85,10 @@ fn assert_differentiated(simulator: &Simulator, state: &State, tolerance: f64) {
     let moved = Moved { simulator, state };
     let values = moved.jacobians(0.0);
     // Steps so short that no contact is lost.
-    let options = Options::default().with_size_of_zero(1e-5);
+    let options = Options {
+        size_of_zero: 1e-5,
+        ..Options::default()
+    };
     let along = Along(&moved, values.len());
     let Estimate { jacobian, error } = estimate(&along, &[0.0], &options);
     let (state, u) = moved.by(Dual::<f64, 1>::variable(0.0, 0));
