@@ -148,7 +148,8 @@ impl Polytope {
     /// Removes a face; the last takes its place.
     fn remove_face(&mut self, index: usize, rim: &mut Rim) {
         let [a, b, c] = self.faces[index].vertices;
-        [[a, b], [b, c], [c, a]].map(|edge| rim.add(edge));
+        let edges = [[a, b], [b, c], [c, a]];
+        edges.into_iter().for_each(|edge| rim.add(edge));
         self.n_faces -= 1;
         self.faces[index] = self.faces[self.n_faces];
     }
