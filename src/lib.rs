@@ -67,7 +67,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → collision → constraint → contact → sim → linearize → control →
 //!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes

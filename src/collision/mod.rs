@@ -13,6 +13,7 @@
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
 //! | how far, where, along which normal? | [`witness`] |
+//! | how far from a point, how large, how heavy? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] |
 //! | which pairs can touch at all? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
 //!
 //! # References
@@ -25,6 +26,7 @@ mod feature;
 mod groups;
 mod guard;
 mod hull;
+mod measures;
 mod nearest;
 mod newton;
 mod patch;

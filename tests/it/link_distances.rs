@@ -1,9 +1,13 @@
 //! Distances between links of a robot against closed forms and finite differences.
 
+use std::f64::consts::PI;
+
 use dualbody::collision::{Groups, Shape};
 use dualbody::contact::{self, LinkPairs, LinkShapes, Nearest, NearestError};
 use dualbody::dynamics::forward_kinematics;
-use dualbody::model::Model;
+use dualbody::model::{Mass, Model};
+use dualbody::spatial::Transform;
+use nalgebra::Vector3;
 
 /// Two arms with shapes of all kinds that files have, on a table that is fixed to the world.
 fn robot() -> Model {
@@ -221,4 +225,30 @@ fn links_without_shapes_unread_meshes_and_lost_configurations_are_errors() {
         "{error}"
     );
     assert_eq!(LinkShapes::new(&mesh).missing().len(), 1);
+}
+
+// Of an ellipsoid the moments are m (b² + c²) / 5 and so on; other shapes are those of files.
+#[test]
+fn volume_inertia_and_distance_to_a_point_equal_closed_forms() {
+    let solid = Shape::Box {
+        half_extents: [0.5, 1.0, 1.5],
+    };
+    assert_eq!(solid.volume(), Some(6.0));
+    let inertia = solid.inertia(Mass::Density(2.0)).expect("a solid");
+    assert!((inertia.mass - 12.0).abs() < 1e-14 && (inertia.rotational.xx - 13.0).abs() < 1e-13);
+    let ellipsoid = Shape::Ellipsoid {
+        semi_axes: [1.0, 2.0, 3.0],
+    };
+    assert!((ellipsoid.volume().expect("a solid") - 8.0 * PI).abs() < 1e-13);
+    assert!(
+        Shape::HalfSpace.volume().is_none()
+            && Shape::HalfSpace.inertia(Mass::Kilograms(1.0)).is_none()
+    );
+    let at = Transform::from_translation(Vector3::new(0.0, 0.0, 1.0));
+    for (z, expected) in [(5.0, 1.0), (3.5, -0.5), (-3.0, 1.0)] {
+        let near = ellipsoid
+            .distance_to_point(&at, &Vector3::new(0.0, 0.0, z))
+            .expect("a distance");
+        assert!((near.distance - expected).abs() < 1e-12, "{z}: {near:?}");
+    }
 }

@@ -34,6 +34,12 @@ impl<P: Scalar> Inertia<P> {
         Self::centred(mass, [mass * radius * radius * BALL; 3])
     }
 
+    /// A solid ellipsoid with the semi-axes a, b, c:  J = m/5 (b² + c², a² + c², a² + b²).
+    pub fn solid_ellipsoid(mass: P, semi_axes: [P; 3]) -> Self {
+        let [x, y, z] = semi_axes.map(|length| length * length * mass * (0.5 * BALL));
+        Self::centred(mass, [y + z, x + z, x + y])
+    }
+
     /// A solid cylinder about z of full length `length`:  Jₓ = m (3 r² + l²)/12,  `J_z` = ½ m r².
     pub fn solid_cylinder(mass: P, radius: P, length: P) -> Self {
         let axial = mass * radius * radius * 0.5;
@@ -114,6 +120,12 @@ mod tests {
         let ball = 4.0 / 3.0 * PI * r.powi(3);
         let ball_sum = summed([r; 3], |p| p.norm() < r);
         assert_equal(&Inertia::solid_sphere(ball, r), &ball_sum, "ball");
+        let ellipsoid_sum = summed([r, 1.1, 0.4], |p| {
+            Vector3::new(p.x / r, p.y / 1.1, p.z / 0.4).norm() < 1.0
+        });
+        let ellipsoid = 4.0 / 3.0 * PI * r * 1.1 * 0.4;
+        let closed = Inertia::solid_ellipsoid(ellipsoid, [r, 1.1, 0.4]);
+        assert_equal(&closed, &ellipsoid_sum, "ellipsoid");
         let cylinder = PI * r * r * l;
         let cylinder_sum = summed([r, r, l / 2.0], |p| p.xy().norm() < r);
         let closed = Inertia::solid_cylinder(cylinder, r, l);
