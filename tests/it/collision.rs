@@ -7,6 +7,8 @@ use dualbody::autodiff::Dual;
 use dualbody::collision::{
     Bounds, BroadPhase, Groups, Hull, Manifold, Shape, Witness, features, nearest_features, witness,
 };
+use dualbody::scalar::Traced;
+use dualbody::scalar::traced::{Port, trace};
 use dualbody::spatial::{Quaternion, Transform};
 use nalgebra::Vector3;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -631,4 +633,56 @@ fn groups_touch_where_each_is_in_the_mask_of_the_other() {
     assert!(hand.may_touch(&table) && table.may_touch(&hand));
     assert!(!hand.may_touch(&hand) && table.may_touch(&table));
     assert!(!ghost.may_touch(&table) && !hand.may_touch(&ghost));
+}
+
+// A graph holds its features fixed: recorded once, evaluated where the second shape has moved.
+#[test]
+fn recorded_distance_equals_the_computed_one_where_features_stay() {
+    let solid = Shape::Box {
+        half_extents: [0.5, 0.4, 0.3],
+    };
+    let round = Shape::Cylinder {
+        radius: 0.3,
+        half_length: 0.2,
+    };
+    let ball = Shape::Sphere { radius: 0.1 };
+    let egg = Shape::Ellipsoid {
+        semi_axes: [0.3, 0.2, 0.1],
+    };
+    let tilted = Quaternion::exp(&V::new(0.3, 0.5, -0.2)).to_matrix();
+    let at = Transform::identity();
+    for (a, b) in [
+        (&solid, &ball),
+        (&round, &ball),
+        (&egg, &ball),
+        (&solid, &egg),
+        (&round, &egg),
+        (&ball, &ball),
+    ] {
+        let start = Transform::new(tilted, V::new(0.7, 0.8, 0.9));
+        let own = nearest_features(a, &at, b, &start).expect("a pair");
+        let graph = trace(|t| {
+            let place = t.input(Port::vector("place", 3));
+            let moved = Transform::new(tilted.map(Traced::from), Vector3::from_fn(|k, _| place[k]));
+            let found = witness(&own, a, &at.lift(), b, &moved);
+            t.output(Port::vector("distance", 1), [found.distance].iter());
+        });
+        for step in [
+            V::zeros(),
+            V::new(0.02, -0.03, 0.01),
+            V::new(-0.05, 0.02, 0.04),
+        ] {
+            let moved = Transform::new(tilted, start.translation + step);
+            let pair = nearest_features(a, &at, b, &moved).expect("a pair");
+            assert_eq!(pair.id, own.id, "{a:?} {b:?}");
+            let computed: Witness<f64> = witness(&pair, a, &at, b, &moved);
+            let recorded = graph
+                .evaluate(moved.translation.as_slice())
+                .expect("a distance");
+            assert!(
+                (recorded[0] - computed.distance).abs() < 1e-12,
+                "{a:?} {b:?} {recorded:?} {computed:?}"
+            );
+        }
+    }
 }
