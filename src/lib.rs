@@ -32,7 +32,7 @@
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm; their derivatives along the tree |
 //! | [`collision`] | distances of convex shapes: nearest features, then distance, points and normal over the scalar |
-//! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
+//! | [`contact`] | where a robot touches the ground, and bodies each other, and the laws of force there |
 //! | [`constraint`] | closed loops: welds, ball joints, rods between places of a robot, couplers and tendons between joints |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
 //! | [`linearize`] | A and B of the step in tangent coordinates; vector-Jacobian products of steps, gradients of rollouts |

@@ -1,4 +1,4 @@
-//! Contact with the ground: terrain, points, and the laws of force.
+//! Contact with the ground and between bodies: terrain, points, and the laws of force.
 //!
 //! [`Contacts`] says where a robot can touch which [`Terrain`] and by which law. Points come from the collision shapes of its links:
 //!
@@ -29,6 +29,7 @@
 //! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
 //! | which damping for which restitution, how long does an impact last? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
 //! | is the step short enough for it? | [`Simulator::remarks`](crate::Simulator::remarks) | O(points · nv²) | |
+//! | bodies that touch each other? | [`Contacts::with_collisions`], [`CollisionOptions`] | O(n log n) for pairs of n shapes; forces are the solver's | |
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
 //! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |

@@ -159,6 +159,7 @@ pub use named_forces::{
     NamedForces, external_forces, external_forces_into, joint_forces, joint_forces_into,
 };
 pub(crate) use passes::to_world;
+#[cfg(feature = "identification")]
 pub(crate) use passive::add_passive_forces;
 pub(crate) use passive::{Passive, each_passive};
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};

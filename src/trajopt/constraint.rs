@@ -83,11 +83,13 @@ impl Constraint {
     }
 
     /// Lower bounds, length `dim`.
+    #[cfg(feature = "transcription")]
     pub(crate) fn lower(&self) -> &[f64] {
         &self.lower
     }
 
     /// Upper bounds, length `dim`.
+    #[cfg(feature = "transcription")]
     pub(crate) fn upper(&self) -> &[f64] {
         &self.upper
     }

@@ -30,6 +30,7 @@
 //! | stops of joints | yes; without contact or constraints, those that pull are let go once in a step of semi-implicit Euler, see below |
 //! | [height fields](crate::contact::HeightField) of up to 4096 nodes, under corners | yes: the cell is found by comparisons with all of them, four for each node and place |
 //! | rigid contact, soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity), smoothed contact beside stops or bounded forces, [implicit midpoints](crate::Integrator::ImplicitMidpoint) | no: a solver searches on values |
+//! | [contact between bodies](crate::Contacts::with_collisions) | no: which features touch is decided on values |
 //! | [terrain](crate::contact::TerrainFunction) under corners and [forces](crate::sim::ForceFunction), given as functions | yes: what the function does, with all derivatives |
 //! | shapes that roll on curved ground | no: the place is found on values |
 //! | [`rollout`](crate::Simulator::rollout) | no, as it asks whether the motion diverges; a loop over steps is |
