@@ -60,7 +60,9 @@ mod load;
 mod massless;
 pub(crate) mod mesh;
 mod mesh_path;
+mod mjcf;
 mod motion;
+mod names;
 mod options;
 mod place;
 mod report;
@@ -78,6 +80,10 @@ mod write;
 mod xml;
 
 pub use massless::MasslessLinks;
+pub use mjcf::{
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
+    MjcfTendon,
+};
 pub use options::ModelOptions;
 pub use place::ImportNote;
 pub use report::ImportReport;

@@ -48,6 +48,7 @@ mod joint_kinds;
 mod loading;
 mod many_points;
 mod mesh_contact;
+mod mjcf;
 mod named_forces;
 mod own_scalars;
 mod parameters;

@@ -8,8 +8,7 @@ mod mjcf;
 mod tests;
 mod urdf;
 
-use std::collections::HashSet;
-
+use super::names::Names;
 use crate::error::WriteError;
 use crate::model::{Geometry, LinkSpec, Model, ModelBuilder};
 use crate::spatial::{Inertia, Symmetric3};
@@ -166,22 +165,4 @@ fn shape_texts(link: &LinkSpec) -> impl Iterator<Item = &str> {
         };
         name.as_deref().into_iter().chain(uri)
     })
-}
-
-/// Names that are taken, and new ones.
-struct Names(HashSet<String>);
-
-impl Names {
-    fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
-        Self(names.map(Into::into).collect())
-    }
-
-    /// The name, or the name with as many underscores as it takes to be new.
-    fn fresh(&mut self, name: impl Into<String>) -> String {
-        let mut name = name.into();
-        while !self.0.insert(name.clone()) {
-            name.push('_');
-        }
-        name
-    }
 }

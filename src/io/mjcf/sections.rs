@@ -1,0 +1,66 @@
+//! The sections beside the bodies: of the description, and of the models that it attaches.
+
+use std::collections::HashMap;
+
+use super::body::Bodies;
+use super::documents::Source;
+use super::joint::Kind;
+use super::naming::Naming;
+use super::walk::{Part, Walk};
+use crate::error::LoadError;
+use crate::io::context::Context;
+
+/// Names that sections refer to.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    /// Kinds of joints.
+    pub(super) kinds: HashMap<String, Kind>,
+    /// Frames of sites.
+    pub(super) sites: HashMap<String, String>,
+}
+
+impl Names {
+    /// The joints of bodies; sites come when they have frames.
+    pub(super) fn of(bodies: &Bodies) -> Self {
+        let joints = bodies.entries.iter().flat_map(|body| &body.joints);
+        Self {
+            kinds: joints
+                .map(|joint| (joint.name.clone(), joint.kind))
+                .collect(),
+            sites: HashMap::new(),
+        }
+    }
+}
+
+/// The elements of a section, those of attached models behind the others.
+pub(super) fn parts<'t, 'c>(
+    sources: &'c [Source<'t>],
+    walk: &Walk<'t, 'c>,
+    section: &'static str,
+) -> Vec<Part<'t, 'c>> {
+    let own = [(0, Naming::plain())].into_iter();
+    let all = own.chain(walk.attached.iter().cloned());
+    let parts = all.flat_map(|(index, naming)| {
+        let source = &sources[index];
+        let children = source.root.all(section).flat_map(|node| node.children());
+        children.map(move |node| Part::of(node, source, naming.clone()))
+    });
+    parts.collect()
+}
+
+/// What an element of a section gives; one of an attached model that refers to what was not attached gives nothing.
+pub(super) fn attached<T>(
+    part: &Part<'_, '_>,
+    read: Result<T, LoadError>,
+    context: &mut Context<'_>,
+) -> Result<Option<T>, LoadError> {
+    match read {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if part.naming.is_attached() => {
+            part.node.read_all();
+            context.ignore(&part.node.place(), format!("is not attached: {error}"));
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
