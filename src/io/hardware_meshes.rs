@@ -44,14 +44,12 @@ impl MeshSolids for Solids {
     fn solid(&mut self, mesh: &Geometry) -> Result<Inertia<f64>, String> {
         let (_, file) = MeshFile::of(mesh).ok_or("is not found")?;
         let found = self.found.entry(file.clone());
-        found
-            .or_insert_with(|| solid_of(&file.read()?, [1.0; 3]))
-            .clone()
+        found.or_insert_with(|| solid_of(&file.read()?)).clone()
     }
 }
 
-/// The solid inside of a closed surface, scaled along the axes, at density 1.
-pub(super) fn solid_of(mesh: &Mesh, scale: [f64; 3]) -> Result<Inertia<f64>, String> {
+/// The solid inside of a closed surface, at density 1.
+fn solid_of(mesh: &Mesh) -> Result<Inertia<f64>, String> {
     let triangles: Vec<[[f32; 3]; 3]> = (mesh.parts.iter())
         .flat_map(|part| {
             let corner = |i: u32| part.vertices[i as usize];
@@ -64,7 +62,7 @@ pub(super) fn solid_of(mesh: &Mesh, scale: [f64; 3]) -> Result<Inertia<f64>, Str
             "is not closed, so that it has no volume: {open} edges have a triangle on one side only"
         ));
     }
-    let wide = |p: [f32; 3]| Vector3::from_fn(|i, _| f64::from(p[i]) * scale[i]);
+    let wide = |p: [f32; 3]| Vector3::from(p.map(f64::from));
     let solid = Inertia::solid_polyhedron(1.0, triangles.iter().map(|t| t.map(wide)));
     // Triangles that all face inwards.
     Ok(solid.scaled(solid.mass.signum()))

@@ -23,7 +23,8 @@ const OF_MOTORS: [&str; 9] = [
     "muscle",
     "adhesion",
 ];
-const OF_OTHERS: [&str; 8] = [
+/// Actuators that are not modelled, but for some of kind `general`.
+pub(super) const OF_OTHERS: [&str; 8] = [
     "general",
     "position",
     "velocity",

@@ -7,8 +7,8 @@
 //! where M is the motion of a joint. Between two joints, and where the last one's anchor is not the origin of the body, is a link without
 //! inertia, called like the joint. A coordinate is the number that `MuJoCo` has for it: what a reference moves is in the placement of the joint.
 //!
-//! A description with one body on the world, which moves freely, floats; several bodies stand on a link `world`, and those that move freely
-//! have joints of kind floating, by the name of the file.
+//! A description with one body on the world, which moves freely by a joint without name, floats. Other bodies stand on a link `world`, and those that
+//! move freely have joints of kind floating, by the name of the file, so that it finds them. Options choose for a single body.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -22,6 +22,7 @@ use super::orientation::about;
 use super::sections::Names;
 use crate::io::context::Context;
 use crate::io::names;
+use crate::io::write::FLOATING_BASE;
 use crate::joint::JointKind;
 use crate::model::{Base, JointSpec, LinkSpec, ModelBuilder, inertia_flaw};
 use crate::spatial::Transform;
@@ -54,9 +55,14 @@ pub(super) fn assemble<'a>(
     let own = || bodies.entries.iter().skip(1);
     let links = own().map(|body| body.name.as_str()).chain([WORLD]);
     let joints = own().flat_map(|body| &body.joints);
+    let alone = free_alone(&bodies.entries);
     let mut assembly = Assembly {
-        floats: wanted != Base::Fixed && floats(&bodies.entries),
-        is_held: wanted == Base::Fixed && floats(&bodies.entries),
+        floats: match (wanted, alone) {
+            (Base::Auto, Some(free)) => !has_name(free) && !free.is_passive(),
+            (Base::Floating, alone) => alone.is_some(),
+            _ => false,
+        },
+        is_held: wanted == Base::Fixed && alone.is_some(),
         builder,
         links: names::Names::of(links),
         joints: names::Names::of(joints.map(|joint| joint.name.as_str())),
@@ -79,15 +85,21 @@ pub(super) fn assemble<'a>(
     assembly
 }
 
-/// Whether the world has one body, which moves freely and has no force on its free joint.
-fn floats(entries: &[BodyEntry]) -> bool {
+/// The free joint of the only body of the world, if there is one.
+fn free_alone(entries: &[BodyEntry]) -> Option<&JointEntry> {
     let mut on_world = entries.iter().skip(1).filter(|body| body.parent == 0);
-    let is_free = |body: &BodyEntry| match &body.joints[..] {
-        [only] => only.kind == Kind::Free && !only.is_passive(),
-        _ => false,
-    };
-    let first = on_world.next();
-    first.is_some_and(is_free) && on_world.next().is_none()
+    match (
+        on_world.next().map(|body| &body.joints[..]),
+        on_world.next(),
+    ) {
+        (Some([only]), None) if only.kind == Kind::Free => Some(only),
+        _ => None,
+    }
+}
+
+/// Whether the file has a name for a joint that must be found by it: not the one that files of this library have for floating bases.
+fn has_name(joint: &JointEntry) -> bool {
+    joint.place.name == joint.name && joint.name != FLOATING_BASE
 }
 
 impl Assembly<'_> {
@@ -114,14 +126,13 @@ impl Assembly<'_> {
                 "shapes of the world: the only body floats, so that the model has no link for them";
             context.ignore(&world.place, reason);
         }
-        if let [free] = &self.bodies.entries[1].joints[..]
-            && free.place.name == free.name
+        for free in self.bodies.entries[1]
+            .joints
+            .iter()
+            .filter(|own| own.is_passive())
         {
-            let name = &free.name;
-            let reason = format!(
-                "the free joint \"{name}\" is the floating base: it has no name in the model, and its coordinates come first"
-            );
-            context.warn(&free.place, reason);
+            let reason = "damping, friction and rotor inertia of a floating base: set them on the model, or let its joint have a name";
+            context.ignore(&free.place, reason);
         }
     }
 

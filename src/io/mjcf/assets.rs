@@ -10,15 +10,18 @@ use std::rc::Rc;
 use super::compiler::Compiler;
 use super::defaults::Classes;
 use super::entry::Entry;
+use super::mesh_inertia::{self, Volumes};
 use super::orientation::pose_named;
 use super::tree::Node;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
-use crate::io::hardware_meshes::solid_of;
 use crate::io::mesh::MeshFile;
 use crate::io::mesh_path::MeshFinder;
 use crate::model::Geometry;
 use crate::spatial::{Inertia, Transform};
+
+/// Reason why a mesh has no inertia here.
+const UNKNOWN_INERTIA: &str = "has an inertia that is neither legacy nor exact";
 
 /// A mesh with its file.
 #[derive(Clone, Debug)]
@@ -26,8 +29,8 @@ pub(super) struct MeshAsset {
     pub(super) geometry: Geometry,
     /// Pose of the frame of the mesh in that of its file.
     pub(super) X_FM: Transform<f64>,
-    /// How its inertia is found where no other is given.
-    pub(super) is_shell: bool,
+    /// How its inertia is found; `None` for ways that are not known here.
+    volumes: Option<Volumes>,
     /// The solid in it at density 1, or why there is none, once it was asked for.
     solid: Rc<OnceCell<Result<Inertia<f64>, String>>>,
 }
@@ -36,14 +39,15 @@ impl MeshAsset {
     /// The solid inside of the mesh at density 1 kg/m³; its file is read once.
     ///
     /// # Errors
-    /// If the file is not found or cannot be read, or if the surface is not closed.
+    /// If the file is not found or cannot be read, or if the surface has no volume.
     pub(super) fn solid(&self) -> Result<Inertia<f64>, String> {
         let found = self.solid.get_or_init(|| {
             let Geometry::Mesh { scale, .. } = &self.geometry else {
                 return Ok(Inertia::zero());
             };
             let (_, file) = MeshFile::of(&self.geometry).ok_or("is not found")?;
-            solid_of(&file.read()?, *scale)
+            let volumes = self.volumes.ok_or(UNKNOWN_INERTIA)?;
+            mesh_inertia::of(&file.read()?, *scale, volumes)
         });
         found.clone()
     }
@@ -107,7 +111,11 @@ impl Assets {
         let geometry = finder.geometry(&path_of(file, compiler), scale);
         let mesh = MeshAsset {
             X_FM: pose_named(&entry, ["refpos", "refquat"])?,
-            is_shell: entry.text("inertia") == Some("shell"),
+            volumes: match entry.text("inertia") {
+                None | Some("legacy") => Some(Volumes::Absolute),
+                Some("exact") => Some(Volumes::Signed),
+                _ => None,
+            },
             geometry,
             solid: Rc::default(),
         };

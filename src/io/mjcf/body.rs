@@ -94,6 +94,21 @@ pub(super) fn read<'t, 'c>(
     Ok(bodies)
 }
 
+/// The inertia that a geom gives its body, if it is of a group that does.
+fn mass(geom: &Geom, part: &Part<'_, '_>, context: &mut Context<'_>) -> Inertia<f64> {
+    let [least, largest] = part.source.compiler.inertiagrouprange;
+    if !(least..=largest).contains(&geom.group) {
+        return Inertia::zero();
+    }
+    match geom.inertia() {
+        Ok(own) => part.X.inertia(&own),
+        Err(reason) => {
+            context.warn(&part.node.place(), reason);
+            Inertia::zero()
+        }
+    }
+}
+
 impl BodyEntry {
     fn new(name: String, parent: usize, X_PB: Transform<f64>, node: Node<'_>) -> Self {
         Self {
@@ -121,32 +136,37 @@ impl Bodies {
         walk: &mut Walk<'t, 'c>,
         context: &mut Context<'_>,
     ) -> Result<Vec<(Part<'t, 'c>, usize)>, LoadError> {
+        let inside = walk.inside(of)?;
+        let has_inertial = inside.iter().any(|part| part.node.tag() == "inertial");
+        let of_geoms = index > 0
+            && match of.source.compiler.inertiafromgeom {
+                Choice::Yes => true,
+                Choice::No => false,
+                Choice::Auto => !has_inertial,
+            };
         let mut inner = Vec::new();
-        let mut stated = None;
-        let mut of_geoms = Inertia::zero();
-        for part in walk.inside(of)? {
+        let mut stated = Inertia::zero();
+        let mut sum = Inertia::zero();
+        for part in inside {
             match part.node.tag() {
                 "body" => inner.push((part, index)),
                 "joint" | "freejoint" => self.joint(&part, index, context)?,
-                "geom" => of_geoms = of_geoms + self.geom(&part, index, context)?,
+                "geom" => {
+                    let geom = self.geom(&part, index, context)?;
+                    if of_geoms {
+                        sum = sum + mass(&geom, &part, context);
+                    }
+                }
                 "site" => site::read(&part, &mut self.entries[index], context)?,
                 "inertial" if index > 0 => {
                     let own = inertial::read(&part.plain(), &part.source.compiler)?;
-                    stated = Some(part.X.inertia(&own));
+                    stated = part.X.inertia(&own);
                 }
                 _ => {}
             }
         }
-        let stated = match of.source.compiler.inertiafromgeom {
-            Choice::Yes => None,
-            _ => stated,
-        };
-        let from_geoms = match of.source.compiler.inertiafromgeom {
-            Choice::No => Inertia::zero(),
-            _ => of_geoms,
-        };
         if index > 0 {
-            let inertia = stated.unwrap_or(from_geoms);
+            let inertia = if of_geoms { sum } else { stated };
             self.entries[index].inertia = inertial::bounded(inertia, &of.source.compiler);
         }
         inner.reverse();
@@ -180,35 +200,25 @@ impl Bodies {
         Ok(())
     }
 
-    /// Reads a geom; returns the inertia that it gives the body.
+    /// Reads a geom and adds its shape to a body.
     fn geom(
         &mut self,
         part: &Part<'_, '_>,
         index: usize,
         context: &mut Context<'_>,
-    ) -> Result<Inertia<f64>, LoadError> {
+    ) -> Result<Geom, LoadError> {
         let source = part.source;
         let entry = part.entry(&["geom"])?;
         let mut geom = Geom::read(&entry, &source.compiler, &source.assets)?;
-        let place = part.node.place();
         geom.contact.name = part.name();
-        let X = part.X * geom.X;
-        if index > 0
-            && let Some(remark) = &geom.remark
-        {
-            context.warn(&place, remark);
-        }
-        let [least, largest] = source.compiler.inertiagrouprange;
-        let has_mass = (least..=largest).contains(&geom.group);
-        let inertia = part.X.inertia(&geom.inertia);
-        self.shape(geom, X, index, &place, context);
-        Ok(if has_mass { inertia } else { Inertia::zero() })
+        self.shape(&geom, part.X * geom.X, index, &part.node.place(), context);
+        Ok(geom)
     }
 
     /// Adds a shape to a body.
     fn shape(
         &mut self,
-        geom: Geom,
+        geom: &Geom,
         placement: Transform<f64>,
         index: usize,
         place: &SourcePlace,
@@ -234,22 +244,22 @@ impl Bodies {
                 placement,
                 geometry,
             });
-            body.contacts.push(geom.contact);
+            body.contacts.push(geom.contact.clone());
         }
     }
 
     /// A plane is the ground; other shapes cannot be had.
     fn other_shape(
         &mut self,
-        geom: Geom,
+        geom: &Geom,
         placement: Transform<f64>,
         index: usize,
         place: &SourcePlace,
         context: &mut Context<'_>,
     ) {
-        match geom.shape {
+        match &geom.shape {
             Shape::Plane if index == 0 && self.ground.is_none() => {
-                self.ground = Some((placement, geom.contact));
+                self.ground = Some((placement, geom.contact.clone()));
             }
             Shape::Plane => {
                 let reason = "only the first plane of the world is used, as the ground";
@@ -285,6 +295,9 @@ impl Bodies {
         for (i, body) in self.entries.iter_mut().enumerate().skip(1) {
             if body.name.is_empty() {
                 body.name = bodies.fresh(format!("body_{i}"));
+            }
+            for contact in &mut body.contacts {
+                contact.link.clone_from(&body.name);
             }
             for (k, joint) in body.joints.iter_mut().enumerate() {
                 if joint.name.is_empty() {

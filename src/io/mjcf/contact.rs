@@ -68,6 +68,7 @@ pub(super) fn read_pair(
         own.map(|own| part.naming.of(own))
     });
     out.push([one?, other?]);
+    entry.node.read_all();
     context.ignore(&entry.node.place(), reason);
     Ok(())
 }

@@ -64,13 +64,10 @@ pub(super) struct Geom {
     /// Pose in what it stands in.
     pub(super) X: Transform<f64>,
     pub(super) shape: Shape,
-    /// Inertia in what it stands in; zero where it has none.
-    pub(super) inertia: Inertia<f64>,
     pub(super) group: f64,
     pub(super) color: Option<[f64; 4]>,
     pub(super) contact: MjcfGeom,
-    /// Why its mass cannot be found, if it cannot.
-    pub(super) remark: Option<String>,
+    material: Material,
 }
 
 impl Geom {
@@ -81,16 +78,16 @@ impl Geom {
         assets: &Assets,
     ) -> Result<Self, LoadError> {
         let kind = entry.word("type", &KINDS)?.unwrap_or(Kind::Sphere);
-        let ends = ends(entry, kind)?;
+        let ends = ends_of(entry, kind)?;
         let X = match ends {
             Some(ends) => ends.X,
             None => pose(entry, compiler)?,
         };
         let shape = shape(entry, kind, ends.map(|ends| ends.half), assets)?;
-        let material = entry.text("material");
+        let named = entry.text("material");
         let color = entry.numbers::<4>("rgba")?;
-        let color = color.or_else(|| assets.color(material?));
-        let (own, remark) = inertia(entry, &shape)?;
+        let color = color.or_else(|| assets.color(named?));
+        let material = Material::read(entry)?;
         // The frame of a mesh is that of its file, seen from a reference in it.
         let X_FM = match &shape {
             Shape::Mesh(mesh) => mesh.X_FM.inverse(),
@@ -99,12 +96,11 @@ impl Geom {
         let X = X * X_FM;
         Ok(Self {
             X,
-            inertia: X.inertia(&own),
             group: entry.number("group")?.unwrap_or_default(),
             color,
             contact: contact::of_geom(entry)?,
             shape,
-            remark,
+            material,
         })
     }
 
@@ -128,23 +124,31 @@ impl Geom {
 
 /// The two ends that a shape reaches from and to.
 #[derive(Clone, Copy)]
-struct Ends {
-    X: Transform<f64>,
+pub(super) struct Ends {
+    pub(super) X: Transform<f64>,
     /// Half of the distance, m.
     half: f64,
 }
 
-fn ends(entry: &Entry<'_, '_>, kind: Kind) -> Result<Option<Ends>, LoadError> {
-    let Some(numbers) = entry.numbers::<6>("fromto")? else {
-        return Ok(None);
-    };
-    if !matches!(
-        kind,
-        Kind::Capsule | Kind::Cylinder | Kind::Box | Kind::Ellipsoid
-    ) {
+fn ends_of(entry: &Entry<'_, '_>, kind: Kind) -> Result<Option<Ends>, LoadError> {
+    let ends = ends(entry)?;
+    if ends.is_some()
+        && !matches!(
+            kind,
+            Kind::Capsule | Kind::Cylinder | Kind::Box | Kind::Ellipsoid
+        )
+    {
         let reason = "is for capsules, cylinders, boxes and ellipsoids";
         return Err(entry.malformed("fromto", reason));
     }
+    Ok(ends)
+}
+
+/// The ends that an element states, if it does: its place is between them, its z axis points from the second to the first.
+pub(super) fn ends(entry: &Entry<'_, '_>) -> Result<Option<Ends>, LoadError> {
+    let Some(numbers) = entry.numbers::<6>("fromto")? else {
+        return Ok(None);
+    };
     let [from, to] = [&numbers[..3], &numbers[3..]].map(Vector3::from_column_slice);
     let z = direction(&(from - to));
     let z = z.ok_or_else(|| entry.malformed("fromto", "both ends are the same"))?;
@@ -208,67 +212,78 @@ fn mesh(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
     }
 }
 
-/// The inertia of a shape in its own frame, or why it is not known.
-fn inertia(
-    entry: &Entry<'_, '_>,
-    shape: &Shape,
-) -> Result<(Inertia<f64>, Option<String>), LoadError> {
-    let density = entry.number("density")?.unwrap_or(DENSITY);
-    let mass = entry.number("mass")?;
-    let is_shell = entry.flag("shellinertia", false)?;
-    if mass.unwrap_or(density) < 0.0 {
-        let name = if mass.is_some() { "mass" } else { "density" };
-        return Err(entry.malformed(name, "is negative"));
-    }
-    let distribution = match shape {
-        Shape::Simple(geometry) if is_shell => solids::shell(geometry),
-        Shape::Simple(geometry) => solids::solid(geometry),
-        Shape::Ellipsoid(half) if is_shell => Some(solids::ellipsoid_shell(*half)),
-        Shape::Ellipsoid(half) => Some(solids::ellipsoid(*half)),
-        Shape::Mesh(mesh) if mass.unwrap_or(density) > 0.0 => {
-            return Ok(
-                match mesh_inertia(mesh, [mass.unwrap_or(-1.0), density], is_shell) {
-                    Ok(inertia) => (inertia, None),
-                    Err(reason) => (Inertia::zero(), Some(reason)),
-                },
-            );
-        }
-        _ => None,
-    };
-    let own = distribution.map(|Distribution { measure, moments }| {
-        let mass = mass.unwrap_or(density * measure);
-        let moments = Symmetric3::diagonal(&Vector3::from(moments)).to_matrix() * mass;
-        let moments = Symmetric3::diagonal(&moments.diagonal());
-        Inertia::from_com(mass, &Vector3::zeros(), &moments)
-    });
-    Ok((own.unwrap_or_else(Inertia::zero), None))
+/// Mass of a geom.
+#[derive(Clone, Copy, Debug)]
+struct Material {
+    /// kg, if it is stated.
+    mass: Option<f64>,
+    /// kg/m³ or kg/m².
+    density: f64,
+    is_shell: bool,
 }
 
-/// The inertia of the inside of a mesh, of a mass if that is not negative, or else of a density.
-fn mesh_inertia(
-    mesh: &MeshAsset,
-    [mass, density]: [f64; 2],
-    is_shell: bool,
-) -> Result<Inertia<f64>, String> {
-    if is_shell || mesh.is_shell {
-        return Err("shells of meshes have no mass here: give the body an <inertial>".into());
+impl Material {
+    fn read(entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
+        let out = Self {
+            density: entry.number("density")?.unwrap_or(DENSITY),
+            mass: entry.number("mass")?,
+            is_shell: entry.flag("shellinertia", false)?,
+        };
+        match (out.mass, out.density) {
+            (Some(mass), _) if mass < 0.0 => Err(entry.malformed("mass", "is negative")),
+            (_, density) if density < 0.0 => Err(entry.malformed("density", "is negative")),
+            _ => Ok(out),
+        }
     }
-    let Geometry::Mesh { uri, .. } = &mesh.geometry else {
-        return Ok(Inertia::zero());
-    };
-    let of_file = |reason: String| {
-        format!(
-            "the mesh \"{uri}\" {reason}, so that it has no mass here: give the body an <inertial>"
-        )
-    };
-    let solid = mesh.solid().map_err(of_file)?;
-    if solid.mass <= 0.0 {
-        return Err(of_file("has no volume".into()));
+
+    fn is_nothing(&self) -> bool {
+        self.mass.unwrap_or(self.density) == 0.0
     }
-    let factor = if mass < 0.0 {
-        density
-    } else {
-        mass / solid.mass
-    };
-    Ok(solid.scaled(factor))
+}
+
+impl Geom {
+    /// The inertia of a geom in what it stands in; reads the file of a mesh.
+    ///
+    /// # Errors
+    /// The reason why it is not known.
+    pub(super) fn inertia(&self) -> Result<Inertia<f64>, String> {
+        let Material {
+            mass,
+            density,
+            is_shell,
+        } = self.material;
+        let distribution = match &self.shape {
+            _ if self.material.is_nothing() => None,
+            Shape::Simple(geometry) if is_shell => solids::shell(geometry),
+            Shape::Simple(geometry) => solids::solid(geometry),
+            Shape::Ellipsoid(half) if is_shell => Some(solids::ellipsoid_shell(*half)),
+            Shape::Ellipsoid(half) => Some(solids::ellipsoid(*half)),
+            Shape::Mesh(mesh) => return self.mesh_inertia(mesh),
+            Shape::Plane | Shape::None(_) => None,
+        };
+        let own = distribution.map(|Distribution { measure, moments }| {
+            let mass = mass.unwrap_or(density * measure);
+            let moments = Symmetric3::diagonal(&(Vector3::from(moments) * mass));
+            Inertia::from_com(mass, &Vector3::zeros(), &moments)
+        });
+        Ok(own.map_or_else(Inertia::zero, |own| self.X.inertia(&own)))
+    }
+
+    fn mesh_inertia(&self, mesh: &MeshAsset) -> Result<Inertia<f64>, String> {
+        let Geometry::Mesh { uri, .. } = &mesh.geometry else {
+            return Ok(Inertia::zero());
+        };
+        let without = |reason: String| {
+            format!(
+                "the mesh \"{uri}\" {reason}, so that it has no mass here: give the body an <inertial>"
+            )
+        };
+        if self.material.is_shell {
+            return Err(without("is a shell".into()));
+        }
+        let solid = mesh.solid().map_err(without)?;
+        let mass = self.material.mass.map(|mass| mass / solid.mass);
+        let own = solid.scaled(mass.unwrap_or(self.material.density));
+        Ok(self.X.inertia(&own))
+    }
 }

@@ -34,6 +34,7 @@ mod include;
 mod inertial;
 mod joint;
 mod keyframe;
+mod mesh_inertia;
 mod naming;
 mod option;
 mod orientation;
@@ -234,7 +235,7 @@ fn contacts<'t, 'c>(
         ground: bodies.ground.clone(),
         ..MjcfContacts::default()
     };
-    for body in &bodies.entries {
+    for body in bodies.entries.iter().skip(1) {
         contacts.geoms.extend(body.contacts.iter().cloned());
     }
     for part in sections::parts(sources, walk, "contact") {

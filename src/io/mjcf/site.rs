@@ -1,6 +1,7 @@
 //! Sites: named poses on bodies.
 
 use super::body::BodyEntry;
+use super::geom::ends;
 use super::orientation::pose;
 use super::walk::Part;
 use crate::error::LoadError;
@@ -20,10 +21,11 @@ pub(super) fn read(
     for name in LOOKS {
         entry.value(name);
     }
-    if entry.text("fromto").is_some() {
-        context.ignore(&place, "fromto: the place of the site is that of its pos");
-    }
-    let placement = part.X * pose(&entry, &part.source.compiler)?;
+    let placement = match ends(&entry)? {
+        Some(ends) => ends.X,
+        None => pose(&entry, &part.source.compiler)?,
+    };
+    let placement = part.X * placement;
     match part.name() {
         Some(name) => body.sites.push((name, placement, place)),
         None => context.ignore(&place, "a site without a name is no frame"),

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::actuator::OF_OTHERS;
 use super::tree::{Node, Tree};
 use crate::io::context::Context;
 
@@ -60,9 +61,13 @@ pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
     }
 }
 
-/// A default counts as read if elements of its tag are asked for it, or if there are none.
+/// A default counts as read if elements of its tag are asked for it, or if there are none; those of actuators that are not modelled are
+/// remarked on one by one.
 fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
-    tree.was_asked(tag, name) || !tree.has_asked(tag)
+    OF_OTHERS.contains(&tag)
+        || matches!(tag, "pair" | "camera" | "light")
+        || tree.was_asked(tag, name)
+        || !tree.has_asked(tag)
 }
 
 /// Attributes that say nothing about the motion.

@@ -14,6 +14,9 @@ use crate::model::{Geometry, LinkSpec, Model, ModelBuilder};
 use crate::spatial::{Inertia, Symmetric3};
 use nalgebra::Vector3;
 
+/// Name that the joint of the floating base gets in MJCF; it has none here.
+pub(super) const FLOATING_BASE: &str = "floating_base";
+
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
 
