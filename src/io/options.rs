@@ -235,12 +235,12 @@ impl ModelOptions {
             let notes = notes(&context, remarks);
             context.warnings.extend(notes);
         }
-        Ok(self.close(model, context))
+        Ok(close(model, context, self.base))
     }
+}
 
-    /// Closes the report on a model, which keeps its remarks.
-    pub(super) fn close(&self, model: Model, context: Context<'_>) -> (Model, ImportReport) {
-        let report = report::report(context, self.base, &model);
-        (model.with_remarks(report.remarks()), report)
-    }
+/// Closes the report on a model, which keeps its remarks.
+pub(super) fn close(model: Model, context: Context<'_>, wanted: Base) -> (Model, ImportReport) {
+    let report = report::report(context, wanted, &model);
+    (model.with_remarks(report.remarks()), report)
 }

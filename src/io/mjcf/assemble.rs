@@ -20,6 +20,7 @@ use super::body::{Bodies, BodyEntry};
 use super::joint::{JointEntry, Kind};
 use super::orientation::about;
 use super::sections::Names;
+use super::site::Site;
 use crate::io::context::Context;
 use crate::io::names;
 use crate::io::write::FLOATING_BASE;
@@ -251,7 +252,12 @@ impl Assembly<'_> {
     fn sites(&mut self, body: &BodyEntry, context: &mut Context<'_>) {
         let on_world = std::ptr::eq(body, &self.bodies.entries[0]);
         let link = if on_world { WORLD } else { &body.name };
-        for (name, placement, place) in &body.sites {
+        for Site {
+            name,
+            placement,
+            place,
+        } in &body.sites
+        {
             if on_world && self.floats {
                 let reason =
                     "the only body floats, so that the model has no link for sites of the world";

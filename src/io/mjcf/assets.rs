@@ -53,6 +53,15 @@ impl MeshAsset {
     }
 }
 
+/// What the assets of a model are read with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings<'s, 't> {
+    pub(super) compiler: &'s Compiler,
+    pub(super) classes: &'s Classes<'t>,
+    /// Folder of the file, if it is in one.
+    pub(super) folder: Option<&'s Path>,
+}
+
 /// Meshes and colours by name.
 #[derive(Debug, Default)]
 pub(super) struct Assets {
@@ -64,16 +73,15 @@ impl Assets {
     /// Reads the assets; those that nothing here can use are left unread.
     pub(super) fn read<'t>(
         root: Node<'t>,
-        (compiler, classes): (&Compiler, &Classes<'t>),
-        folder: Option<&Path>,
+        settings: Settings<'_, 't>,
         options: &ModelOptions,
     ) -> Result<Self, LoadError> {
         let mut out = Self::default();
-        let mut finder = MeshFinder::new(folder, options);
+        let mut finder = MeshFinder::new(settings.folder, options);
         for node in root.all("asset").flat_map(Node::children) {
             match node.tag() {
-                "mesh" => out.mesh(node, (compiler, classes), &mut finder)?,
-                "material" => out.material(node, classes)?,
+                "mesh" => out.mesh(node, settings, &mut finder)?,
+                "material" => out.material(node, settings.classes)?,
                 _ => {}
             }
         }
@@ -92,10 +100,10 @@ impl Assets {
     fn mesh<'t>(
         &mut self,
         node: Node<'t>,
-        (compiler, classes): (&Compiler, &Classes<'t>),
+        settings: Settings<'_, 't>,
         finder: &mut MeshFinder,
     ) -> Result<(), LoadError> {
-        let entry = Entry::new(node, classes, 0, &["mesh"])?;
+        let entry = Entry::new(node, settings.classes, 0, &["mesh"])?;
         let file = entry.text("file");
         let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
         let name = entry
@@ -108,7 +116,7 @@ impl Assets {
             return Ok(());
         };
         let scale = entry.numbers::<3>("scale")?;
-        let geometry = finder.geometry(&path_of(file, compiler), scale);
+        let geometry = finder.geometry(&path_of(file, settings.compiler), scale);
         let mesh = MeshAsset {
             X_FM: pose_named(&entry, ["refpos", "refquat"])?,
             volumes: match entry.text("inertia") {

@@ -5,13 +5,14 @@
 use super::documents::Source;
 use super::entry::Choice;
 use super::geom::{Geom, Shape};
+use super::inertial;
 use super::joint::{self, JointEntry};
 use super::naming::Naming;
 use super::orientation::pose;
 use super::scene::MjcfGeom;
+use super::site::{self, Site};
 use super::tree::Node;
 use super::walk::{Part, Walk};
-use super::{inertial, site};
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::names::Names;
@@ -34,7 +35,7 @@ pub(super) struct BodyEntry {
     pub(super) collisions: Vec<Collision>,
     /// Numbers of contact of the collisions, in their order.
     pub(super) contacts: Vec<MjcfGeom>,
-    pub(super) sites: Vec<(String, Transform<f64>, SourcePlace)>,
+    pub(super) sites: Vec<Site>,
     pub(super) place: SourcePlace,
 }
 
@@ -157,7 +158,9 @@ impl Bodies {
                         sum = sum + mass(&geom, &part, context);
                     }
                 }
-                "site" => site::read(&part, &mut self.entries[index], context)?,
+                "site" => self.entries[index]
+                    .sites
+                    .extend(site::read(&part, context)?),
                 "inertial" if index > 0 => {
                     let own = inertial::read(&part.plain(), &part.source.compiler)?;
                     stated = part.X.inertia(&own);

@@ -21,7 +21,7 @@ pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
         link: String::new(),
         friction: entry.some_numbers("friction", FRICTION)?,
         condim: entry.word("condim", &CONDIMS)?.unwrap_or(3),
-        priority: integer(entry, "priority")?.unwrap_or(0),
+        priority: entry.integer("priority")?.unwrap_or(0),
         contype: bits(entry, "contype")?,
         conaffinity: bits(entry, "conaffinity")?,
         solref: entry.some_numbers("solref", SOLREF)?,
@@ -32,18 +32,8 @@ pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
     })
 }
 
-/// A whole number of 32 bits.
-pub(super) fn integer(entry: &Entry<'_, '_>, name: &'static str) -> Result<Option<i32>, LoadError> {
-    let Some(text) = entry.text(name) else {
-        return Ok(None);
-    };
-    let number = text.parse();
-    let number = number.map_err(|_| entry.malformed(name, "expected a whole number"));
-    number.map(Some)
-}
-
 fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
-    Ok(integer(entry, name)?.unwrap_or(1).cast_unsigned())
+    Ok(entry.integer(name)?.unwrap_or(1).cast_unsigned())
 }
 
 /// Reads a pair of a `<contact>` section.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::assets::Assets;
+use super::assets::{Assets, Settings};
 use super::compiler::Compiler;
 use super::defaults::Classes;
 use super::include::{AttachError, Files};
@@ -101,8 +101,12 @@ impl<'t> Source<'t> {
         root.attribute("model");
         let classes = Classes::read(root)?;
         let compiler = Compiler::read(root, &classes)?;
-        let folder = document.folder.as_deref();
-        let assets = Assets::read(root, (&compiler, &classes), folder, options)?;
+        let settings = Settings {
+            compiler: &compiler,
+            classes: &classes,
+            folder: document.folder.as_deref(),
+        };
+        let assets = Assets::read(root, settings, options)?;
         Ok(Self {
             root,
             compiler,

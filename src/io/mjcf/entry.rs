@@ -163,6 +163,12 @@ impl<'t, 'c> Entry<'t, 'c> {
             .map(Some)
     }
 
+    /// A whole number of 32 bits.
+    pub(super) fn integer(&self, name: &'static str) -> Result<Option<i32>, LoadError> {
+        let number = self.text(name).map(str::parse).transpose();
+        number.map_err(|_| self.malformed(name, "expected a whole number"))
+    }
+
     /// `true` or `false`.
     pub(super) fn flag(&self, name: &'static str, otherwise: bool) -> Result<bool, LoadError> {
         let table = [("true", true), ("false", false)];

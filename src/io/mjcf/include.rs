@@ -86,7 +86,7 @@ impl<'o> Files<'o> {
         push_children(&mut open, &mut context, root, parent);
         while let Some((node, parent)) = open.pop() {
             if tag(node) == "include" {
-                self.include(tree, &context, node, (source, parent))?;
+                self.include(tree, &context, node, source, parent)?;
                 continue;
             }
             let index = push(tree, &context, node, parent, file);
@@ -101,7 +101,8 @@ impl<'o> Files<'o> {
         tree: &mut Tree,
         context: &Context<'_>,
         node: XmlNode<'_>,
-        (source, parent): (&Source<'_>, usize),
+        source: &Source<'_>,
+        parent: usize,
     ) -> Result<(), LoadError> {
         let uri = node.attribute("file").filter(|file| !file.is_empty());
         let uri = uri.ok_or_else(|| context.missing(node, "attribute file"))?;

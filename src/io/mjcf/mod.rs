@@ -58,14 +58,16 @@ use std::path::Path;
 use super::ModelOptions;
 use super::context::Context;
 use super::massless::Remark;
+use super::options::close;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
 use crate::error::LoadError;
-use crate::model::ModelBuilder;
+use crate::model::{Base, ModelBuilder};
 use crate::sim::State;
 use documents::Source;
 use include::Files;
 use naming::Naming;
+use sections::Names;
 use walk::{Part, Walk};
 
 pub use scene::{
@@ -93,7 +95,7 @@ pub(super) fn load(
     for document in &documents {
         unused::note(&document.tree, &mut context);
     }
-    loaded.finish(context, options)
+    Ok(loaded.finish(context))
 }
 
 /// A scene with what the report is made of.
@@ -102,16 +104,14 @@ struct Loaded {
     remarks: Vec<Remark>,
     places: Vec<(String, SourcePlace)>,
     whole: SourcePlace,
+    /// The base that the options or the file want.
+    base: Base,
     /// Joints whose links have no inertia by construction.
     between: HashSet<String>,
 }
 
 impl Loaded {
-    fn finish(
-        mut self,
-        mut context: Context<'_>,
-        options: &ModelOptions,
-    ) -> Result<(MjcfScene, ImportReport), LoadError> {
+    fn finish(mut self, mut context: Context<'_>) -> (MjcfScene, ImportReport) {
         let place_of = |remark: &Remark| {
             let joint = remark.joint.as_ref()?;
             let (_, place) = self.places.iter().find(|(name, _)| name == joint)?;
@@ -132,9 +132,9 @@ impl Loaded {
             let mut seen = HashSet::new();
             notes.retain(|note| seen.insert((note.line, note.path.clone(), note.reason.clone())));
         }
-        let (model, report) = options.close(self.scene.model, context);
+        let (model, report) = close(self.scene.model, context, self.base);
         self.scene.model = model;
-        Ok((self.scene, report))
+        (self.scene, report)
     }
 }
 
@@ -149,20 +149,20 @@ fn scene(
     let settings = option::read(&root, context)?;
     let mut walk = Walk::new(sources);
     let mut bodies = body::read(sources, &mut walk, context)?;
-    let kinds = sections::Names::of(&bodies).kinds;
-    let mut actuators = Vec::new();
-    for part in sections::parts(sources, &walk, "actuator") {
-        let read = actuator::read(&part, &kinds, context);
-        actuators.extend(sections::attached(&part, read, context)?);
-    }
+    let beside = Beside {
+        sources,
+        walk: &walk,
+    };
+    let kinds = Names::of(&bodies).kinds;
+    let actuators = beside.read("actuator", context, |part, context| {
+        actuator::read(part, &kinds, context).map(Some)
+    })?;
     actuator::limit_efforts(&actuators, &mut bodies, context);
-    let mut tendons = Vec::new();
-    for part in sections::parts(sources, &walk, "tendon") {
-        if part.node.tag() == "fixed" {
-            let read = tendon::read(&part, &kinds);
-            tendons.extend(sections::attached(&part, read, context)?);
-        }
-    }
+    let tendons = beside.read("tendon", context, |part, _| match part.node.tag() {
+        "fixed" => tendon::read(part, &kinds).map(Some),
+        _ => Ok(None),
+    })?;
+
     let name = main.root.filled("model").unwrap_or_default();
     let gravity = options.gravity.unwrap_or(settings.gravity);
     let builder = ModelBuilder::new(name)
@@ -174,73 +174,85 @@ fn scene(
     let model = options.build_on(builder, base)?;
     let q = assemble::reference(&model, &bodies, assembly.floats());
 
-    let mut constraints = Vec::new();
+    let target = keyframe::Target {
+        floats: assembly.floats() && model.has_floating_base(),
+        model: &model,
+        bodies: &bodies,
+        reference: &q,
+        actuators: actuators.len(),
+    };
+    let keyframes = beside.read("keyframe", context, |part, context| {
+        keyframe::read(part, &target, context)
+    })?;
     let reference = equality::Reference {
         model: &model,
         q: q.as_slice(),
         names: &assembly.names,
         tendons: &tendons,
     };
-    for part in sections::parts(sources, &walk, "equality") {
-        let read = equality::read(&part, &reference, context);
-        constraints.extend(sections::attached(&part, read, context)?.flatten());
-    }
-    let contacts = contacts(sources, &walk, &bodies, context)?;
-    let sensors = sections::parts(sources, &walk, "sensor");
-    let sensors = sensors
-        .iter()
-        .map(|part| sensor::read(part, context))
-        .collect();
-    let target = keyframe::Target {
-        model: &model,
-        bodies: &bodies,
-        floats: assembly.floats() && model.has_floating_base(),
-        reference: &q,
-        actuators: actuators.len(),
+    let constraints = beside.read("equality", context, |part, context| {
+        equality::read(part, &reference, context)
+    })?;
+    let scene = MjcfScene {
+        reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
+        constraints,
+        contacts: beside.contacts(&bodies, context)?,
+        sensors: beside.read("sensor", context, |part, context| {
+            Ok(Some(sensor::read(part, context)))
+        })?,
+        actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
+        tendons,
+        keyframes,
+        options: settings.simulation,
+        model,
     };
-    let mut keyframes = Vec::new();
-    for part in sections::parts(sources, &walk, "keyframe") {
-        let read = keyframe::read(&part, &target, context);
-        keyframes.extend(sections::attached(&part, read, context)?.flatten());
-    }
     let joints = bodies.entries.iter().flat_map(|body| &body.joints);
     let places = joints.map(|joint| (joint.name.clone(), joint.place.clone()));
     Ok(Loaded {
-        remarks: super::massless::remarks(&model),
+        remarks: super::massless::remarks(&scene.model),
         places: places.collect(),
         whole: main.root.place(),
-        between: assembly.between,
-        scene: MjcfScene {
-            reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
-            actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
-            contacts,
-            constraints,
-            tendons,
-            sensors,
-            keyframes,
-            options: settings.simulation,
-            model,
+        base: match options.base {
+            Base::Auto => base,
+            wanted => wanted,
         },
+        between: assembly.between,
+        scene,
     })
 }
 
-/// The numbers of contact of all geoms, and the pairs.
-fn contacts<'t, 'c>(
+/// The sections beside the bodies.
+struct Beside<'w, 't, 'c> {
     sources: &'c [Source<'t>],
-    walk: &Walk<'t, 'c>,
-    bodies: &body::Bodies,
-    context: &mut Context<'_>,
-) -> Result<MjcfContacts, LoadError> {
-    let mut contacts = MjcfContacts {
-        ground: bodies.ground.clone(),
-        ..MjcfContacts::default()
-    };
-    for body in bodies.entries.iter().skip(1) {
-        contacts.geoms.extend(body.contacts.iter().cloned());
+    walk: &'w Walk<'t, 'c>,
+}
+
+impl<'t, 'c> Beside<'_, 't, 'c> {
+    fn read<T>(
+        &self,
+        section: &'static str,
+        context: &mut Context<'_>,
+        one: impl FnMut(&Part<'t, 'c>, &mut Context<'_>) -> Result<Option<T>, LoadError>,
+    ) -> Result<Vec<T>, LoadError> {
+        sections::read(self.sources, self.walk, section, context, one)
     }
-    for part in sections::parts(sources, walk, "contact") {
-        let read = contact::read_pair(&part, &mut contacts, context);
-        sections::attached(&part, read, context)?;
+
+    /// The numbers of contact of all geoms on bodies, and the pairs.
+    fn contacts(
+        &self,
+        bodies: &body::Bodies,
+        context: &mut Context<'_>,
+    ) -> Result<MjcfContacts, LoadError> {
+        let mut contacts = MjcfContacts {
+            ground: bodies.ground.clone(),
+            ..MjcfContacts::default()
+        };
+        for body in bodies.entries.iter().skip(1) {
+            contacts.geoms.extend(body.contacts.iter().cloned());
+        }
+        self.read("contact", context, |part, context| {
+            contact::read_pair(part, &mut contacts, context).map(Some)
+        })?;
+        Ok(contacts)
     }
-    Ok(contacts)
 }

@@ -33,7 +33,7 @@ impl Names {
 }
 
 /// The elements of a section, those of attached models behind the others.
-pub(super) fn parts<'t, 'c>(
+fn parts<'t, 'c>(
     sources: &'c [Source<'t>],
     walk: &Walk<'t, 'c>,
     section: &'static str,
@@ -48,19 +48,24 @@ pub(super) fn parts<'t, 'c>(
     parts.collect()
 }
 
-/// What an element of a section gives; one of an attached model that refers to what was not attached gives nothing.
-pub(super) fn attached<T>(
-    part: &Part<'_, '_>,
-    read: Result<T, LoadError>,
+/// What the elements of a section give. One of an attached model that refers to what was not attached gives nothing.
+pub(super) fn read<'t, 'c, T>(
+    sources: &'c [Source<'t>],
+    walk: &Walk<'t, 'c>,
+    section: &'static str,
     context: &mut Context<'_>,
-) -> Result<Option<T>, LoadError> {
-    match read {
-        Ok(found) => Ok(Some(found)),
-        Err(error) if part.naming.is_attached() => {
-            part.node.read_all();
-            context.ignore(&part.node.place(), format!("is not attached: {error}"));
-            Ok(None)
+    mut one: impl FnMut(&Part<'t, 'c>, &mut Context<'_>) -> Result<Option<T>, LoadError>,
+) -> Result<Vec<T>, LoadError> {
+    let mut out = Vec::new();
+    for part in parts(sources, walk, section) {
+        match one(&part, context) {
+            Ok(found) => out.extend(found),
+            Err(error) if part.naming.is_attached() => {
+                part.node.read_all();
+                context.ignore(&part.node.place(), format!("is not attached: {error}"));
+            }
+            Err(error) => return Err(error),
         }
-        Err(error) => Err(error),
     }
+    Ok(out)
 }

@@ -1,21 +1,30 @@
 //! Sites: named poses on bodies.
 
-use super::body::BodyEntry;
 use super::geom::ends;
 use super::orientation::pose;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
+use crate::io::place::SourcePlace;
+use crate::spatial::Transform;
 
 /// Looks of a site, which nothing here shows.
 const LOOKS: [&str; 6] = ["size", "type", "rgba", "material", "group", "user"];
 
-/// Reads a site.
+/// A site with a name.
+#[derive(Debug)]
+pub(super) struct Site {
+    pub(super) name: String,
+    /// Pose in its body.
+    pub(super) placement: Transform<f64>,
+    pub(super) place: SourcePlace,
+}
+
+/// Reads a site; `None`, with a remark, for one without a name.
 pub(super) fn read(
     part: &Part<'_, '_>,
-    body: &mut BodyEntry,
     context: &mut Context<'_>,
-) -> Result<(), LoadError> {
+) -> Result<Option<Site>, LoadError> {
     let entry = part.entry(&["site"])?;
     let place = part.node.place();
     for name in LOOKS {
@@ -26,9 +35,13 @@ pub(super) fn read(
         None => pose(&entry, &part.source.compiler)?,
     };
     let placement = part.X * placement;
-    match part.name() {
-        Some(name) => body.sites.push((name, placement, place)),
-        None => context.ignore(&place, "a site without a name is no frame"),
-    }
-    Ok(())
+    let Some(name) = part.name() else {
+        context.ignore(&place, "a site without a name is no frame");
+        return Ok(None);
+    };
+    Ok(Some(Site {
+        name,
+        placement,
+        place,
+    }))
 }

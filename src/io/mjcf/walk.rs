@@ -4,7 +4,6 @@
 
 use nalgebra::Vector3;
 
-use super::contact::integer;
 use super::defaults::ClassId;
 use super::documents::Source;
 use super::entry::Entry;
@@ -129,7 +128,9 @@ impl<'t, 'c> Walk<'t, 'c> {
         open: &mut Vec<Part<'t, 'c>>,
     ) -> Result<(), LoadError> {
         let entry = part.plain();
-        let count = integer(&entry, "count")?.ok_or_else(|| entry.missing("count"))?;
+        let count = entry
+            .integer("count")?
+            .ok_or_else(|| entry.missing("count"))?;
         let count = usize::try_from(count).map_err(|_| entry.malformed("count", "is negative"))?;
         if count.saturating_mul(part.node.element().children.len()) > self.left {
             self.left = 0;
