@@ -580,3 +580,14 @@ def test_sdf_is_read() -> None:
     model = db.Model.from_sdf(text)
     assert model.total_mass == 2 and model.has_floating_base
     assert (ASSETS / "cartpole.urdf").exists()
+
+
+def test_mjcf_is_read_from_text_and_file() -> None:
+    text = """<mujoco><worldbody><body name="rod"><joint name="hinge" axis="0 1 0" ref="0.1"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.02" mass="1"/><site name="tip" pos="0 0 -1"/></body></worldbody>
+      <sensor><jointpos joint="hinge"/></sensor></mujoco>"""
+    model = db.Model.from_mjcf(text)
+    assert model.joint_names == ["hinge"] and model.total_mass == 1 and not model.has_floating_base
+    assert "tip" in model.frame_names and "jointpos" in str(model.import_report)
+    attached = db.Model.from_mjcf(ASSETS.parent / "tests" / "mjcf" / "attach.xml")
+    assert "left/hip" in attached.joint_names

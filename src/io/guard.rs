@@ -7,7 +7,7 @@ use crate::input::xml::{self, XmlError};
 
 /// Parses a text whose root element must be `root`.
 pub(super) fn parse<'a>(file: &str, text: &'a str, root: &str) -> Result<Document<'a>, LoadError> {
-    let document = xml::parse(text).map_err(|error| load_error(file, error))?;
+    let document = parse_any(file, text)?;
     let element = document.root_element().tag_name().name();
     if element != root {
         return Err(LoadError::NotARobot {
@@ -17,6 +17,11 @@ pub(super) fn parse<'a>(file: &str, text: &'a str, root: &str) -> Result<Documen
         });
     }
     Ok(document)
+}
+
+/// Parses a text, whatever its root element.
+pub(super) fn parse_any<'a>(file: &str, text: &'a str) -> Result<Document<'a>, LoadError> {
+    xml::parse(text).map_err(|error| load_error(file, error))
 }
 
 /// `true` if the first element of a text has a name, whatever its prefix.

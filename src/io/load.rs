@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::mesh_path::MeshFinder;
 use super::report::ImportReport;
-use super::{ModelOptions, sdf, urdf};
+use super::{MjcfScene, ModelOptions, mjcf, sdf, urdf};
 use crate::error::LoadError;
 use crate::input::{self, MAX_TEXT_BYTES};
 use crate::model::Model;
@@ -14,6 +14,9 @@ const TEXT_SOURCE: &str = "URDF text";
 
 /// Name of the source in errors and reports for SDF that is not in a file.
 const SDF_TEXT_SOURCE: &str = "SDF text";
+
+/// Name of the source in errors and reports for MJCF that is not in a file.
+const MJCF_TEXT_SOURCE: &str = "MJCF text";
 
 impl ModelOptions {
     /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the
@@ -116,6 +119,67 @@ impl ModelOptions {
         sdf::load(&file, &text, Some(path), self)
     }
 
+    /// Loads a robot from the text of an MJCF file: what of it a model can hold.
+    ///
+    /// Bodies are links; joints, bodies and sites keep their names, and coordinates are the numbers of `qpos`: a reference of a hinge or slide is in
+    /// the placement of the joint. A single body on the world that moves freely is a floating base, which has no name; several stand on a link `world` as joints of
+    /// kind floating, by name. Between several joints of a body are links without inertia, `JOINT::link`. Masses of bodies without `<inertial>` are those of
+    /// their geoms; the files of closed meshes are read for it where they count.
+    ///
+    /// Cost: linear in the length of the text and in what replicas add.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<mujoco><worldbody><body name="rod"><joint name="hinge" axis="0 1 0" range="-90 90"/>
+    ///   <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.02" mass="1"/></body></worldbody></mujoco>"#;
+    /// let (model, report) = ModelOptions::default().load_mjcf_str(xml)?;
+    /// assert_eq!((model.joint_names(), model.total_mass()), (vec!["hinge"], 1.0));
+    /// assert!(report.ignored.is_empty(), "{report}");
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn load_mjcf_str(&self, xml: &str) -> Result<(Model, ImportReport), LoadError> {
+        let (scene, report) = self.load_mjcf_scene_str(xml)?;
+        Ok((scene.model, report))
+    }
+
+    /// Loads a robot from an MJCF file, as [`load_mjcf_str`](Self::load_mjcf_str) does, with the files that it includes and attaches.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_mjcf_file(
+        &self,
+        path: impl AsRef<Path>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let (scene, report) = self.load_mjcf_scene_file(path)?;
+        Ok((scene.model, report))
+    }
+
+    /// Loads everything from the text of an MJCF file that this library can use.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_mjcf_scene_str(&self, xml: &str) -> Result<(MjcfScene, ImportReport), LoadError> {
+        mjcf::load(MJCF_TEXT_SOURCE, xml, None, self)
+    }
+
+    /// Loads everything from an MJCF file that this library can use.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_mjcf_scene_file(
+        &self,
+        path: impl AsRef<Path>,
+    ) -> Result<(MjcfScene, ImportReport), LoadError> {
+        let path = path.as_ref();
+        let (file, text) = self.read_file(path)?;
+        mjcf::load(&file, &text, Some(path), self)
+    }
+
     /// The name of a file, as errors and the report call it, and its text.
     fn read_file(&self, path: &Path) -> Result<(String, String), LoadError> {
         let file = path.display().to_string();
@@ -206,5 +270,21 @@ impl Model<f64> {
     /// See [`LoadError`].
     pub fn from_sdf_str(xml: &str) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_sdf_str(xml)?.0)
+    }
+
+    /// Loads a robot from an MJCF file with the default [`ModelOptions`]; see [`ModelOptions::load_mjcf_str`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_mjcf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_mjcf_file(path)?.0)
+    }
+
+    /// Loads a robot from the text of an MJCF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_mjcf_str(xml: &str) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_mjcf_str(xml)?.0)
     }
 }

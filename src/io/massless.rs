@@ -67,6 +67,8 @@ pub(super) struct Remark {
     /// The name of the joint; `None` for a floating base.
     pub(super) joint: Option<String>,
     pub(super) reason: String,
+    /// Whether the links that it carries resist the joint.
+    pub(super) is_carried: bool,
 }
 
 /// Remarks on the joints that nothing resists, and on those that only what their link carries does.
@@ -87,6 +89,7 @@ pub(super) fn remarks(model: &Model) -> Vec<Remark> {
     let carried = others.map(|joint| Remark {
         joint: Some(joint.name.clone()),
         reason: "the link that it moves has no inertia: only what that one carries resists".into(),
+        is_carried: true,
     });
     let free = unresisted.iter().map(|at| Remark {
         joint: at.joint.clone(),
@@ -95,6 +98,7 @@ pub(super) fn remarks(model: &Model) -> Vec<Remark> {
              the robot; see MasslessLinks",
             at.inertia, at.link
         ),
+        is_carried: false,
     });
     carried.chain(free).collect()
 }

@@ -1,15 +1,17 @@
 //! Robots from description files.
 //!
-//! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file) and
-//! their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the world and returns, beside
+//! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file),
+//! [`Model::from_mjcf_file`](crate::Model::from_mjcf_file) and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the world and returns, beside
 //! the model, an [`ImportReport`] of everything that the file holds and the model does not use. Loading starts no
-//! program, reads no meshes and never panics on a bad file.
+//! program, reads no meshes (but those that give bodies of an MJCF their mass) and never panics on a bad file.
 //!
 //! | question | function | cost |
 //! |---|---|---|
 //! | load a robot from a URDF? | [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`from_urdf_str`](crate::Model::from_urdf_str) | linear in the text |
 //! | from what [`urdf_rs`] has read, or a program made of its types? | [`Model::from_urdf`](crate::Model::from_urdf) | linear in links and joints |
 //! | from an SDF, with what it includes? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
+//! | from an MJCF, with what it includes and attaches? | [`Model::from_mjcf_file`](crate::Model::from_mjcf_file), [`from_mjcf_str`](crate::Model::from_mjcf_str) | linear in the texts and in what replicas add |
+//! | with its motors, keyframes, equalities, ground? | [`MjcfScene`], [`Simulator::from_mjcf_file`](crate::Simulator::from_mjcf_file) | the same |
 //! | how does it stand, what is it to leave out, where are its packages? | [`ModelOptions`] | |
 //! | what does the file hold that the model does not use? | [`ImportReport`] | |
 //! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
@@ -26,7 +28,8 @@
 //! | what | named in | read by | what of it can be seen |
 //! |---|---|---|---|
 //! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; of anything else, that it is not |
-//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts, `to_mjcf`; never loading | triangles and colours; of anything else, what is wrong and on which line |
+//! | models of MJCF | `<include>`, `<model>` | loading | the robot, if it is MJCF; of anything else, that it is not |
+//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts, `to_mjcf`; loading of MJCF, where a body has its mass from them | triangles and colours; of anything else, what is wrong and on which line |
 //! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
 //! | any file | each of these | – | whether it is there |
 //!
@@ -60,7 +63,9 @@ mod load;
 mod massless;
 pub(crate) mod mesh;
 mod mesh_path;
+mod mjcf;
 mod motion;
+mod names;
 mod options;
 mod place;
 mod report;
@@ -79,6 +84,10 @@ mod write;
 mod xml;
 
 pub use massless::MasslessLinks;
+pub use mjcf::{
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
+    MjcfTendon,
+};
 pub use options::ModelOptions;
 pub use place::ImportNote;
 pub use report::ImportReport;

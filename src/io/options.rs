@@ -213,7 +213,16 @@ impl ModelOptions {
 
     /// The model of the parts that a file holds.
     fn build(&self, parts: ModelBuilder) -> Result<Model, LoadError> {
-        let mut parts = parts.with_base(self.base).with_mimicry(self.mimicry);
+        self.build_on(parts, self.base)
+    }
+
+    /// The model of the parts that a file holds; the file says on which base, where the options leave it open.
+    pub(super) fn build_on(&self, parts: ModelBuilder, base: Base) -> Result<Model, LoadError> {
+        let base = match self.base {
+            Base::Auto => base,
+            wanted => wanted,
+        };
+        let mut parts = parts.with_base(base).with_mimicry(self.mimicry);
         let locked = self.locked_joints.iter();
         let locked: Vec<(&str, &[f64])> = locked
             .map(|(name, q)| (name.as_str(), q.as_slice()))
@@ -251,7 +260,12 @@ impl ModelOptions {
             let notes = notes(&context, remarks);
             context.warnings.extend(notes);
         }
-        let report = report::report(context, self.base, &model);
-        Ok((model.with_remarks(report.remarks()), report))
+        Ok(close(model, context, self.base))
     }
+}
+
+/// Closes the report on a model, which keeps its remarks.
+pub(super) fn close(model: Model, context: Context<'_>, wanted: Base) -> (Model, ImportReport) {
+    let report = report::report(context, wanted, &model);
+    (model.with_remarks(report.remarks()), report)
 }

@@ -91,8 +91,9 @@ pub(super) struct SourcePlace {
 impl SourcePlace {
     /// A remark on this place.
     pub(super) fn note(&self, reason: impl Into<String>) -> ImportNote {
+        // What the kept remark says already names the file, where that is another one.
         ImportNote {
-            reason: reason.into(),
+            reason: reason.into() + &self.note.reason,
             ..self.note.clone()
         }
     }
@@ -122,6 +123,43 @@ impl SourcePlace {
             at: self.position.clone(),
             element: self.element.clone(),
             name: name.into(),
+        }
+    }
+
+    /// A value cannot be understood.
+    pub(super) fn malformed(
+        &self,
+        attribute: &str,
+        value: &str,
+        reason: impl Into<String>,
+    ) -> LoadError {
+        LoadError::Malformed {
+            at: self.position.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            attribute: attribute.into(),
+            value: value.into(),
+            reason: reason.into(),
+        }
+    }
+
+    /// A number is infinite or not a number.
+    pub(super) fn non_finite(&self, attribute: &str) -> LoadError {
+        LoadError::NonFinite {
+            at: self.position.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            quantity: attribute.into(),
+        }
+    }
+
+    /// The robot needs something that cannot be modelled.
+    pub(super) fn unsupported(&self, reason: impl Into<String>) -> LoadError {
+        LoadError::Unsupported {
+            at: self.position.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            reason: reason.into(),
         }
     }
 

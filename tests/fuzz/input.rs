@@ -13,6 +13,7 @@ pub(crate) type Random = Xoshiro256PlusPlus;
 pub(crate) enum Kind {
     Urdf,
     Sdf,
+    Mjcf,
     Stl,
     Obj,
     Dae,
@@ -21,9 +22,10 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 7] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Urdf,
         Self::Sdf,
+        Self::Mjcf,
         Self::Stl,
         Self::Obj,
         Self::Dae,
@@ -34,7 +36,7 @@ impl Kind {
     /// How often it is tried beside the others: descriptions are the largest language.
     fn weight(self) -> u32 {
         match self {
-            Self::Urdf | Self::Sdf => 3,
+            Self::Urdf | Self::Sdf | Self::Mjcf => 3,
             _ => 1,
         }
     }
@@ -44,6 +46,7 @@ impl Kind {
         match self {
             Self::Urdf => "urdf",
             Self::Sdf => "sdf",
+            Self::Mjcf => "mjcf",
             Self::Stl => "stl",
             Self::Obj => "obj",
             Self::Dae => "dae",

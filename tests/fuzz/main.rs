@@ -16,7 +16,7 @@
 //! | `--executions N` | number of cases |
 //! | `--jobs N` | processes side by side |
 //! | `--seed N` | another seed makes other cases; the same one makes the same on every machine |
-//! | `--kinds a,b` | some of urdf, sdf, stl, obj, dae, csv, json |
+//! | `--kinds a,b` | some of urdf, sdf, mjcf, stl, obj, dae, csv, json |
 
 mod check;
 mod child;

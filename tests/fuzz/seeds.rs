@@ -55,8 +55,16 @@ const SDF: [&str; 3] = [
     include_str!("seeds/world.sdf"),
 ];
 
+/// The descriptions whose dynamics are compared with those of another engine, and one with what refers to bodies.
+const MJCF: [&str; 4] = [
+    include_str!("../mjcf/chain.xml"),
+    include_str!("../mjcf/free.xml"),
+    include_str!("../mjcf/world.xml"),
+    include_str!("seeds/scene.xml"),
+];
+
 /// Words that the languages know and the seeds do not use.
-const WORDS: [&str; 24] = [
+const WORDS: [&str; 32] = [
     "include",
     "uri",
     "merge",
@@ -76,6 +84,14 @@ const WORDS: [&str; 24] = [
     "instance_controller",
     "skew",
     "lookat",
+    "replicate",
+    "attach",
+    "frame",
+    "freejoint",
+    "childclass",
+    "fromto",
+    "fullinertia",
+    "springdamper",
     "mtllib /dev/zero",
     "f -1 99999999 0",
     "usemtl",
@@ -111,6 +127,7 @@ impl Seeds {
             .map(|text| xml(Kind::Urdf, text))
             .collect();
         seeds.extend(SDF.iter().map(|text| xml(Kind::Sdf, text)));
+        seeds.extend(MJCF.iter().map(|text| xml(Kind::Mjcf, text)));
         seeds.push(xml(Kind::Dae, &include_str!("seeds/tetrahedron.dae")));
         seeds.push(lines(
             Kind::Obj,

@@ -52,6 +52,7 @@ mod link_distances;
 mod loading;
 mod many_points;
 mod mesh_contact;
+mod mjcf;
 mod named_forces;
 mod own_scalars;
 mod parameters;

@@ -16,7 +16,7 @@ use crate::errors::OrRaise;
 
 /// Robot: an immutable tree of bodies and joints.
 ///
-/// Made by `Model.from_urdf`, `Model.from_sdf`, `ModelBuilder` or a function of `dualbody.samples`. Units are SI; q has nq numbers,
+/// Made by `Model.from_urdf`, `Model.from_sdf`, `Model.from_mjcf`, `ModelBuilder` or a function of `dualbody.samples`. Units are SI; q has nq numbers,
 /// velocities, accelerations and forces have nv. A floating base has q[:3], its place in the world, and q[3:7], its quaternion (w, x, y, z); v[:3]
 /// and v[3:6] are its linear and angular velocity in its own axes, tau[:6] force and torque there. A ball joint has a quaternion in q and an
 /// angular velocity in the child's axes in v. Joints come in the order of the tree (`joint_q`, `joint_v`), which need not be that of the file.

@@ -115,7 +115,7 @@ fn is_text(text: &str) -> bool {
     text.starts_with('<')
 }
 
-/// Loads a robot: `format` is "urdf" or "sdf", `text` the description, `path` the file that it is from, if it is from one.
+/// Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.
 ///
 /// A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
 #[pyfunction]
@@ -137,7 +137,9 @@ pub(crate) fn _load_model(
         guarded(|| match (format, &path, &text) {
             ("urdf", Some(path), _) if is_from_file => wanted.load_urdf_file(path),
             ("sdf", Some(path), _) if is_from_file => wanted.load_sdf_file(path),
+            ("mjcf", Some(path), _) if is_from_file => wanted.load_mjcf_file(path),
             ("urdf", _, Some(text)) => beside(wanted, path.as_ref()).load_urdf_str(text),
+            ("mjcf", _, Some(text)) => beside(wanted, path.as_ref()).load_mjcf_str(text),
             (_, _, Some(text)) => beside(wanted, path.as_ref()).load_sdf_str(text),
             _ => wanted.load_urdf_str(""),
         })
@@ -219,5 +221,17 @@ impl PyModel {
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         from_description("sdf", description, keywords)
+    }
+
+    /// Loads a robot from an MJCF, the XML of MuJoCo: a text that begins with "<", or the path of a file. The keywords are those of from_urdf; with base
+    /// "auto" the robot stands or floats as the file says. Joints, bodies and sites keep their names, and q has the numbers of qpos. What the model
+    /// cannot hold, such as actuators and sensors, is in `import_report`.
+    #[staticmethod]
+    #[pyo3(signature = (description, **keywords))]
+    pub(super) fn from_mjcf(
+        description: &Bound<'_, PyAny>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        from_description("mjcf", description, keywords)
     }
 }

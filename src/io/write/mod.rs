@@ -8,12 +8,14 @@ mod mjcf;
 mod tests;
 mod urdf;
 
-use std::collections::HashSet;
-
+use super::names::Names;
 use crate::error::WriteError;
 use crate::model::{Geometry, LinkSpec, Model, ModelBuilder};
 use crate::spatial::{Inertia, Symmetric3};
 use nalgebra::Vector3;
+
+/// Name that the joint of the floating base gets in MJCF; it has none here.
+pub(super) const FLOATING_BASE: &str = "floating_base";
 
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
@@ -166,22 +168,4 @@ fn shape_texts(link: &LinkSpec) -> impl Iterator<Item = &str> {
         };
         name.as_deref().into_iter().chain(uri)
     })
-}
-
-/// Names that are taken, and new ones.
-struct Names(HashSet<String>);
-
-impl Names {
-    fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
-        Self(names.map(Into::into).collect())
-    }
-
-    /// The name, or the name with as many underscores as it takes to be new.
-    fn fresh(&mut self, name: impl Into<String>) -> String {
-        let mut name = name.into();
-        while !self.0.insert(name.clone()) {
-            name.push('_');
-        }
-        name
-    }
 }

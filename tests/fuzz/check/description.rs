@@ -27,6 +27,7 @@ pub(super) fn check(case: &Case) -> Result<bool, String> {
     let options = options(&mut random);
     let (loaded, source) = match case.kind {
         Kind::Urdf => (options.load_urdf_str(&text), "URDF text"),
+        Kind::Mjcf => (options.load_mjcf_str(&text), "MJCF text"),
         _ => (options.load_sdf_str(&text), "SDF text"),
     };
     let (model, report): (Model, ImportReport) = match loaded {

@@ -41,7 +41,7 @@ impl Checks {
     /// Whether the file was accepted; an error is what does not hold.
     pub(crate) fn run(&self, case: &Case) -> Result<bool, String> {
         match case.kind {
-            Kind::Urdf | Kind::Sdf => description::check(case),
+            Kind::Urdf | Kind::Sdf | Kind::Mjcf => description::check(case),
             Kind::Csv | Kind::Json => self.recordings.check(case, &self.folder.0),
             Kind::Stl | Kind::Obj | Kind::Dae => self.meshes.check(case, &self.folder.0),
         }

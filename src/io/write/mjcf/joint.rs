@@ -4,13 +4,12 @@ use nalgebra::Vector3;
 
 use super::{Writer, number, numbers, unsupported};
 use crate::error::WriteError;
+use crate::io::write::FLOATING_BASE;
 use crate::joint::{Joint, JointKind, Pitch};
 use crate::model::{JointSpec, Limits, SecondAxis, unit};
 
 /// End of a range that is not limited, rad or m.
 const UNLIMITED: f64 = 1e9;
-/// Name that the joint of the floating base gets in MJCF; it has none here.
-const FLOATING_BASE: &str = "floating_base";
 
 impl Writer<'_> {
     pub(super) fn floating_base(&mut self) -> Result<(), WriteError> {

@@ -1,6 +1,6 @@
 //! Universal joints as what URDF has: two revolute joints with a link without inertia between.
 
-use super::Names;
+use crate::io::names::Names;
 use crate::joint::JointKind;
 use crate::model::{JointSpec, LinkSpec, ModelBuilder, SecondAxis};
 

@@ -1,0 +1,158 @@
+//! Meshes and colours that geoms name.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::cell::OnceCell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use super::compiler::Compiler;
+use super::defaults::Classes;
+use super::entry::Entry;
+use super::mesh_inertia::{self, Volumes};
+use super::orientation::pose_named;
+use super::tree::Node;
+use crate::error::LoadError;
+use crate::io::ModelOptions;
+use crate::io::mesh::MeshFile;
+use crate::io::mesh_path::MeshFinder;
+use crate::model::Geometry;
+use crate::spatial::{Inertia, Transform};
+
+/// Reason why a mesh has no inertia here.
+const UNKNOWN_INERTIA: &str = "has an inertia that is neither legacy nor exact";
+
+/// A mesh with its file.
+#[derive(Clone, Debug)]
+pub(super) struct MeshAsset {
+    pub(super) geometry: Geometry,
+    /// Pose of the frame of the mesh in that of its file.
+    pub(super) X_FM: Transform<f64>,
+    /// How its inertia is found; `None` for ways that are not known here.
+    volumes: Option<Volumes>,
+    /// The solid in it at density 1, or why there is none, once it was asked for.
+    solid: Rc<OnceCell<Result<Inertia<f64>, String>>>,
+}
+
+impl MeshAsset {
+    /// The solid inside of the mesh at density 1 kg/m³; its file is read once.
+    ///
+    /// # Errors
+    /// If the file is not found or cannot be read, or if the surface has no volume.
+    pub(super) fn solid(&self) -> Result<Inertia<f64>, String> {
+        let found = self.solid.get_or_init(|| {
+            let Geometry::Mesh { scale, .. } = &self.geometry else {
+                return Ok(Inertia::zero());
+            };
+            let (_, file) = MeshFile::of(&self.geometry).ok_or("is not found")?;
+            let volumes = self.volumes.ok_or(UNKNOWN_INERTIA)?;
+            mesh_inertia::of(&file.read()?, *scale, volumes)
+        });
+        found.clone()
+    }
+}
+
+/// What the assets of a model are read with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings<'s, 't> {
+    pub(super) compiler: &'s Compiler,
+    pub(super) classes: &'s Classes<'t>,
+    /// Folder of the file, if it is in one.
+    pub(super) folder: Option<&'s Path>,
+}
+
+/// Meshes and colours by name.
+#[derive(Debug, Default)]
+pub(super) struct Assets {
+    meshes: HashMap<String, Result<MeshAsset, String>>,
+    colors: HashMap<String, [f64; 4]>,
+}
+
+impl Assets {
+    /// Reads the assets; those that nothing here can use are left unread.
+    pub(super) fn read<'t>(
+        root: Node<'t>,
+        settings: Settings<'_, 't>,
+        options: &ModelOptions,
+    ) -> Result<Self, LoadError> {
+        let mut out = Self::default();
+        let mut finder = MeshFinder::new(settings.folder, options);
+        for node in root.all("asset").flat_map(Node::children) {
+            match node.tag() {
+                "mesh" => out.mesh(node, settings, &mut finder)?,
+                "material" => out.material(node, settings.classes)?,
+                _ => {}
+            }
+        }
+        Ok(out)
+    }
+
+    fn material<'t>(&mut self, node: Node<'t>, classes: &Classes<'t>) -> Result<(), LoadError> {
+        let entry = Entry::new(node, classes, 0, &["material"])?;
+        let color = entry.some_numbers("rgba", [1.0; 4])?;
+        if let Some(name) = entry.text("name") {
+            self.colors.insert(name.into(), color);
+        }
+        Ok(())
+    }
+
+    fn mesh<'t>(
+        &mut self,
+        node: Node<'t>,
+        settings: Settings<'_, 't>,
+        finder: &mut MeshFinder,
+    ) -> Result<(), LoadError> {
+        let entry = Entry::new(node, settings.classes, 0, &["mesh"])?;
+        let file = entry.text("file");
+        let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
+        let name = entry
+            .text("name")
+            .or(stem)
+            .ok_or_else(|| entry.missing("name"))?;
+        let Some(file) = file else {
+            let reason = "has no file: vertices in the description are not read";
+            self.meshes.insert(name.into(), Err(reason.into()));
+            return Ok(());
+        };
+        let scale = entry.numbers::<3>("scale")?;
+        let geometry = finder.geometry(&path_of(file, settings.compiler), scale);
+        let mesh = MeshAsset {
+            X_FM: pose_named(&entry, ["refpos", "refquat"])?,
+            volumes: match entry.text("inertia") {
+                None | Some("legacy") => Some(Volumes::Absolute),
+                Some("exact") => Some(Volumes::Signed),
+                _ => None,
+            },
+            geometry,
+            solid: Rc::default(),
+        };
+        self.meshes.insert(name.into(), Ok(mesh));
+        Ok(())
+    }
+
+    /// The mesh of a name; `None` if there is none, or the reason why it cannot be had.
+    pub(super) fn mesh_of(&self, name: &str) -> Option<Result<&MeshAsset, &str>> {
+        let found = self.meshes.get(name)?;
+        Some(found.as_ref().map_err(String::as_str))
+    }
+
+    /// The colour of a material.
+    pub(super) fn color(&self, material: &str) -> Option<[f64; 4]> {
+        self.colors.get(material).copied()
+    }
+}
+
+/// The path of a mesh from the folder of the description.
+fn path_of(file: &str, compiler: &Compiler) -> String {
+    let name = Path::new(file).file_name().and_then(|name| name.to_str());
+    let file = match name {
+        Some(name) if compiler.strippath => name,
+        _ => file,
+    };
+    match compiler.meshdir.trim_end_matches('/') {
+        "" => file.into(),
+        _ if Path::new(file).is_absolute() => file.into(),
+        folder => format!("{folder}/{file}"),
+    }
+}

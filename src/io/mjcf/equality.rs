@@ -1,0 +1,233 @@
+//! Equalities as constraints.
+//!
+//! What they hold is measured from the configuration in which the file has its bodies, as in the original:
+//! `connect` holds the points together that coincide there, `weld` without a pose keeps that of the second body in the first, and
+//! `joint` ties displacements, q₁ − q₁⁰ = c₀ + c₁ (q₂ − q₂⁰).
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::entry::Entry;
+use super::orientation::pose_of;
+use super::scene::MjcfTendon;
+use super::sections::Names;
+use super::walk::Part;
+use crate::constraint::{Anchor, Constraint};
+use crate::dynamics::frame_pose;
+use crate::error::LoadError;
+use crate::io::context::Context;
+use crate::model::Model;
+use crate::spatial::Transform;
+
+/// Model with the configuration of the file, names and tendons.
+pub(super) struct Reference<'a> {
+    pub(super) model: &'a Model,
+    pub(super) q: &'a [f64],
+    pub(super) names: &'a Names,
+    pub(super) tendons: &'a [MjcfTendon],
+}
+
+/// Reads an equality; `None`, with a remark, if it is not active or cannot be modelled.
+pub(super) fn read(
+    part: &Part<'_, '_>,
+    at: &Reference<'_>,
+    context: &mut Context<'_>,
+) -> Result<Option<Constraint>, LoadError> {
+    let entry = part.entry(&["equality"])?;
+    let place = entry.node.place();
+    if !entry.flag("active", true)? {
+        entry.node.read_all();
+        context.ignore(&place, "is not active");
+        return Ok(None);
+    }
+    let found = match entry.node.tag() {
+        "connect" => at.connect(part, &entry)?,
+        "weld" => at.weld(part, &entry)?,
+        "joint" => at.joint(part, &entry)?,
+        "tendon" => at.tendon(part, &entry)?,
+        _ => Err("is not modelled"),
+    };
+    match found {
+        Ok(constraint) => Ok(Some(constraint)),
+        Err(reason) => {
+            entry.node.read_all();
+            context.ignore(&place, reason);
+            Ok(None)
+        }
+    }
+}
+
+/// A constraint, or why it cannot be had.
+type Found = Result<Constraint, &'static str>;
+
+impl Reference<'_> {
+    fn connect(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
+        if let Some(anchors) = self.sites(part, entry)? {
+            return Ok(Ok(Constraint::ball(anchors)));
+        }
+        let [X_W1, X_W2] = self.bodies(part, entry)?;
+        let point = entry.numbers::<3>("anchor")?;
+        let point = point.ok_or_else(|| entry.missing("anchor"))?;
+        let X_1A = Transform::from_translation(point.into());
+        let X_2A = X_W2.X_WB.inverse() * X_W1.X_WB * X_1A;
+        Ok(Ok(Constraint::ball([X_W1.anchor(X_1A), X_W2.anchor(X_2A)])))
+    }
+
+    fn weld(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
+        if let Some(anchors) = self.sites(part, entry)? {
+            return Ok(Ok(Constraint::weld(anchors)));
+        }
+        let [first, second] = self.bodies(part, entry)?;
+        // Where the constraint acts on the second body changes nothing where it is rigid.
+        entry.numbers::<3>("anchor")?;
+        let relative = entry.numbers::<7>("relpose")?;
+        let given = relative.and_then(pose_of);
+        let X_12 = given.unwrap_or_else(|| first.X_WB.inverse() * second.X_WB);
+        let anchors = [first.anchor(X_12), second.anchor(Transform::identity())];
+        Ok(Ok(Constraint::weld(anchors)))
+    }
+
+    fn joint(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
+        let coefficients = entry.some_numbers("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
+        let [c0, c1, higher @ ..] = coefficients;
+        let one = self.joint_named(part, entry, "joint1")?;
+        let one = one.ok_or_else(|| entry.missing("joint1"))?;
+        let other = self.joint_named(part, entry, "joint2")?;
+        let (Some(q1), Some(q2)) = (
+            self.rest(&one),
+            other.as_deref().map_or(Some(0.0), |j| self.rest(j)),
+        ) else {
+            return Ok(Err("a joint that it ties is locked or no hinge or slide"));
+        };
+        Ok(match other {
+            None => self.tied(&[(&one, 1.0)], q1 + c0),
+            Some(_) if higher != [0.0; 3] => Err("is not linear"),
+            Some(other) if one == other => Err("ties a joint to itself"),
+            Some(other) => {
+                let offset = q1 + c0 - c1 * q2;
+                let made = Constraint::coupler(self.model, [&one, &other], c1, offset);
+                made.map_err(|_| "ties a joint that is not there")
+            }
+        })
+    }
+
+    fn tendon(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
+        let [c0, c1, higher @ ..] = entry.some_numbers("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
+        let find = |name: &'static str| {
+            let own = entry.text(name).map(|text| part.naming.of(text));
+            own.map(|own| self.tendons.iter().find(|tendon| tendon.name == own))
+        };
+        let one = find("tendon1").ok_or_else(|| entry.missing("tendon1"))?;
+        let other = find("tendon2");
+        let (Some(one), true) = (one, other != Some(None)) else {
+            return Ok(Err("ties a tendon that is not modelled"));
+        };
+        let other = other.flatten();
+        if other.is_some() && higher != [0.0; 3] {
+            return Ok(Err("is not linear"));
+        }
+        // L₁ − L₁⁰ = c₀ + c₁ (L₂ − L₂⁰)
+        let mut sum: Vec<(&str, f64)> = Vec::new();
+        let mut length = c0;
+        let second = other.map(|tendon| (tendon, -c1));
+        for (tendon, factor) in [(one, 1.0)].into_iter().chain(second) {
+            for (joint, c) in &tendon.joints {
+                let Some(q) = self.rest(joint) else {
+                    return Ok(Err("a joint that it ties is locked"));
+                };
+                length += factor * c * q;
+                match sum.iter_mut().find(|(name, _)| name == joint) {
+                    Some((_, of_joint)) => *of_joint += factor * c,
+                    None => sum.push((joint, factor * c)),
+                }
+            }
+        }
+        Ok(self.tied(&sum, length))
+    }
+
+    fn tied(&self, joints: &[(&str, f64)], length: f64) -> Found {
+        if joints.iter().all(|&(_, c)| c == 0.0) {
+            return Err("ties nothing");
+        }
+        let made = Constraint::tendon(self.model, joints, length);
+        made.map_err(|_| "ties a joint that is not there")
+    }
+
+    /// Coordinate of a hinge or slide in the configuration of the file; `None` if the model has no such joint.
+    fn rest(&self, joint: &str) -> Option<f64> {
+        let range = self.model.joint_q(self.model.joint(joint)?);
+        (range.len() == 1).then(|| self.q[range.start])
+    }
+
+    fn joint_named(
+        &self,
+        part: &Part<'_, '_>,
+        entry: &Entry<'_, '_>,
+        name: &'static str,
+    ) -> Result<Option<String>, LoadError> {
+        let Some(own) = entry.text(name).map(|text| part.naming.of(text)) else {
+            return Ok(None);
+        };
+        match self.names.kinds.contains_key(&own) {
+            true => Ok(Some(own)),
+            false => Err(entry.malformed(name, "there is no joint of that name")),
+        }
+    }
+
+    /// The two sites that an equality names, if it names sites.
+    fn sites(
+        &self,
+        part: &Part<'_, '_>,
+        entry: &Entry<'_, '_>,
+    ) -> Result<Option<[Anchor; 2]>, LoadError> {
+        if entry.text("site1").is_none() && entry.text("site2").is_none() {
+            return Ok(None);
+        }
+        let anchor = |name| {
+            let text = entry.text(name).ok_or_else(|| entry.missing(name))?;
+            let frame = self.names.sites.get(&part.naming.of(text));
+            let found = frame.and_then(|frame| Anchor::frame(self.model, frame).ok());
+            found.ok_or_else(|| entry.malformed(name, "there is no site of that name"))
+        };
+        Ok(Some([anchor("site1")?, anchor("site2")?]))
+    }
+
+    /// The two bodies of an equality; the second is the world where none is named.
+    fn bodies(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<[Placed; 2], LoadError> {
+        let place = |name: &'static str| match entry.text(name) {
+            None | Some("world") => Ok(Placed::world()),
+            Some(text) => {
+                let anchor = Anchor::frame(self.model, &part.naming.of(text));
+                let unknown = |_| entry.malformed(name, "there is no body of that name");
+                let anchor = anchor.map_err(unknown)?;
+                let pose = |frame| frame_pose(self.model, self.q, frame);
+                let X_WB = anchor.frame.map_or_else(Transform::identity, pose);
+                Ok(Placed { anchor, X_WB })
+            }
+        };
+        if entry.text("body1").is_none() {
+            return Err(entry.missing("body1"));
+        }
+        Ok([place("body1")?, place("body2")?])
+    }
+}
+
+/// A body with its pose in the configuration of the file.
+struct Placed {
+    anchor: Anchor,
+    X_WB: Transform<f64>,
+}
+
+impl Placed {
+    fn world() -> Self {
+        Self {
+            anchor: Anchor::world(),
+            X_WB: Transform::identity(),
+        }
+    }
+
+    fn anchor(&self, X_BA: Transform<f64>) -> Anchor {
+        let mut anchor = self.anchor;
+        anchor.placement = X_BA;
+        anchor
+    }
+}

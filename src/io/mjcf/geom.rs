@@ -1,0 +1,289 @@
+//! Geoms: shapes that have mass, are shown and touch.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::assets::{Assets, MeshAsset};
+use super::compiler::Compiler;
+use super::contact;
+use super::entry::Entry;
+use super::orientation::{direction, from_z, pose};
+use super::scene::MjcfGeom;
+use super::solids::{self, Distribution};
+use crate::error::LoadError;
+use crate::model::Geometry;
+use crate::spatial::{Inertia, Symmetric3, Transform};
+
+/// Density where nothing else is said, kg/m³: water.
+const DENSITY: f64 = 1000.0;
+
+/// Groups up to this one are shown where nothing else is said.
+const SHOWN_GROUPS: f64 = 2.0;
+
+/// Shapes that a geom can have.
+#[derive(Clone, Debug)]
+pub(super) enum Shape {
+    Simple(Geometry),
+    Mesh(MeshAsset),
+    /// Half axes, m.
+    Ellipsoid([f64; 3]),
+    Plane,
+    /// One that cannot be had, with why.
+    None(String),
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Plane,
+    HeightField,
+    Sphere,
+    Capsule,
+    Ellipsoid,
+    Cylinder,
+    Box,
+    Mesh,
+    Distance,
+}
+
+const KINDS: [(&str, Kind); 9] = [
+    ("plane", Kind::Plane),
+    ("hfield", Kind::HeightField),
+    ("sphere", Kind::Sphere),
+    ("capsule", Kind::Capsule),
+    ("ellipsoid", Kind::Ellipsoid),
+    ("cylinder", Kind::Cylinder),
+    ("box", Kind::Box),
+    ("mesh", Kind::Mesh),
+    ("sdf", Kind::Distance),
+];
+
+/// A geom.
+#[derive(Debug)]
+pub(super) struct Geom {
+    /// Pose in what it stands in.
+    pub(super) X: Transform<f64>,
+    pub(super) shape: Shape,
+    pub(super) group: f64,
+    pub(super) color: Option<[f64; 4]>,
+    pub(super) contact: MjcfGeom,
+    material: Material,
+}
+
+impl Geom {
+    /// Reads a geom.
+    pub(super) fn read(
+        entry: &Entry<'_, '_>,
+        compiler: &Compiler,
+        assets: &Assets,
+    ) -> Result<Self, LoadError> {
+        let kind = entry.word("type", &KINDS)?.unwrap_or(Kind::Sphere);
+        let ends = ends_of(entry, kind)?;
+        let X = match ends {
+            Some(ends) => ends.X,
+            None => pose(entry, compiler)?,
+        };
+        let shape = shape(entry, kind, ends.map(|ends| ends.half), assets)?;
+        let named = entry.text("material");
+        let color = entry.numbers::<4>("rgba")?;
+        let color = color.or_else(|| assets.color(named?));
+        let material = Material::read(entry)?;
+        // The frame of a mesh is that of its file, seen from a reference in it.
+        let X_FM = match &shape {
+            Shape::Mesh(mesh) => mesh.X_FM.inverse(),
+            _ => Transform::identity(),
+        };
+        let X = X * X_FM;
+        Ok(Self {
+            X,
+            group: entry.number("group")?.unwrap_or_default(),
+            color,
+            contact: contact::of_geom(entry)?,
+            shape,
+            material,
+        })
+    }
+
+    pub(super) fn is_shown(&self) -> bool {
+        self.group <= SHOWN_GROUPS
+    }
+
+    pub(super) fn touches(&self) -> bool {
+        (self.contact.contype, self.contact.conaffinity) != (0, 0)
+    }
+
+    /// The shape as a model holds it, if it does.
+    pub(super) fn geometry(&self) -> Option<&Geometry> {
+        match &self.shape {
+            Shape::Simple(geometry) => Some(geometry),
+            Shape::Mesh(mesh) => Some(&mesh.geometry),
+            _ => None,
+        }
+    }
+}
+
+/// The two ends that a shape reaches from and to.
+#[derive(Clone, Copy)]
+pub(super) struct Ends {
+    pub(super) X: Transform<f64>,
+    /// Half of the distance, m.
+    half: f64,
+}
+
+fn ends_of(entry: &Entry<'_, '_>, kind: Kind) -> Result<Option<Ends>, LoadError> {
+    let ends = ends(entry)?;
+    if ends.is_some()
+        && !matches!(
+            kind,
+            Kind::Capsule | Kind::Cylinder | Kind::Box | Kind::Ellipsoid
+        )
+    {
+        let reason = "is for capsules, cylinders, boxes and ellipsoids";
+        return Err(entry.malformed("fromto", reason));
+    }
+    Ok(ends)
+}
+
+/// The ends that an element states, if it does: its place is between them, its z axis points from the second to the first.
+pub(super) fn ends(entry: &Entry<'_, '_>) -> Result<Option<Ends>, LoadError> {
+    let Some(numbers) = entry.numbers::<6>("fromto")? else {
+        return Ok(None);
+    };
+    let [from, to] = [&numbers[..3], &numbers[3..]].map(Vector3::from_column_slice);
+    let z = direction(&(from - to));
+    let z = z.ok_or_else(|| entry.malformed("fromto", "both ends are the same"))?;
+    Ok(Some(Ends {
+        X: Transform::new(from_z(&z), (from + to) / 2.0),
+        half: (from - to).norm() / 2.0,
+    }))
+}
+
+fn shape(
+    entry: &Entry<'_, '_>,
+    kind: Kind,
+    half: Option<f64>,
+    assets: &Assets,
+) -> Result<Shape, LoadError> {
+    let size = entry.list("size", 3)?.unwrap_or_default();
+    let positive = |i: usize| match size.get(i) {
+        Some(&x) if x > 0.0 => Ok(x),
+        Some(_) => Err(entry.malformed("size", "a length is not positive")),
+        None => Err(entry.malformed("size", "has too few numbers for the type")),
+    };
+    if !matches!(kind, Kind::Mesh | Kind::Distance) && entry.text("mesh").is_some() {
+        let reason = "a primitive that is fitted to a mesh is not modelled";
+        return Ok(Shape::None(reason.into()));
+    }
+    // With two ends the length along z is theirs, and what lies across is square where one number is given.
+    let along = |i: usize| half.map_or_else(|| positive(i), Ok);
+    let across = || match half {
+        Some(_) if size.len() < 2 => positive(0),
+        _ => positive(1),
+    };
+    Ok(match kind {
+        Kind::Plane => Shape::Plane,
+        Kind::HeightField => Shape::None("height fields are not read".into()),
+        Kind::Distance => Shape::None("signed distance fields are not read".into()),
+        Kind::Mesh => return mesh(entry, assets),
+        Kind::Sphere => Shape::Simple(Geometry::Sphere {
+            radius: positive(0)?,
+        }),
+        Kind::Capsule => Shape::Simple(Geometry::Capsule {
+            radius: positive(0)?,
+            length: 2.0 * along(1)?,
+        }),
+        Kind::Cylinder => Shape::Simple(Geometry::Cylinder {
+            radius: positive(0)?,
+            length: 2.0 * along(1)?,
+        }),
+        Kind::Box => Shape::Simple(Geometry::Box {
+            size: [positive(0)?, across()?, along(2)?].map(|half| 2.0 * half),
+        }),
+        Kind::Ellipsoid => Shape::Ellipsoid([positive(0)?, across()?, along(2)?]),
+    })
+}
+
+fn mesh(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
+    let name = entry.text("mesh").ok_or_else(|| entry.missing("mesh"))?;
+    match assets.mesh_of(name) {
+        Some(Ok(mesh)) => Ok(Shape::Mesh(mesh.clone())),
+        Some(Err(reason)) => Ok(Shape::None(format!("the mesh \"{name}\" {reason}"))),
+        None => Err(entry.malformed("mesh", "there is no mesh of that name")),
+    }
+}
+
+/// Mass of a geom.
+#[derive(Clone, Copy, Debug)]
+struct Material {
+    /// kg, if it is stated.
+    mass: Option<f64>,
+    /// kg/m³ or kg/m².
+    density: f64,
+    is_shell: bool,
+}
+
+impl Material {
+    fn read(entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
+        let out = Self {
+            density: entry.number("density")?.unwrap_or(DENSITY),
+            mass: entry.number("mass")?,
+            is_shell: entry.flag("shellinertia", false)?,
+        };
+        match (out.mass, out.density) {
+            (Some(mass), _) if mass < 0.0 => Err(entry.malformed("mass", "is negative")),
+            (_, density) if density < 0.0 => Err(entry.malformed("density", "is negative")),
+            _ => Ok(out),
+        }
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.mass.unwrap_or(self.density) == 0.0
+    }
+}
+
+impl Geom {
+    /// The inertia of a geom in what it stands in; reads the file of a mesh.
+    ///
+    /// # Errors
+    /// The reason why it is not known.
+    pub(super) fn inertia(&self) -> Result<Inertia<f64>, String> {
+        let Material {
+            mass,
+            density,
+            is_shell,
+        } = self.material;
+        let distribution = match &self.shape {
+            _ if self.material.is_nothing() => None,
+            Shape::Simple(geometry) if is_shell => solids::shell(geometry),
+            Shape::Simple(geometry) => solids::solid(geometry),
+            Shape::Ellipsoid(half) if is_shell => Some(solids::ellipsoid_shell(*half)),
+            Shape::Ellipsoid(half) => Some(solids::ellipsoid(*half)),
+            Shape::Mesh(mesh) => return self.mesh_inertia(mesh),
+            Shape::Plane | Shape::None(_) => None,
+        };
+        let own = distribution.map(|Distribution { measure, moments }| {
+            let mass = mass.unwrap_or(density * measure);
+            let moments = Symmetric3::diagonal(&(Vector3::from(moments) * mass));
+            Inertia::from_com(mass, &Vector3::zeros(), &moments)
+        });
+        Ok(own.map_or_else(Inertia::zero, |own| self.X.inertia(&own)))
+    }
+
+    fn mesh_inertia(&self, mesh: &MeshAsset) -> Result<Inertia<f64>, String> {
+        let Geometry::Mesh { uri, .. } = &mesh.geometry else {
+            return Ok(Inertia::zero());
+        };
+        let without = |reason: String| {
+            format!(
+                "the mesh \"{uri}\" {reason}, so that it has no mass here: give the body an <inertial>"
+            )
+        };
+        if self.material.is_shell {
+            return Err(without("is a shell".into()));
+        }
+        let solid = mesh.solid().map_err(without)?;
+        let mass = self.material.mass.map(|mass| mass / solid.mass);
+        let own = solid.scaled(mass.unwrap_or(self.material.density));
+        Ok(self.X.inertia(&own))
+    }
+}

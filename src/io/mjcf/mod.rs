@@ -1,0 +1,258 @@
+//! The reader of MJCF files, the XML of `MuJoCo`.
+//!
+//! Steps: [include] brings all files into one [tree], [documents] adds the models that it attaches, [defaults] and [compiler] say how values are read;
+//! [walk] finds the elements of bodies with their poses and names, [body] reads them, [assemble] makes links and joints of them. The [sections] beside the
+//! bodies become a [scene]. [unused] names, at the end, what nobody read.
+//!
+//! | in MJCF | here |
+//! |---|---|
+//! | several joints of a body | joints with links without inertia between, called `JOINT::link` |
+//! | `ref` of a hinge or slide | in the placement of the joint: coordinates are those of `qpos` |
+//! | body on the world that moves freely, alone | floating base, as of a robot from a URDF |
+//! | several bodies on the world | a link `world`; free joints are joints of kind floating |
+//! | site | frame |
+//! | geom of group 0 to 2 | visual |
+//! | geom with `contype` or `conaffinity` | collision |
+//! | plane of the world | the ground of [`MjcfContacts`] |
+//! | `gravcomp` between 0 and 1 | a second link, `BODY::balanced`, without weight |
+//!
+//! # References
+//! The XML reference of `MuJoCo` 3 and 4; what it leaves open was measured with its library 4.0.0.
+
+mod actuator;
+mod assemble;
+mod assets;
+mod body;
+mod compiler;
+mod contact;
+mod defaults;
+mod documents;
+mod entry;
+mod equality;
+mod geom;
+mod include;
+mod inertial;
+mod joint;
+mod keyframe;
+mod mesh_inertia;
+mod naming;
+mod option;
+mod orientation;
+mod scene;
+mod sections;
+mod sensor;
+mod simulator;
+mod site;
+mod solids;
+mod springs;
+mod tendon;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod unused;
+mod walk;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::ModelOptions;
+use super::context::Context;
+use super::massless::Remark;
+use super::options::close;
+use super::place::{ImportNote, SourcePlace};
+use super::report::ImportReport;
+use crate::error::LoadError;
+use crate::model::{Base, ModelBuilder};
+use crate::sim::State;
+use documents::Source;
+use include::Files;
+use naming::Naming;
+use sections::Names;
+use walk::{Part, Walk};
+
+pub use scene::{
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
+    MjcfTendon,
+};
+
+/// Loads a description from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
+pub(super) fn load(
+    file: &str,
+    text: &str,
+    path: Option<&Path>,
+    options: &ModelOptions,
+) -> Result<(MjcfScene, ImportReport), LoadError> {
+    let path = path.and_then(|path| std::path::absolute(path).ok());
+    let mut files = Files::new(options);
+    let documents = documents::read(&mut files, file, text, path.as_deref())?;
+    let mut context = Context::new(file, text);
+    context.ignored = files.ignored;
+    let sources = documents
+        .iter()
+        .map(|document| Source::of(document, options));
+    let sources = sources.collect::<Result<Vec<_>, _>>()?;
+    let loaded = scene(&sources, options, &mut context)?;
+    for document in &documents {
+        unused::note(&document.tree, &mut context);
+    }
+    Ok(loaded.finish(context))
+}
+
+/// A scene with what the report is made of.
+struct Loaded {
+    scene: MjcfScene,
+    remarks: Vec<Remark>,
+    places: Vec<(String, SourcePlace)>,
+    whole: SourcePlace,
+    /// The base that the options or the file want.
+    base: Base,
+    /// Joints whose links have no inertia by construction.
+    between: HashSet<String>,
+}
+
+impl Loaded {
+    fn finish(mut self, mut context: Context<'_>) -> (MjcfScene, ImportReport) {
+        let place_of = |remark: &Remark| {
+            let joint = remark.joint.as_ref()?;
+            let (_, place) = self.places.iter().find(|(name, _)| name == joint)?;
+            Some(place)
+        };
+        let is_usual = |remark: &Remark| {
+            let joint = remark.joint.as_ref();
+            remark.is_carried && joint.is_some_and(|joint| self.between.contains(joint))
+        };
+        let remarks = std::mem::take(&mut self.remarks);
+        let remarks = remarks.into_iter().filter(|remark| !is_usual(remark));
+        let notes: Vec<ImportNote> = remarks
+            .map(|remark| place_of(&remark).unwrap_or(&self.whole).note(remark.reason))
+            .collect();
+        context.warnings.extend(notes);
+        // Replicas say the same of the same line.
+        for notes in [&mut context.warnings, &mut context.ignored] {
+            let mut seen = HashSet::new();
+            notes.retain(|note| seen.insert((note.line, note.path.clone(), note.reason.clone())));
+        }
+        let (model, report) = close(self.scene.model, context, self.base);
+        self.scene.model = model;
+        (self.scene, report)
+    }
+}
+
+/// Reads bodies, then what refers to them.
+fn scene(
+    sources: &[Source<'_>],
+    options: &ModelOptions,
+    context: &mut Context<'_>,
+) -> Result<Loaded, LoadError> {
+    let main = &sources[0];
+    let root = Part::of(main.root, main, Naming::plain());
+    let settings = option::read(&root, context)?;
+    let mut walk = Walk::new(sources);
+    let mut bodies = body::read(sources, &mut walk, context)?;
+    let beside = Beside {
+        sources,
+        walk: &walk,
+    };
+    let kinds = Names::of(&bodies).kinds;
+    let actuators = beside.read("actuator", context, |part, context| {
+        actuator::read(part, &kinds, context).map(Some)
+    })?;
+    actuator::limit_efforts(&actuators, &mut bodies, context);
+    let tendons = beside.read("tendon", context, |part, _| match part.node.tag() {
+        "fixed" => tendon::read(part, &kinds).map(Some),
+        _ => Ok(None),
+    })?;
+
+    let name = main.root.filled("model").unwrap_or_default();
+    let gravity = options.gravity.unwrap_or(settings.gravity);
+    let builder = ModelBuilder::new(name)
+        .with_source(context.file)
+        .with_gravity(gravity);
+    let assembly = assemble::assemble(&bodies, builder, options.base, context);
+    let (builder, base) = assembly.finish();
+    let builder = springs::add(builder, &bodies, base, assembly.floats())?;
+    let model = options.build_on(builder, base)?;
+    let q = assemble::reference(&model, &bodies, assembly.floats());
+
+    let target = keyframe::Target {
+        floats: assembly.floats() && model.has_floating_base(),
+        model: &model,
+        bodies: &bodies,
+        reference: &q,
+        actuators: actuators.len(),
+    };
+    let keyframes = beside.read("keyframe", context, |part, context| {
+        keyframe::read(part, &target, context)
+    })?;
+    let reference = equality::Reference {
+        model: &model,
+        q: q.as_slice(),
+        names: &assembly.names,
+        tendons: &tendons,
+    };
+    let constraints = beside.read("equality", context, |part, context| {
+        equality::read(part, &reference, context)
+    })?;
+    let scene = MjcfScene {
+        reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
+        constraints,
+        contacts: beside.contacts(&bodies, context)?,
+        sensors: beside.read("sensor", context, |part, context| {
+            Ok(Some(sensor::read(part, context)))
+        })?,
+        actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
+        tendons,
+        keyframes,
+        options: settings.simulation,
+        model,
+    };
+    let joints = bodies.entries.iter().flat_map(|body| &body.joints);
+    let places = joints.map(|joint| (joint.name.clone(), joint.place.clone()));
+    Ok(Loaded {
+        remarks: super::massless::remarks(&scene.model),
+        places: places.collect(),
+        whole: main.root.place(),
+        base: match options.base {
+            Base::Auto => base,
+            wanted => wanted,
+        },
+        between: assembly.between,
+        scene,
+    })
+}
+
+/// The sections beside the bodies.
+struct Beside<'w, 't, 'c> {
+    sources: &'c [Source<'t>],
+    walk: &'w Walk<'t, 'c>,
+}
+
+impl<'t, 'c> Beside<'_, 't, 'c> {
+    fn read<T>(
+        &self,
+        section: &'static str,
+        context: &mut Context<'_>,
+        one: impl FnMut(&Part<'t, 'c>, &mut Context<'_>) -> Result<Option<T>, LoadError>,
+    ) -> Result<Vec<T>, LoadError> {
+        sections::read(self.sources, self.walk, section, context, one)
+    }
+
+    /// The numbers of contact of all geoms on bodies, and the pairs.
+    fn contacts(
+        &self,
+        bodies: &body::Bodies,
+        context: &mut Context<'_>,
+    ) -> Result<MjcfContacts, LoadError> {
+        let mut contacts = MjcfContacts {
+            ground: bodies.ground.clone(),
+            ..MjcfContacts::default()
+        };
+        for body in bodies.entries.iter().skip(1) {
+            contacts.geoms.extend(body.contacts.iter().cloned());
+        }
+        self.read("contact", context, |part, context| {
+            contact::read_pair(part, &mut contacts, context).map(Some)
+        })?;
+        Ok(contacts)
+    }
+}

@@ -1,0 +1,101 @@
+//! `<option>`: time step, gravity, method.
+
+use super::entry::Entry;
+use super::scene::MjcfOptions;
+use super::tree::Node;
+use super::walk::Part;
+use crate::error::LoadError;
+use crate::io::context::Context;
+use crate::model::DEFAULT_GRAVITY;
+use crate::sim::Integrator;
+
+/// Step where nothing else is said, s.
+const TIME_STEP: f64 = 0.002;
+
+/// Methods, each with the nearest one here. Euler's is implicit in damping there, and in springs and dampers here.
+const INTEGRATORS: [(&str, Integrator); 4] = [
+    ("Euler", Integrator::SemiImplicitEuler),
+    ("RK4", Integrator::RungeKutta4),
+    ("implicit", Integrator::ImplicitVelocity),
+    ("implicitfast", Integrator::ImplicitVelocity),
+];
+
+/// Settings of the solver there, which is another one here.
+const SOLVER: [&str; 14] = [
+    "solver",
+    "iterations",
+    "tolerance",
+    "ls_iterations",
+    "ls_tolerance",
+    "noslip_iterations",
+    "noslip_tolerance",
+    "ccd_iterations",
+    "ccd_tolerance",
+    "sdf_iterations",
+    "sdf_initpoints",
+    "jacobian",
+    "sleep_tolerance",
+    "actuatorgroupdisable",
+];
+
+/// What the options of a file say.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Options {
+    pub(super) simulation: MjcfOptions,
+    pub(super) gravity: [f64; 3],
+}
+
+/// Reads the options; later elements win.
+pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Options, LoadError> {
+    let mut out = Options {
+        simulation: MjcfOptions {
+            time_step: TIME_STEP,
+            integrator: Integrator::SemiImplicitEuler,
+            has_elliptic_cones: false,
+            impratio: 1.0,
+        },
+        gravity: DEFAULT_GRAVITY,
+    };
+    let mut weighs = true;
+    for node in world.node.all("option") {
+        out.update(&Entry::plain(node, &world.source.classes))?;
+        note_solver(node, context);
+        for flags in node.all("flag") {
+            let entry = Entry::plain(flags, &world.source.classes);
+            let table = [("enable", true), ("disable", false)];
+            weighs = entry.word("gravity", &table)?.unwrap_or(weighs);
+        }
+    }
+    if !weighs {
+        out.gravity = [0.0; 3];
+    }
+    Ok(out)
+}
+
+impl Options {
+    fn update(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        let own = &mut self.simulation;
+        let positive = |name, otherwise: f64| match entry.number(name)? {
+            Some(x) if x <= 0.0 => Err(entry.malformed(name, "is not positive")),
+            x => Ok(x.unwrap_or(otherwise)),
+        };
+        own.time_step = positive("timestep", own.time_step)?;
+        own.impratio = positive("impratio", own.impratio)?;
+        let method = entry.word("integrator", &INTEGRATORS)?;
+        own.integrator = method.unwrap_or(own.integrator);
+        let cones = entry.word("cone", &[("elliptic", true), ("pyramidal", false)])?;
+        own.has_elliptic_cones = cones.unwrap_or(own.has_elliptic_cones);
+        self.gravity = entry.numbers("gravity")?.unwrap_or(self.gravity);
+        Ok(())
+    }
+}
+
+/// One remark on all settings of the solver of an element.
+fn note_solver(node: Node<'_>, context: &mut Context<'_>) {
+    let given = SOLVER.iter().filter(|name| node.attribute(name).is_some());
+    let given: Vec<&str> = given.copied().collect();
+    if !given.is_empty() {
+        let reason = format!("{}: the solver here is another one", given.join(", "));
+        context.ignore(&node.place(), reason);
+    }
+}

@@ -1,0 +1,193 @@
+//! Content of an MJCF that a model cannot hold.
+
+use nalgebra::DVector;
+
+use crate::constraint::Constraint;
+use crate::model::Model;
+use crate::sim::{Integrator, State};
+use crate::spatial::Transform;
+
+/// Everything that an MJCF holds and this library can use.
+///
+/// What it does not use is in the [`ImportReport`](super::super::ImportReport). Made by
+/// [`ModelOptions::load_mjcf_scene_file`](super::super::ModelOptions::load_mjcf_scene_file).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct MjcfScene {
+    /// Bodies, joints, frames, shapes, gravity.
+    pub model: Model,
+    /// The configuration in which the file has its bodies, `qpos0`, at rest: references of hinges and slides, poses of free bodies.
+    pub reference: State,
+    /// Actuators, in the order of the file.
+    pub actuation: Vec<MjcfActuator>,
+    /// Geoms that touch, the ground, and which pairs of bodies touch or do not.
+    pub contacts: MjcfContacts,
+    /// Equalities that are active, as rigid constraints.
+    pub constraints: Vec<Constraint>,
+    /// Fixed tendons, in the order of the file.
+    pub tendons: Vec<MjcfTendon>,
+    /// Sensors by name; they are not computed.
+    pub sensors: Vec<MjcfSensor>,
+    /// Named states.
+    pub keyframes: Vec<MjcfKeyframe>,
+    /// Time step and method.
+    pub options: MjcfOptions,
+}
+
+/// An actuator.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfActuator {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Its element: `motor`, `position`, `general`, ….
+    pub kind: String,
+    /// The joint that it acts on, if it acts on one.
+    pub joint: Option<String>,
+    /// Force before the gear per unit of the control, of motors; `None` for servos and other kinds, which are not modelled.
+    pub gain: Option<f64>,
+    /// Force or torque along the joint per unit of the force before the gear.
+    pub gear: f64,
+    /// Least and largest control, if it is limited.
+    pub control_range: Option<[f64; 2]>,
+    /// Least and largest force before the gear, if it is limited.
+    pub force_range: Option<[f64; 2]>,
+}
+
+impl MjcfActuator {
+    /// `true` for a motor on a joint: its force is gear · gain · control. Others are not modelled.
+    pub fn is_motor(&self) -> bool {
+        self.gain.is_some() && self.joint.is_some()
+    }
+
+    /// The force along the joint for a control, of a motor, N·m or N.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
+    ///   <actuator><motor joint="j" gear="20" ctrlrange="-1 1"/></actuator></mujoco>"#;
+    /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
+    /// assert_eq!(scene.actuation[0].force(0.5), 10.0);
+    /// assert_eq!(scene.actuation[0].force(3.0), 20.0);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn force(&self, control: f64) -> f64 {
+        let gain = self.gain.unwrap_or_default();
+        self.gear * within(gain * within(control, self.control_range), self.force_range)
+    }
+
+    /// Least and largest force along the joint, of a motor whose force is limited.
+    pub(super) fn largest_force(&self) -> Option<[f64; 2]> {
+        self.gain?;
+        self.control_range.or(self.force_range)?;
+        let [a, b] = [f64::NEG_INFINITY, f64::INFINITY].map(|control| self.force(control));
+        (a.is_finite() && b.is_finite()).then(|| [a.min(b), a.max(b)])
+    }
+}
+
+fn within(x: f64, range: Option<[f64; 2]>) -> f64 {
+    range.map_or(x, |[lower, upper]| x.max(lower).min(upper))
+}
+
+/// Numbers of contact of an MJCF.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfContacts {
+    /// Pose in the world of the first plane that stands still: its z axis is the normal.
+    pub ground: Option<(Transform<f64>, MjcfGeom)>,
+    /// Geoms on links that touch something, in the order of the file.
+    pub geoms: Vec<MjcfGeom>,
+    /// Pairs of bodies that do not touch.
+    pub excluded: Vec<[String; 2]>,
+    /// Pairs of geoms that touch whatever their types are, by name.
+    pub pairs: Vec<[String; 2]>,
+}
+
+/// Numbers of contact of a geom, as `MuJoCo` calls them.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfGeom {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// The link that it stands on.
+    pub link: String,
+    /// Coefficients of sliding, of torsion (m) and of rolling (m).
+    pub friction: [f64; 3],
+    /// Dimensions of the contact force: 1 has no friction.
+    pub condim: u8,
+    /// The geom of higher priority decides the numbers of a pair.
+    pub priority: i32,
+    /// Bits that must meet those of the other's `conaffinity`.
+    pub contype: u32,
+    /// Bits that must meet those of the other's `contype`.
+    pub conaffinity: u32,
+    /// Time constant (s) and damping ratio; or, negative, stiffness and damping.
+    pub solref: [f64; 2],
+    /// Impedance: least, largest, width (m), midpoint, power.
+    pub solimp: [f64; 5],
+    /// Distance from which on contacts are found, m.
+    pub margin: f64,
+    /// Part of the margin in which there is no force, m.
+    pub gap: f64,
+    /// Weight in the mean of solref and solimp.
+    pub solmix: f64,
+}
+
+impl MjcfGeom {
+    /// Whether two geoms touch by their types.
+    pub fn touches(&self, other: &Self) -> bool {
+        self.contype & other.conaffinity != 0 || other.contype & self.conaffinity != 0
+    }
+}
+
+/// A fixed tendon: its length is Σ cᵢ qᵢ.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfTendon {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Joints with their coefficients.
+    pub joints: Vec<(String, f64)>,
+}
+
+/// A sensor, which is not computed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MjcfSensor {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Its element, such as `framepos`.
+    pub kind: String,
+    /// Name of the object that it measures at; empty where it names none.
+    pub object: String,
+}
+
+/// A named state.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfKeyframe {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Time, s.
+    pub time: f64,
+    /// Configuration and velocity.
+    pub state: State,
+    /// Controls, an entry for each actuator; empty where none are given.
+    pub control: DVector<f64>,
+}
+
+/// Settings of the simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfOptions {
+    /// s.
+    pub time_step: f64,
+    /// The method here that is nearest to that of the file.
+    pub integrator: Integrator,
+    /// Whether friction cones are elliptic, as here, not pyramids.
+    pub has_elliptic_cones: bool,
+    /// Ratio of the impedances of friction and of normal force.
+    pub impratio: f64,
+}

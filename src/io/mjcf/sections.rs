@@ -1,0 +1,71 @@
+//! The sections beside the bodies: of the description, and of the models that it attaches.
+
+use std::collections::HashMap;
+
+use super::body::Bodies;
+use super::documents::Source;
+use super::joint::Kind;
+use super::naming::Naming;
+use super::walk::{Part, Walk};
+use crate::error::LoadError;
+use crate::io::context::Context;
+
+/// Names that sections refer to.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    /// Kinds of joints.
+    pub(super) kinds: HashMap<String, Kind>,
+    /// Frames of sites.
+    pub(super) sites: HashMap<String, String>,
+}
+
+impl Names {
+    /// The joints of bodies; sites come when they have frames.
+    pub(super) fn of(bodies: &Bodies) -> Self {
+        let joints = bodies.entries.iter().flat_map(|body| &body.joints);
+        Self {
+            kinds: joints
+                .map(|joint| (joint.name.clone(), joint.kind))
+                .collect(),
+            sites: HashMap::new(),
+        }
+    }
+}
+
+/// The elements of a section, those of attached models behind the others.
+fn parts<'t, 'c>(
+    sources: &'c [Source<'t>],
+    walk: &Walk<'t, 'c>,
+    section: &'static str,
+) -> Vec<Part<'t, 'c>> {
+    let own = [(0, Naming::plain())].into_iter();
+    let all = own.chain(walk.attached.iter().cloned());
+    let parts = all.flat_map(|(index, naming)| {
+        let source = &sources[index];
+        let children = source.root.all(section).flat_map(|node| node.children());
+        children.map(move |node| Part::of(node, source, naming.clone()))
+    });
+    parts.collect()
+}
+
+/// What the elements of a section give. One of an attached model that refers to what was not attached gives nothing.
+pub(super) fn read<'t, 'c, T>(
+    sources: &'c [Source<'t>],
+    walk: &Walk<'t, 'c>,
+    section: &'static str,
+    context: &mut Context<'_>,
+    mut one: impl FnMut(&Part<'t, 'c>, &mut Context<'_>) -> Result<Option<T>, LoadError>,
+) -> Result<Vec<T>, LoadError> {
+    let mut out = Vec::new();
+    for part in parts(sources, walk, section) {
+        match one(&part, context) {
+            Ok(found) => out.extend(found),
+            Err(error) if part.naming.is_attached() => {
+                part.node.read_all();
+                context.ignore(&part.node.place(), format!("is not attached: {error}"));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(out)
+}

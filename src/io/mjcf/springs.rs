@@ -1,0 +1,56 @@
+//! Springs and dampers by their time constant and damping ratio.
+
+use super::assemble::reference;
+use super::body::Bodies;
+use crate::dynamics::mass_matrix_inverse;
+use crate::error::LoadError;
+use crate::model::{Base, ModelBuilder, Spring};
+
+/// Sets stiffness and damping of joints that state a time constant T and a damping ratio ζ: with the inertia I that resists the joint while all others
+/// move freely, where the file has the bodies, k = I / (T ζ)² and d = 2 I / T. I = 1 / (M⁻¹)ₖₖ.
+///
+/// # References
+/// The attribute `springdamper` in the XML reference of `MuJoCo`.
+pub(super) fn add(
+    mut builder: ModelBuilder,
+    bodies: &Bodies,
+    base: Base,
+    floats: bool,
+) -> Result<ModelBuilder, LoadError> {
+    let all = bodies.entries.iter().flat_map(|body| &body.joints);
+    let wanted: Vec<_> = all
+        .filter_map(|joint| {
+            let [time, ratio] = joint.springdamper?;
+            (time > 0.0 && ratio > 0.0).then_some((joint, time, ratio))
+        })
+        .collect();
+    if wanted.is_empty() {
+        return Ok(builder);
+    }
+    let model = builder.clone().with_base(base).build()?;
+    let q = reference(&model, bodies, floats);
+    // Where nothing resists a joint there is no such inertia.
+    if model.check_mass_matrix().is_err() {
+        return Ok(builder);
+    }
+    let mobilities = mass_matrix_inverse(&model, q.as_slice()).diagonal();
+    let mut joints = builder.joints().to_vec();
+    for (joint, time, ratio) in wanted {
+        let Some(id) = model.joint(&joint.name) else {
+            continue;
+        };
+        let inertia = mobilities[model.joint_v(id).start].recip();
+        let spec = joints.iter_mut().find(|spec| spec.name() == joint.name);
+        if let Some(spec) = spec {
+            let mut axis = joint.axis.clone();
+            axis.spring = Spring {
+                stiffness: inertia / (time * ratio).powi(2),
+                ..axis.spring
+            };
+            axis.damping = 2.0 * inertia / time;
+            *spec = spec.clone().along(axis);
+        }
+    }
+    builder.set_joints(joints);
+    Ok(builder)
+}

@@ -1,0 +1,138 @@
+//! Remarks on what nobody read.
+
+use std::collections::HashMap;
+
+use super::actuator::OF_OTHERS;
+use super::tree::{Node, Tree};
+use crate::io::context::Context;
+
+/// Reason of an element that is not listed.
+const ELEMENT: &str = "not read: no element of the format that is known here";
+
+/// Reason of an attribute that is not listed.
+const ATTRIBUTE: &str = "not read: no attribute of the format that is known here";
+
+/// Remarks on all elements and attributes that nobody read, with their lines.
+pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
+    let mut looks: HashMap<(&str, &str), (Node<'_>, usize)> = HashMap::new();
+    let mut order = Vec::new();
+    // Children come behind their parents: those of an element that was not read are not named again.
+    let mut is_inside = vec![false; tree.elements.len()];
+    for node in tree.nodes() {
+        let element = node.element();
+        if !element.is_read.get() || is_inside[node.index] {
+            if !is_inside[node.index] {
+                context.ignore(&node.place(), element_reason(node.tag()));
+            }
+            element
+                .children
+                .iter()
+                .for_each(|&child| is_inside[child] = true);
+            continue;
+        }
+        let in_defaults = tree.node(element.section).tag() == "default";
+        for attribute in element.attributes.iter().filter(|own| !own.is_read.get()) {
+            let pair = (node.tag(), &*attribute.name);
+            if is_idle(pair.1) || in_defaults && is_known(tree, pair) {
+                continue;
+            }
+            if is_look(pair) {
+                let first = looks.entry(pair).or_insert_with(|| {
+                    order.push(pair);
+                    (node, 0)
+                });
+                first.1 += 1;
+                continue;
+            }
+            let mut place = node.place();
+            place.note.path.extend(["@", &attribute.name]);
+            context.ignore(&place, attribute_reason(pair));
+        }
+    }
+    for pair in order {
+        let (node, times) = looks[&pair];
+        let mut place = node.place();
+        place.note.path.extend(["@", pair.1]);
+        let reason = match times {
+            1 => "looks are not read".to_owned(),
+            _ => format!("looks are not read: {times} times, first here"),
+        };
+        context.ignore(&place, reason);
+    }
+}
+
+/// A default counts as read if elements of its tag are asked for it, or if there are none; those of actuators that are not modelled are
+/// remarked on one by one.
+fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
+    OF_OTHERS.contains(&tag)
+        || matches!(tag, "pair" | "camera" | "light")
+        || tree.was_asked(tag, name)
+        || !tree.has_asked(tag)
+}
+
+/// Attributes that say nothing about the motion.
+fn is_idle(name: &str) -> bool {
+    matches!(name, "name" | "class" | "user" | "childclass" | "info")
+}
+
+/// Attributes that change how something is drawn.
+fn is_look((tag, name): (&str, &str)) -> bool {
+    match tag {
+        "material" | "texture" => true,
+        _ => matches!(
+            name,
+            "group" | "width" | "rgba" | "material" | "texcoord" | "smoothnormal" | "maxhullvert"
+        ),
+    }
+}
+
+fn element_reason(tag: &str) -> &'static str {
+    match tag {
+        "camera" | "light" | "visual" | "texture" | "skin" => "not a part of a robot",
+        "statistic" => "scales of another viewer",
+        "size" => "memory of another simulator",
+        "custom" => "values for other programs",
+        "extension" | "plugin" => "plug-ins of another simulator",
+        "hfield" => "height fields are not read",
+        "spatial" => "spatial tendons are not modelled",
+        "deformable" | "flexcomp" | "composite" | "flex" => {
+            "deformable and composite bodies are not modelled"
+        }
+        "inertial" => "the world has no inertia",
+        "flag" | "lengthrange" => "settings of another simulator",
+        _ => ELEMENT,
+    }
+}
+
+fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
+    match (tag, name) {
+        ("option", "wind" | "density" | "viscosity") => "there is no medium: nothing drags",
+        ("option", "magnetic") => "magnetic fields are not modelled",
+        ("option", _) => "a setting of another simulator",
+        ("flag", _) => "a setting of another simulator",
+        ("compiler", _) => "a setting of another simulator's compiler",
+        (_, "solreflimit" | "solimplimit") => {
+            "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping"
+        }
+        (_, "solreffriction" | "solimpfriction") => "friction of joints is Coulomb's",
+        ("joint", "margin") | ("tendon" | "fixed", "margin") => "limits act where they are reached",
+        ("joint", "actuatorgravcomp") => "weights are balanced apart from actuators",
+        ("connect" | "weld" | "joint" | "tendon" | "equality", "solref" | "solimp") => {
+            "constraints are rigid: Constraint::with_spring and with_time_constant make them yield"
+        }
+        ("weld", "torquescale") => "constraints are rigid",
+        ("geom", "fluidshape" | "fluidcoef") => "there is no medium: nothing drags",
+        ("geom", "fitscale" | "hfield") => "belongs to a shape that is not read",
+        (
+            "fixed" | "tendon",
+            "range" | "limited" | "solreflimit_" | "springlength" | "stiffness" | "damping"
+            | "frictionloss" | "armature",
+        ) => {
+            "tendons have no forces of their own: Constraint::tendon holds one, with_spring makes it a spring"
+        }
+        ("key", "act" | "mpos" | "mquat") => "belongs to what is not modelled",
+        ("body", "sleep") => "bodies do not sleep",
+        ("mesh", _) => "meshes are read as their files have them",
+        _ => ATTRIBUTE,
+    }
+}

@@ -1,0 +1,609 @@
+//! MJCF: descriptions of this folder's neighbour `tests/mjcf` against what `MuJoCo` computes of the same text, and what else is read.
+
+use std::fs;
+use std::path::PathBuf;
+
+use dualbody::constraint::ConstraintKind;
+use dualbody::dynamics::{bias_forces, forward_dynamics, frame_pose, mass_matrix};
+use dualbody::io::{ImportReport, MjcfScene};
+use dualbody::model::samples;
+use dualbody::spatial::Quaternion;
+use dualbody::{Base, Integrator, Model, ModelOptions, Simulator, State};
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA};
+
+/// Descriptions with golden values, made by `tests/mjcf/make.py`.
+const DESCRIPTIONS: [&str; 4] = ["chain", "free", "world", "attach"];
+
+/// Numbers are compared relative to the largest of a record, or to this if all are smaller.
+const NEGLIGIBLE: f64 = 1e-3;
+
+fn path(file: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "tests", "mjcf", file]
+        .iter()
+        .collect()
+}
+
+fn file(name: &str) -> MjcfScene {
+    let loaded = ModelOptions::default().load_mjcf_scene_file(path(&format!("{name}.xml")));
+    loaded.unwrap_or_else(|error| panic!("{error}")).0
+}
+
+fn text(xml: &str) -> (MjcfScene, ImportReport) {
+    let loaded = ModelOptions::default().load_mjcf_scene_str(xml);
+    loaded.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A description with one body that turns about y, and more.
+fn rod(more: &str) -> String {
+    format!(
+        "<mujoco><worldbody><body name='rod'><joint name='hinge' axis='0 1 0'/>\n<geom type='capsule' fromto='0 0 0 0 0 -1' size='0.02' mass='1'/>\n</body></worldbody>{more}</mujoco>"
+    )
+}
+
+type Record = (String, DMatrix<f64>);
+
+/// The records of golden values: those of each state, and of the motion at the end.
+fn golden(name: &str) -> Vec<Vec<Record>> {
+    let text = fs::read_to_string(path(&format!("{name}.txt"))).expect("golden values");
+    let mut out: Vec<Vec<Record>> = Vec::new();
+    for line in text.lines() {
+        let (key, rest) = line.split_once(' ').expect("a key");
+        match (key, out.last_mut()) {
+            ("state" | "motion", _) => out.push(Vec::new()),
+            (_, None) => {}
+            (_, Some(records)) => records.push((key.into(), matrix(rest))),
+        }
+    }
+    out
+}
+
+fn matrix(text: &str) -> DMatrix<f64> {
+    let numbers: Vec<f64> = text
+        .split(' ')
+        .map(|word| word.parse().expect("a number"))
+        .collect();
+    DMatrix::from_row_slice(numbers[0] as usize, numbers[1] as usize, &numbers[2..])
+}
+
+fn find<'a>(records: &'a [Record], name: &str) -> &'a [f64] {
+    let found = records.iter().find(|(key, _)| key == name);
+    found.unwrap_or_else(|| panic!("no {name}")).1.as_slice()
+}
+
+/// Forces of dampers and springs.
+fn passive(model: &Model, q: &[f64], v: &[f64]) -> DVector<f64> {
+    let mut tau = DVector::from_fn(model.nv(), |k, _| -model.damping()[k] * v[k]);
+    for joint in model.joints() {
+        let id = model.joint(&joint.name).expect("a joint");
+        let (at_q, at_v) = (model.joint_q(id), model.joint_v(id));
+        if at_v.len() == 1 {
+            let spring = &model.springs()[at_v.start];
+            tau[at_v.start] -= spring.stiffness * (q[at_q.start] - spring.rest);
+        }
+    }
+    tau
+}
+
+fn check(ours: &DMatrix<f64>, theirs: &[f64], what: &str) {
+    let theirs = DMatrix::from_column_slice(ours.nrows(), ours.ncols(), theirs);
+    let size = theirs.amax().max(NEGLIGIBLE);
+    let error = (ours - &theirs).amax() / size;
+    assert!(error < OTHER_ALGORITHM, "{what}: {error:e}");
+}
+
+#[test]
+fn dynamics_equal_those_that_mujoco_finds_of_the_same_text() {
+    for name in DESCRIPTIONS {
+        let model = file(name).model;
+        let states = golden(name);
+        for (k, records) in states[..states.len() - 1].iter().enumerate() {
+            let at = |what: &str| format!("{name}, state {k}: {what}");
+            let [q, v, tau] = ["q", "v", "tau"].map(|key| find(records, key));
+            let total = DVector::from_column_slice(tau) + passive(&model, q, v);
+            let a = forward_dynamics(&model, q, v, total.as_slice());
+            let column = |x: &DVector<f64>| DMatrix::from_column_slice(x.len(), 1, x.as_slice());
+            check(
+                &mass_matrix(&model, q),
+                find(records, "mass_matrix"),
+                &at("M"),
+            );
+            check(
+                &column(&bias_forces(&model, q, v)),
+                find(records, "bias_forces"),
+                &at("h"),
+            );
+            check(&column(&a), find(records, "acceleration"), &at("a"));
+            check_poses(&model, q, records, &at("poses"));
+        }
+    }
+}
+
+fn check_poses(model: &Model, q: &[f64], records: &[Record], at: &str) {
+    for (key, pose) in records {
+        let Some(frame) = key.strip_prefix("pose:") else {
+            continue;
+        };
+        let id = model
+            .frame(frame)
+            .unwrap_or_else(|| panic!("{at}: no frame {frame}"));
+        let ours = frame_pose(model, q, id);
+        let position = ours.translation.iter().copied();
+        let entries = ours.rotation.transpose();
+        let all: Vec<f64> = position.chain(entries.iter().copied()).collect();
+        check(
+            &DMatrix::from_vec(12, 1, all),
+            pose.as_slice(),
+            &format!("{at} of {frame}"),
+        );
+    }
+}
+
+#[test]
+fn joints_keep_their_names_and_order() {
+    for name in DESCRIPTIONS {
+        let text = fs::read_to_string(path(&format!("{name}.txt"))).expect("golden values");
+        let joints = text.lines().find_map(|line| line.strip_prefix("joints "));
+        let model = file(name).model;
+        let expected: Vec<&str> = joints.expect("names").split(' ').collect();
+        assert_eq!(model.joint_names(), expected, "{name}");
+    }
+}
+
+// Runge and Kutta's method in both, one second in steps of 0.1 ms.
+#[test]
+fn a_second_of_motion_equals_that_of_mujoco() {
+    let records = golden("chain").pop().expect("a motion");
+    let model = file("chain").model;
+    let simulator = Simulator::new(model)
+        .with_time_step(1e-4)
+        .with_integrator(Integrator::RungeKutta4);
+    let [q, v] = ["q", "v"].map(|key| find(&records, key));
+    let mut state = simulator.state(q, v);
+    let u = vec![0.0; simulator.nu()];
+    for _ in 0..10_000 {
+        state = simulator.step(&state, &u);
+    }
+    let [q, v] = ["end_q", "end_v"].map(|key| DVector::from_column_slice(find(&records, key)));
+    let error = (state.q - q).amax().max((state.v - v).amax());
+    assert!(error < OTHER_ALGORITHM, "{error:e}");
+}
+
+#[test]
+fn reference_is_where_the_file_has_its_bodies() {
+    for name in ["chain", "world"] {
+        let (scene, states) = (file(name), golden(name));
+        let expected = DVector::from_column_slice(find(&states[0], "q"));
+        assert!(
+            (scene.reference.q - expected).amax() < SAME_ALGEBRA,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_free_body_alone_floats_and_options_hold_it() {
+    let free = "<mujoco><worldbody><body name='box' pos='0 0 2'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
+    let (scene, _) = text(free);
+    assert!(scene.model.has_floating_base() && scene.reference.q[2] == 2.0);
+    let held = ModelOptions::default()
+        .with_base(Base::Fixed)
+        .load_mjcf_str(free);
+    let held = held.expect("a box").0;
+    let pose = frame_pose(&held, &[], held.frame("box").expect("a link"));
+    assert_eq!((held.nv(), pose.translation.z), (0, 2.0));
+}
+
+#[test]
+fn what_is_not_used_is_in_the_report_with_its_line() {
+    let xml = rod(
+        "\n<option wind='1 0 0' colour='red'/>\n<actuator><position joint='hinge' kp='3'/></actuator>\n<sensor>\n<jointpos joint='hinge'/></sensor><thing/>",
+    );
+    let (scene, report) = text(&xml);
+    let notes: Vec<(&str, u32)> = report
+        .ignored
+        .iter()
+        .map(|note| (&*note.path, note.line))
+        .collect();
+    let expected = [
+        ("mujoco/option@wind", 4),
+        ("mujoco/option@colour", 4),
+        ("mujoco/actuator/position", 5),
+        ("mujoco/sensor/jointpos", 7),
+        ("mujoco/thing", 7),
+    ];
+    for note in expected {
+        assert!(notes.contains(&note), "{note:?} is not in {notes:?}");
+    }
+    assert_eq!(notes.len(), expected.len(), "{report}");
+    assert_eq!(
+        (
+            scene.sensors[0].kind.as_str(),
+            scene.sensors[0].object.as_str()
+        ),
+        ("jointpos", "hinge")
+    );
+    assert!(!scene.actuation[0].is_motor());
+}
+
+// q₁ − 0.2 = 0.1 + 3 (q₂ − 0.5)
+#[test]
+fn joint_equality_counts_from_the_references() {
+    let (scene, _) = text(
+        "<mujoco><compiler angle='radian'/><worldbody><body><joint name='a' ref='0.2'/><geom size='0.1'/>
+         <body><joint name='b' ref='0.5'/><geom size='0.1'/></body></body></worldbody>
+         <equality><joint joint1='a' joint2='b' polycoef='0.1 3 0 0 0'/><joint joint1='b' polycoef='0.7 0 0 0 0'/></equality></mujoco>",
+    );
+    let ConstraintKind::Coupler { ratio, offset, .. } = scene.constraints[0].kind() else {
+        panic!("{:?}", scene.constraints[0])
+    };
+    assert!((ratio - 3.0).abs() < SAME_ALGEBRA && (offset + 1.2).abs() < SAME_ALGEBRA);
+    let ConstraintKind::Tendon { length, .. } = scene.constraints[1].kind() else {
+        panic!("{:?}", scene.constraints[1])
+    };
+    assert!((length - 1.2).abs() < SAME_ALGEBRA);
+}
+
+// Three points of a triangle: the ends of two rods meet where the file has them, and the simulator keeps them together.
+#[test]
+fn connected_bodies_stay_together() {
+    let (scene, report) = text(
+        "<mujoco><option timestep='0.001'/><worldbody>
+         <body name='a' pos='-1 0 0'><joint name='a'  axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 1' size='0.02'/></body>
+         <body name='b' pos='1 0 0' euler='0 0 30'><joint name='b' axis='0.5 0.8660254037844386 0'/><joint name='c' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 0 1' size='0.02'/></body>
+         </worldbody><equality><connect body1='a' body2='b' anchor='1 0 1'/></equality></mujoco>",
+    );
+    assert!(report.ignored.is_empty(), "{report}");
+    let simulator = scene.simulator();
+    let end = simulator
+        .rollout(&scene.reference, 300, |_, _, _| {})
+        .last()
+        .clone();
+    let ConstraintKind::Ball([one, other]) = scene.constraints[0].kind() else {
+        panic!("{:?}", scene.constraints[0])
+    };
+    let at = |anchor: &dualbody::constraint::Anchor| {
+        let pose = frame_pose(
+            &scene.model,
+            end.q.as_slice(),
+            anchor.frame.expect("a frame"),
+        );
+        pose.point(&anchor.placement.translation)
+    };
+    assert!(
+        (end.q.clone() - scene.reference.q.clone()).amax() > 1e-3,
+        "nothing moves"
+    );
+    assert!(
+        (at(one) - at(other)).norm() < 1e-4,
+        "{}",
+        at(one) - at(other)
+    );
+}
+
+#[test]
+fn fixed_tendon_of_an_equality_is_the_sum_of_its_joints() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body><joint name='a'/><geom size='0.1'/><body><joint name='b'/><geom size='0.1'/></body></body></worldbody>
+         <tendon><fixed name='t'><joint joint='a' coef='0.5'/><joint joint='b' coef='-2'/></fixed></tendon>
+         <equality><tendon tendon1='t' polycoef='0.25 0 0 0 0'/></equality></mujoco>",
+    );
+    let ConstraintKind::Tendon {
+        coefficients,
+        length,
+        ..
+    } = scene.constraints[0].kind()
+    else {
+        panic!("{:?}", scene.constraints[0])
+    };
+    assert_eq!((&coefficients[..], *length), (&[0.5, -2.0][..], 0.25));
+}
+
+#[test]
+fn keyframes_are_states_with_the_velocity_of_free_bodies_in_the_body() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body name='a'><freejoint name='f'/><geom size='0.1'/></body>
+         <body name='b'><joint name='h'/><geom size='0.1'/></body></worldbody>
+         <actuator><motor joint='h'/></actuator>
+         <keyframe><key name='home' time='2' qpos='1 2 3 2 0 0 2 0.5' qvel='1 0 0 0 0 4 0.25' ctrl='0.7'/></keyframe></mujoco>",
+    );
+    let key = &scene.keyframes[0];
+    assert_eq!(
+        (key.name.as_str(), key.time, key.control[0]),
+        ("home", 2.0, 0.7)
+    );
+    // A quarter turn about z: the world's x is the body's −y.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let q = DVector::from_row_slice(&[1.0, 2.0, 3.0, half, 0.0, 0.0, half, 0.5]);
+    let v = DVector::from_row_slice(&[0.0, -1.0, 0.0, 0.0, 0.0, 4.0, 0.25]);
+    assert!((&key.state.q - q).amax() < SAME_ALGEBRA && (&key.state.v - v).amax() < SAME_ALGEBRA);
+}
+
+#[test]
+fn motors_limit_the_effort_of_their_joints_and_are_the_inputs() {
+    let (scene, report) = text(&rod(
+        "<actuator><motor name='m' joint='hinge' gear='20' ctrlrange='-2 2' forcerange='-1 1'/></actuator>",
+    ));
+    assert!(report.ignored.is_empty(), "{report}");
+    let joint = scene.model.joint("hinge").expect("a joint");
+    assert_eq!(scene.model.limits(joint).effort, Some(20.0));
+    assert_eq!(
+        (scene.simulator().nu(), scene.actuation[0].force(-0.5)),
+        (1, -10.0)
+    );
+}
+
+#[test]
+fn a_ball_comes_to_rest_on_the_ground_of_the_file() {
+    let (scene, _) = text(
+        "<mujoco><option timestep='0.001' impratio='10'/><worldbody><geom type='plane' size='1 1 1' pos='0 0 0.5' friction='0.3'/>
+         <body name='ball' pos='0 0 0.62'><freejoint/><geom name='g' size='0.1' friction='0.8'/></body></worldbody></mujoco>",
+    );
+    let simulator = scene.simulator();
+    let end = simulator
+        .rollout(&scene.reference, 1500, |_, _, _| {})
+        .last()
+        .clone();
+    assert!((end.q[2] - 0.6).abs() < 2e-3, "{}", end.q[2]);
+    assert_eq!(scene.contacts.geoms[0].name.as_deref(), Some("g"));
+}
+
+#[test]
+fn sites_with_the_name_of_a_body_get_another_one_with_a_warning() {
+    let (scene, report) = text(
+        "<mujoco><worldbody><body name='a'><joint name='a'/><geom size='0.1'/><site name='a' pos='1 0 0'/><site name='tip'/></body></worldbody></mujoco>",
+    );
+    assert_eq!(scene.model.frame_names(), ["world", "a", "a::site", "tip"]);
+    assert_eq!(report.warnings.len(), 1, "{report}");
+}
+
+#[test]
+fn several_joints_of_a_body_load_without_warnings() {
+    let (scene, report) = text(
+        "<mujoco><worldbody><body name='a'><joint name='x' type='slide' axis='1 0 0'/><joint name='y' type='slide' axis='0 1 0'/><joint name='turn'/><geom size='0.1'/></body></worldbody></mujoco>",
+    );
+    assert!(
+        report.warnings.is_empty() && report.ignored.is_empty(),
+        "{report}"
+    );
+    let model = scene.model;
+    assert_eq!(model.link_names(), ["world", "x::link", "y::link", "a"]);
+    assert!(model.check_mass_matrix().is_ok());
+}
+
+#[test]
+fn balanced_weight_is_that_part_of_the_weight() {
+    let held = |balanced: f64| {
+        let xml = format!(
+            "<mujoco><worldbody><body name='a' gravcomp='{balanced}'><joint type='slide'/><geom size='0.1' mass='2'/></body></worldbody></mujoco>"
+        );
+        bias_forces(&text(&xml).0.model, &[0.0], &[0.0])[0]
+    };
+    for balanced in [0.0, 0.25, 1.0] {
+        let weight = 2.0 * 9.81 * (1.0 - balanced);
+        assert!(
+            (held(balanced) - weight).abs() < SAME_ALGEBRA * 20.0,
+            "{balanced}"
+        );
+    }
+}
+
+fn assets() -> Vec<Model> {
+    let folder = format!("{}/assets", env!("CARGO_MANIFEST_DIR"));
+    let files = fs::read_dir(folder)
+        .expect("assets")
+        .map(|file| file.expect("a file").path());
+    let urdf = files.filter(|path| path.extension().is_some_and(|ending| ending == "urdf"));
+    let load = |path| Model::from_urdf_file(path).unwrap_or_else(|error| panic!("{error}"));
+    let mut models: Vec<Model> = urdf.map(load).collect();
+    models.extend([
+        samples::pendulum(),
+        samples::double_pendulum(),
+        samples::cartpole(),
+        samples::arm(),
+    ]);
+    models
+}
+
+// URDF → model → MJCF → model → MJCF → model.
+#[test]
+fn mjcf_that_was_written_reads_back_as_the_same_robot() {
+    let mut compared = 0;
+    for model in assets() {
+        let name = model.name().to_owned();
+        let Ok(xml) = model.to_mjcf() else { continue };
+        let (scene, report) = text(&xml);
+        assert!(report.ignored.is_empty(), "{name}: {report}");
+        let again = scene.model;
+        assert_eq!(again.link_names(), model.link_names(), "{name}");
+        // Joints that follow others are joints of their own, tied by a constraint.
+        if again.nv() != model.nv() {
+            assert_eq!(again.nv() - model.nv(), scene.constraints.len(), "{name}");
+            continue;
+        }
+        let twice = text(
+            &again
+                .to_mjcf()
+                .unwrap_or_else(|error| panic!("{name}: {error}")),
+        )
+        .0
+        .model;
+        let mut random = rand_of(7);
+        let state = State::random(&model, &mut random, 1.0);
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        for other in [&again, &twice] {
+            let (M, h) = (mass_matrix(&model, q), bias_forces(&model, q, v));
+            let size = [M.amax(), h.amax()].map(|x| x.max(NEGLIGIBLE));
+            let errors = [
+                (M - mass_matrix(other, q)).amax() / size[0],
+                (h - bias_forces(other, q, v)).amax() / size[1],
+            ];
+            assert!(
+                errors[0].max(errors[1]) < OTHER_ALGORITHM,
+                "{name}: {errors:?}"
+            );
+            assert_eq!(other.damping(), model.damping(), "{name}");
+        }
+        compared += 1;
+    }
+    assert!(compared >= 8, "{compared} robots");
+}
+
+fn rand_of(seed: u64) -> impl rand::Rng {
+    use rand::SeedableRng;
+    rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed)
+}
+
+#[test]
+fn orientations_in_five_ways_are_the_same() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let turn = Quaternion::exp(&Vector3::new(0.0, quarter, 0.0)).to_matrix();
+    for way in [
+        "quat='1 0 1 0'",
+        "axisangle='0 2 0 90'",
+        "euler='0 90 0'",
+        "xyaxes='0 0 -1 0 3 0'",
+        "zaxis='5 0 0'",
+    ] {
+        let xml = format!(
+            "<mujoco><worldbody><body name='a'><geom size='0.1'/><site name='s' {way}/></body></worldbody></mujoco>"
+        );
+        let model = text(&xml).0.model;
+        let pose = frame_pose(&model, &[], model.frame("s").expect("a site"));
+        assert!(
+            (pose.rotation - turn).amax() < SAME_ALGEBRA,
+            "{way}: {}",
+            pose.rotation
+        );
+    }
+}
+
+/// Broken descriptions, each with what its error says.
+#[test]
+fn broken_descriptions_are_errors_that_name_the_place() {
+    let body = |inside: &str| {
+        format!("<mujoco><worldbody>\n<body name='b'>{inside}</body></worldbody></mujoco>")
+    };
+    for (xml, says) in [
+        ("<robot/>".to_owned(), "expected <mujoco>"),
+        (
+            body("<joint type='gear'/>"),
+            "MJCF text:2: <joint> \"b\": type = \"gear\": expected one of hinge",
+        ),
+        (body("<joint axis='1 2'/>"), "expected 3 numbers, found 2"),
+        (
+            body("<joint axis='0 0 0'/><geom size='1'/>"),
+            "has a zero axis",
+        ),
+        (body("<joint range='nan 1'/>"), "range is not finite"),
+        (body("<joint limited='true'/>"), "has no attribute range"),
+        (
+            body("<joint class='none'/>"),
+            "there is no default class of that name",
+        ),
+        (
+            body("<geom type='box' size='1 1'/>"),
+            "has too few numbers for the type",
+        ),
+        (body("<geom size='-1'/>"), "a length is not positive"),
+        (
+            body("<geom type='mesh' mesh='m'/>"),
+            "there is no mesh of that name",
+        ),
+        (body("<geom size='1' mass='-1'/>"), "is negative"),
+        (body("<inertial pos='0 0 0'/>"), "has no attribute mass"),
+        (
+            body("<inertial mass='1' diaginertia='1 1 1' fullinertia='1 1 1 0 0 0'/>"),
+            "one of the two",
+        ),
+        (body("<body quat='0 0 0 0'/>"), "has no direction"),
+        (
+            body("<body><freejoint/></body>"),
+            "a free joint is the only one of a body of the world",
+        ),
+        (
+            body("<joint name='j'/><joint name='j'/><geom size='1'/>"),
+            "two joints with the name \"j\"",
+        ),
+        (
+            body("<replicate count='9999999'><geom size='1'/></replicate>"),
+            "add more than 10000 elements",
+        ),
+        (rod("<actuator><motor joint='none'/></actuator>"), "none"),
+        (
+            rod("<equality><connect body1='rod' body2='none' anchor='0 0 0'/></equality>"),
+            "there is no body of that name",
+        ),
+        (
+            rod("<equality><joint joint1='none'/></equality>"),
+            "there is no joint of that name",
+        ),
+        (
+            rod("<keyframe><key qpos='1 2'/></keyframe>"),
+            "has 2 numbers, expected 1",
+        ),
+        (rod("<option timestep='0'/>"), "is not positive"),
+        (
+            rod("<compiler coordinate='global'/>"),
+            "global coordinates are not read",
+        ),
+        (rod("<include file='none.xml'/>"), "there is no such file"),
+        (
+            rod("<default><default/></default>"),
+            "has no attribute class",
+        ),
+    ] {
+        let error = ModelOptions::default()
+            .load_mjcf_str(&xml)
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.starts_with("MJCF text") && error.contains(says),
+            "{error}\nnot: {says}"
+        );
+    }
+}
+
+/// Hostile descriptions: an error, or a robot, in no time and not much memory.
+#[test]
+fn hostile_descriptions_neither_hang_nor_overflow_the_stack() {
+    let nested = |open: &str, close: &str, n: usize| {
+        format!(
+            "<mujoco><worldbody>{}{}</worldbody></mujoco>",
+            open.repeat(n),
+            close.repeat(n)
+        )
+    };
+    let many = 50_000;
+    let bodies = nested("<body><geom size='1'/>", "</body>", many);
+    let model = ModelOptions::default()
+        .load_mjcf_str(&bodies)
+        .expect("a chain")
+        .0;
+    assert_eq!(model.link_names().len(), many + 1);
+    assert!(
+        ModelOptions::default()
+            .load_mjcf_str(&nested("<frame pos='1 0 0'>", "</frame>", many))
+            .is_ok()
+    );
+    let replicas = nested("<replicate count='50'>", "</replicate>", 40)
+        .replace("</replicate>", "<geom size='1'/></replicate>");
+    assert!(ModelOptions::default().load_mjcf_str(&replicas).is_err());
+    let classes = format!(
+        "<mujoco>{}{}</mujoco>",
+        "<default class='a'>".repeat(3),
+        "</default>".repeat(3)
+    );
+    assert!(ModelOptions::default().load_mjcf_str(&classes).is_ok());
+    let deep: String = (0..many)
+        .map(|i| format!("<default class='c{i}'>"))
+        .collect();
+    let deep = format!("<mujoco>{deep}{}</mujoco>", "</default>".repeat(many));
+    let error = ModelOptions::default()
+        .load_mjcf_str(&deep)
+        .map(|_| ())
+        .unwrap_err();
+    assert!(error.to_string().contains("deep in one another"), "{error}");
+}

@@ -1,0 +1,125 @@
+"""Makes the golden values of the descriptions in this folder with MuJoCo.
+
+    pip install mujoco==4.0.0 numpy
+    python tests/mjcf/make.py
+
+Run by hand, and only when a description changes. Each text file is one description:
+
+    # engine and version
+    key word word ...                    joints, mass
+    state 0                              the records up to the next state belong to this state
+    name rows columns number number ...  row by row
+
+Contacts, limits, friction losses, equalities and actuators are switched off; springs and dampers are in the accelerations, not in the bias. Numbers are in the
+conventions of the crate: the velocity of a free body is in the body, [linear; angular].
+"""
+
+import pathlib
+
+import mujoco
+import numpy as np
+
+HERE = pathlib.Path(__file__).resolve().parent
+NAMES = ["chain", "free", "world", "attach"]
+STATES = 3
+# One second of motion by Runge and Kutta's method.
+TIME_STEP = 1e-4
+STEPS = 10000
+
+
+def main():
+    for name in NAMES:
+        model = mujoco.MjModel.from_xml_path(str(HERE / f"{name}.xml"))
+        off = mujoco.mjtDisableBit
+        model.opt.disableflags |= off.mjDSBL_CONSTRAINT | off.mjDSBL_ACTUATION
+        rng = np.random.default_rng(sum(name.encode()))
+        lines = [f"# mujoco {mujoco.__version__}", "joints " + " ".join(joint_names(model)), f"mass {model.body_mass.sum()!r}"]
+        for k in range(STATES):
+            q = model.qpos0.copy()
+            if k > 0:
+                mujoco.mj_integratePos(model, q, rng.uniform(-1, 1, model.nv), 1.0)
+            lines += [f"state {k}"] + records(model, q, rng.uniform(-1, 1, model.nv), rng.uniform(-1, 1, model.nv))
+        lines += motion(model, rng.uniform(-0.5, 0.5, model.nv))
+        (HERE / f"{name}.txt").write_text("\n".join(lines) + "\n")
+
+
+def joint_names(model):
+    return [model.joint(j).name for j in range(model.njnt) if model.joint(j).name]
+
+
+def turned(model, q):
+    """T in v_mujoco = T v: the linear velocity of a free body is in the world there."""
+    T = np.eye(model.nv)
+    for at, dof in free_joints(model):
+        T[dof : dof + 3, dof : dof + 3] = rotation(q[at + 3 : at + 7])
+    return T
+
+
+def free_joints(model):
+    free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+    return [(model.jnt_qposadr[j], model.jnt_dofadr[j]) for j in free]
+
+
+def rotation(quaternion):
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, quaternion)
+    return R.reshape(3, 3)
+
+
+def turning(model, T, v):
+    """The rate of T times v, in the coordinates of MuJoCo."""
+    out = np.zeros(model.nv)
+    for _, dof in free_joints(model):
+        out[dof : dof + 3] = T[dof : dof + 3, dof : dof + 3] @ np.cross(v[dof + 3 : dof + 6], v[dof : dof + 3])
+    return out
+
+
+def mass_matrix(model, data):
+    columns = []
+    for unit in np.eye(model.nv):
+        column = np.zeros(model.nv)
+        mujoco.mj_mulM(model, data, column, unit)
+        columns.append(column)
+    return np.array(columns).T
+
+
+def records(model, q, v, tau):
+    data = mujoco.MjData(model)
+    T = turned(model, q)
+    data.qpos[:], data.qvel[:], data.qfrc_applied[:] = q, T @ v, T @ tau
+    mujoco.mj_forward(model, data)
+    M, rate = mass_matrix(model, data), turning(model, T, v)
+    bias = data.qfrc_bias - data.qfrc_gravcomp
+    lines = [
+        record("q", q),
+        record("v", v),
+        record("tau", tau),
+        record("mass_matrix", T.T @ M @ T),
+        record("bias_forces", T.T @ (bias + M @ rate)),
+        record("acceleration", T.T @ (data.qacc - rate)),
+    ]
+    bodies = [(model.body(i).name, data.xpos[i], data.xmat[i]) for i in range(1, model.nbody)]
+    sites = [(model.site(i).name, data.site_xpos[i], data.site_xmat[i]) for i in range(model.nsite)]
+    for name, position, matrix in bodies + sites:
+        lines.append(record(f"pose:{name}", np.concatenate([position, matrix])))
+    return lines
+
+
+def motion(model, v):
+    data = mujoco.MjData(model)
+    model.opt.timestep, model.opt.integrator = TIME_STEP, mujoco.mjtIntegrator.mjINT_RK4
+    data.qvel[:] = turned(model, data.qpos) @ v
+    lines = [f"motion {STEPS}", record("q", data.qpos), record("v", v)]
+    for _ in range(STEPS):
+        mujoco.mj_step(model, data)
+    return lines + [record("end_q", data.qpos), record("end_v", turned(model, data.qpos).T @ data.qvel)]
+
+
+def record(name, array):
+    array = np.atleast_2d(np.asarray(array, dtype=float))
+    numbers = " ".join(repr(float(x)) for x in array.flatten())
+    return f"{name} {array.shape[0]} {array.shape[1]} {numbers}"
+
+
+if __name__ == "__main__":
+    main()
