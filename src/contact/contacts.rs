@@ -4,9 +4,9 @@ use std::mem::discriminant;
 
 use super::laws::{ContactLaw, ROWS};
 use super::material::Materials;
-use super::pairs::ShapePairs;
 use super::point::ContactPoint;
 use super::point_laws::PointLaws;
+use super::shape_pairs::ShapePairs;
 use super::shapes::{ContactOptions, MeshHulls, ShapeWithoutPoints, points_of};
 use super::smoothing::Smoothing;
 use super::solver_options::SolverOptions;

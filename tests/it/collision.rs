@@ -664,7 +664,7 @@ fn recorded_distance_equals_the_computed_one_where_features_stay() {
         let graph = trace(|t| {
             let place = t.input(Port::vector("place", 3));
             let moved = Transform::new(tilted.map(Traced::from), Vector3::from_fn(|k, _| place[k]));
-            let found = witness(&own, a, &at.lift(), b, &moved);
+            let found = witness(&own, a, &at.cast(), b, &moved);
             t.output(Port::vector("distance", 1), [found.distance].iter());
         });
         for step in [

@@ -1,7 +1,7 @@
 //! Which shapes of a robot or a world can touch each other.
 
-use super::ShapePairs;
 use crate::contact::laws::ContactLaw;
+use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes};
 use crate::error::UnknownName;
 use crate::model::Model;

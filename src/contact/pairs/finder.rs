@@ -2,10 +2,10 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::ShapePairs;
 use crate::collision::{Bounds, BroadPhase, Manifold, PairFeature, features};
 use crate::contact::activation::ActivationMargin;
 use crate::contact::point::velocity_at;
+use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes};
 use crate::dynamics::Kinematics;
 use crate::scalar::{Over, Scalar};

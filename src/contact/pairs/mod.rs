@@ -5,44 +5,21 @@
 mod choice;
 mod finder;
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 
 pub use choice::CollisionOptions;
 pub(crate) use finder::{PairFinder, PairPoint};
 
 use super::contacts::Contacts;
-use super::link_shapes::LinkShapes;
 use super::point::velocity_at;
 use super::point_state::PointState;
-use crate::collision::{PairFeature, Shape, witness};
+use super::shape_pairs::BodyShape;
+use crate::collision::{PairFeature, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::rotate;
 use crate::spatial::{Motion, Transform};
-
-/// The most sizes that a shape has.
-pub(crate) const SHAPE_NUMBERS: usize = <Shape as Numbers<f64>>::COUNT;
-
-/// A convex shape on a body.
-#[derive(Clone, Debug)]
-pub(super) struct BodyShape<P> {
-    /// Its pose in the body.
-    pub(super) X_BS: Transform<P>,
-    pub(super) shape: Shape<P>,
-}
-
-/// The shapes of a robot or a world that can touch each other.
-#[derive(Clone, Debug)]
-pub(super) struct ShapePairs<P> {
-    /// Shapes over the scalar of the contacts, in the order of those that are plain.
-    pub(super) shapes: Vec<BodyShape<P>>,
-    /// `None` where bodies do not collide.
-    plain: Option<Arc<LinkShapes>>,
-    self_collision: bool,
-}
 
 /// A point between bodies in motion.
 #[derive(Clone, Copy, Debug)]
@@ -51,49 +28,6 @@ pub(crate) struct PairState<T> {
     pub(crate) point: PointState<T>,
     /// Position in the second body, m.
     pub(crate) in_second: Vector3<T>,
-}
-
-impl ShapePairs<f64> {
-    fn new(plain: LinkShapes, self_collision: bool) -> Self {
-        let shapes = plain.shapes().iter().map(|own| BodyShape {
-            X_BS: own.placement,
-            shape: own.shape.clone(),
-        });
-        Self {
-            shapes: shapes.collect(),
-            plain: Some(Arc::new(plain)),
-            self_collision,
-        }
-    }
-}
-
-impl<P: Scalar> ShapePairs<P> {
-    /// None.
-    pub(super) fn none() -> Self {
-        Self {
-            shapes: Vec::new(),
-            plain: None,
-            self_collision: false,
-        }
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> ShapePairs<Q> {
-        let cast = |own: &BodyShape<P>| BodyShape {
-            X_BS: own.X_BS.lift(),
-            shape: own.shape.lift(),
-        };
-        ShapePairs {
-            shapes: self.shapes.iter().map(cast).collect(),
-            plain: self.plain.clone(),
-            self_collision: self.self_collision,
-        }
-    }
-
-    /// The body of a shape; `None` is the world.
-    fn body(&self, shape: usize) -> Option<BodyId> {
-        let plain = self.plain.as_ref()?;
-        plain.shapes()[shape].body
-    }
 }
 
 impl<P: Scalar> Contacts<P> {

@@ -40,7 +40,7 @@ pub(super) fn add(
             continue;
         };
         let inertia = mobilities[model.joint_v(id).start].recip();
-        let spec = joints.iter_mut().find(|spec| spec.name() == joint.name);
+        let spec = joints.iter_mut().find(|spec| spec.name == joint.name);
         if let Some(spec) = spec {
             let mut axis = joint.axis.clone();
             axis.spring = Spring {

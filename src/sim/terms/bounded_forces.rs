@@ -16,7 +16,7 @@
 //! # References
 //! [Júdice & Pires 1994].
 
-use super::bounded_rows::Beside;
+use super::bounded_beside::Beside;
 use super::drives::Driven;
 use super::term::Term;
 use crate::dynamics::{

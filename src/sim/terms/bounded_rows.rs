@@ -12,39 +12,8 @@ use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 
-/// Mass matrix and forces without those that are bounded.
-#[derive(Clone, Debug)]
-pub(super) struct Beside<T> {
-    /// Of which the upper triangle is read.
-    mass: DMatrix<T>,
-    /// τ − h.
-    forces: Vec<T>,
-}
-
 /// Rounds in which pieces may change. Each costs a solution, as much as rows do.
 const ROUNDS: usize = 3;
-
-impl<T: Scalar> Beside<T> {
-    /// Memory for so many coordinates.
-    pub(super) fn new(nv: usize) -> Box<Self> {
-        Box::new(Self {
-            mass: DMatrix::zeros(nv, nv),
-            forces: vec![T::zero(); nv],
-        })
-    }
-
-    /// The force that it takes to move a coordinate at an acceleration, beside those of rows.
-    fn needed(&self, k: usize, a: &[T], balance: &Balance<T>) -> T {
-        let entries = a.iter().enumerate();
-        let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {
-            self.mass[(k.min(j), k.max(j))].mul_add(a, sum)
-        });
-        let (rows, nv) = (balance.rows(), a.len());
-        let column = rows.first_rows(rows.count()).iter().skip(k).step_by(nv);
-        let pairs = column.zip(rows.forces());
-        pairs.fold(inertial, |sum, (&j, &f)| (-j).mul_add(f, sum))
-    }
-}
 
 impl<T: Scalar> BoundedForces<T> {
     /// Whether they are rows of a solver, in the first lane.

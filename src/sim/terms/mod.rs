@@ -21,6 +21,7 @@
 //! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
+mod bounded_beside;
 mod bounded_forces;
 mod bounded_rows;
 mod bounded_slopes;

@@ -1,0 +1,37 @@
+//! What stands beside bounded forces while a solver finds other ones: mass matrix and forces of the first round.
+
+use nalgebra::DMatrix;
+
+use crate::scalar::Scalar;
+use crate::sim::balance::Balance;
+
+/// Mass matrix and forces without those that are bounded.
+#[derive(Clone, Debug)]
+pub(super) struct Beside<T> {
+    /// Of which the upper triangle is read.
+    pub(super) mass: DMatrix<T>,
+    /// τ − h.
+    pub(super) forces: Vec<T>,
+}
+
+impl<T: Scalar> Beside<T> {
+    /// Memory for so many coordinates.
+    pub(super) fn new(nv: usize) -> Box<Self> {
+        Box::new(Self {
+            mass: DMatrix::zeros(nv, nv),
+            forces: vec![T::zero(); nv],
+        })
+    }
+
+    /// The force that it takes to move a coordinate at an acceleration, beside those of rows.
+    pub(super) fn needed(&self, k: usize, a: &[T], balance: &Balance<T>) -> T {
+        let entries = a.iter().enumerate();
+        let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {
+            self.mass[(k.min(j), k.max(j))].mul_add(a, sum)
+        });
+        let (rows, nv) = (balance.rows(), a.len());
+        let column = rows.first_rows(rows.count()).iter().skip(k).step_by(nv);
+        let pairs = column.zip(rows.forces());
+        pairs.fold(inertial, |sum, (&j, &f)| (-j).mul_add(f, sum))
+    }
+}
