@@ -15,7 +15,7 @@ use crate::dynamics::{
     self as own, MomentumFrame, centroidal_momentum_matrix, frame_jacobian, mass_matrix,
 };
 use crate::model::{FrameId, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Differentiable, Over, Scalar};
 use crate::spatial::{Force, Motion, Representation};
 
 /// The dynamics of a robot with its base velocity in a chosen representation: it takes and gives every velocity,
@@ -278,9 +278,9 @@ impl<'m, P: Scalar> BaseVelocity<'m, P> {
     }
 }
 
-impl BaseVelocity<'_> {
+impl<T: Differentiable> BaseVelocity<'_, T> {
     /// Rate Ȧ' of the centroidal momentum matrix, 6 × `nv`.
-    pub fn centroidal_momentum_matrix_derivative(&self, q: &[f64], v: &[f64]) -> DMatrix<f64> {
+    pub fn centroidal_momentum_matrix_derivative(&self, q: &[T], v: &[T]) -> DMatrix<T> {
         let v = self.velocity(q, v);
         let A = centroidal_momentum_matrix(self.model, q);
         let rate = own::centroidal_momentum_matrix_derivative(self.model, q, v.as_slice());
