@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 from . import _dualbody
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -36,15 +36,20 @@ def joint_forces(model: Model, forces: Mapping[str, ArrayLike]) -> Array:
     """
     import numpy as np
 
-    tau = np.zeros(model.nv)
+    return np.asarray(sum_of_joint_forces(lambda x: np.asarray(x, dtype=float), model, forces))
+
+
+def sum_of_joint_forces(array: Callable[[Any], Any], model: Model, forces: Mapping[str, Any]) -> Any:
+    """`joint_forces` on arrays that a function makes."""
+    tau = array([0.0] * model.nv)
     for name, given in forces.items():
         unit = _dualbody._unit_joint_forces(model, name)
-        own = np.asarray(given, dtype=float)
+        own = array(given)
         if len(unit) == 1 and (own.ndim == 0 or own.shape[-1] != 1):
             own = own[..., None]
         if own.ndim == 0 or own.shape[-1] != len(unit):
             raise ValueError(f"the force of joint {name!r} has the shape {own.shape}, expected (..., {len(unit)})")
-        tau = tau + own @ unit
+        tau = tau + own @ array(unit)
     return tau
 
 

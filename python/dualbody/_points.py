@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -21,5 +21,9 @@ class ContactKinematics(NamedTuple):
 
 def contact_kinematics(simulator: Simulator, q: ArrayLike, v: ArrayLike) -> ContactKinematics:
     """Where the points of contact are, how fast the body is there, and how deep: a ContactKinematics. q (..., nq), v (..., nv)."""
-    x = simulator._contact_points(q, v)
+    return kinematics_of(simulator._contact_points(q, v))
+
+
+def kinematics_of(x: Any) -> ContactKinematics:
+    """The parts of what is known of points, (..., n, 10)."""
     return ContactKinematics(x[..., 0:3], x[..., 3:6], x[..., 6:9], x[..., 9])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _dualbody
 from ._base import BaseVelocity
@@ -24,7 +24,6 @@ from ._dualbody import (
     check_mass_matrix,
     coriolis_matrix,
     elastic_energy,
-    external_forces,
     force_from_representation,
     force_to_representation,
     forward_dynamics,
@@ -39,7 +38,6 @@ from ._dualbody import (
     gravity_forces,
     inverse_dynamics,
     inverse_dynamics_second_derivatives,
-    jacobian_to_representation,
     joint_torque_regressor,
     kinetic_energy,
     kinetic_energy_regressor,
@@ -62,6 +60,8 @@ from ._dualbody import (
 from ._forces import joint_forces
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from numpy.typing import ArrayLike
 
     from ._dualbody import Array, Model, RepresentationName
@@ -181,3 +181,33 @@ def centroidal_momentum_derivatives(model: Model, q: ArrayLike, v: ArrayLike) ->
     """Derivatives of the centroidal momentum, (..., 6, nv) each. q (..., nq), v (..., nv)."""
     x = _dualbody._centroidal_momentum_derivatives(model, q, v)
     return StateDerivatives(x[..., 0, :, :], x[..., 1, :, :])
+
+
+def sum_of_frame_forces(
+    of_one: Callable[..., Any], model: Model, q: Any, forces: Mapping[str, Any], representation: RepresentationName = "mixed", **options: Any
+) -> Any:
+    """Forces on the bodies, from a function of the force on one frame."""
+    if not forces:
+        import numpy as np
+
+        return of_one(model, q, np.zeros(6), model.frame_names[0], representation, **options)
+    parts = [of_one(model, q, force, name, representation, **options) for name, force in forces.items()]
+    return sum(parts[1:], start=parts[0])
+
+
+def external_forces(model: Model, q: ArrayLike, forces: Mapping[str, ArrayLike], representation: RepresentationName = "mixed") -> Array:
+    """Forces on the bodies in their frames, (..., n_bodies, 6), from forces on frames and links by name: what `external` of the dynamics takes.
+
+    q (..., nq); forces {name: (..., 6)}: [linear; angular] (N, N·m) in a representation.
+    """
+    total: Array = sum_of_frame_forces(_dualbody._frame_force, model, q, forces, representation)
+    return total
+
+
+def jacobian_to_representation(model: Model, q: ArrayLike, jacobian: ArrayLike, representation: RepresentationName) -> Array:
+    """Jacobian for velocities whose base part is in another representation, (..., rows, nv). q (..., nq), jacobian (..., rows, nv)."""
+    import numpy as np
+
+    rows = np.asarray(jacobian, dtype=float)
+    q = np.broadcast_to(np.asarray(q, dtype=float)[..., None, :], (*rows.shape[:-1], model.nq))
+    return _dualbody._row_to_representation(model, q, rows, representation)

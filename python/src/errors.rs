@@ -10,6 +10,7 @@ use dualbody::error::{
 };
 use dualbody::identify::IdentifyError;
 use dualbody_native::NativeError;
+use dualbody_python_table::Unknown;
 use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
@@ -40,6 +41,15 @@ value_errors!(
 impl Raise for UnknownName {
     fn raise(self) -> PyErr {
         PyKeyError::new_err(for_python(&self.to_string()))
+    }
+}
+
+impl Raise for Unknown {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::Element(unknown) => unknown.raise(),
+            Self::Choice(argument, given, names) => not_a_choice(argument, &given, names),
+        }
     }
 }
 
@@ -113,16 +123,18 @@ pub(crate) fn type_error(error: impl Display) -> PyErr {
 pub(crate) fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]) -> PyResult<T> {
     let found = choices.iter().find(|(name, _)| *name == given);
     found.map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<_> = choices
-            .iter()
-            .map(|(name, _)| format!("{name:?}"))
-            .collect();
-        let (last, others) = names.split_last().map_or(("", &[][..]), |(a, b)| (a, b));
-        let others = others.join(", ");
-        value_error(format_args!(
-            "{argument} is {given:?}, not {others} or {last}"
-        ))
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        not_a_choice(argument, given, &names)
     })
+}
+
+fn not_a_choice(argument: &str, given: &str, names: &[&str]) -> PyErr {
+    let names: Vec<_> = names.iter().map(|name| format!("{name:?}")).collect();
+    let (last, others) = names.split_last().map_or(("", &[][..]), |(a, b)| (a, b));
+    let others = others.join(", ");
+    value_error(format_args!(
+        "{argument} is {given:?}, not {others} or {last}"
+    ))
 }
 
 /// A `ValueError` for an array of a shape that does not fit.

@@ -9,12 +9,14 @@
 //! | `errors`, `words`, `raised`, `options` | errors as exceptions, in Python's words, exceptions of functions, options as keywords |
 //! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
 //! | `compiler` | the C compiler of generated code |
-//! | `jax` | what compiled programs of JAX call |
+//! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
+//! | `jax` | how compiled programs of JAX call them |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view`, `world` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
 mod arrays;
+mod calls;
 mod codegen;
 mod compiler;
 mod contact;
@@ -49,6 +51,8 @@ mod _dualbody {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use super::calls::{_call, _signature, _table};
+    #[pymodule_export]
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{
@@ -60,31 +64,7 @@ mod _dualbody {
     #[pymodule_export]
     use super::cuda::PyCudaSimulator;
     #[pymodule_export]
-    use super::dynamics::{
-        _base_average_velocity_jacobian, _base_bias_forces, _base_center_of_mass_acceleration,
-        _base_center_of_mass_jacobian, _base_center_of_mass_velocity,
-        _base_centroidal_momentum_matrix_derivative, _base_centroidal_momentum_rate,
-        _base_coriolis_matrix, _base_forward_dynamics, _base_frame_acceleration,
-        _base_frame_bias_acceleration, _base_frame_jacobian, _base_frame_jacobian_derivative,
-        _base_frame_velocity, _base_gravity_forces, _base_inverse_dynamics, _base_mass_matrix,
-        _base_mass_matrix_inverse, _base_momentum, _base_momentum_matrix, _base_state_tangents,
-        _centroidal_momentum_derivatives, _difference_jacobian, _forward_dynamics_derivatives,
-        _frame_velocity_derivatives, _integrate_jacobian, _inverse_dynamics_derivatives,
-        acceleration_from_representation, acceleration_to_representation, average_velocity,
-        average_velocity_jacobian, bias_forces, center_of_mass, center_of_mass_acceleration,
-        center_of_mass_derivatives, center_of_mass_jacobian, center_of_mass_velocity,
-        centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_matrix_derivative,
-        centroidal_momentum_rate, check_mass_matrix, coriolis_matrix, elastic_energy,
-        external_forces, force_from_representation, force_to_representation, forward_dynamics,
-        forward_kinematics, frame_acceleration, frame_bias_acceleration, frame_jacobian,
-        frame_jacobian_derivative, frame_placement_derivatives, frame_pose, frame_velocity,
-        gravity_forces, inverse_dynamics, inverse_dynamics_second_derivatives,
-        jacobian_to_representation, joint_torque_regressor, kinetic_energy,
-        kinetic_energy_regressor, link_accelerations, link_jacobian_derivatives, link_jacobians,
-        link_velocities, locked_inertia, mass_matrix, mass_matrix_inverse,
-        mass_matrix_to_representation, momentum, momentum_matrix, passive_forces, potential_energy,
-        potential_energy_regressor, velocity_from_representation, velocity_to_representation,
-    };
+    use super::dynamics::check_mass_matrix;
     #[pymodule_export]
     use super::identify::{
         _base_parameters, _estimate, _excite, _excited, _predict, _prepare, _regressor,
@@ -123,6 +103,7 @@ mod _dualbody {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::errors::silence_panics();
+        super::dynamics::add_to(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -114,8 +114,10 @@ def test_steps_in_contact_differentiate() -> None:
     by_v = jax.jacfwd(lambda v: dj.step(simulator, q, v, jnp.zeros(0))[1])(v)
     close(by_v, simulator.linearize(q, v).a[6:, 6:])
     soft = simulator.replace(contacts=Contacts(law=SoftContact(0.5, 1e4, 1e2)))
-    with pytest.raises(ValueError, match="state"):
-        dj.step(soft, q, v, jnp.zeros(0))
+    contact = 1e-4 * random(8, soft.n_contact)
+    close(jnp.concatenate(dj.step(soft, q, v, contact=contact)), np.concatenate(soft.step(q, v, contact=contact)))
+    by_contact = jax.jacfwd(lambda contact: dj.step(soft, q, v, contact=contact)[2])(contact)
+    close(by_contact, soft.linearize(q, v, contact=contact).a[12:, 12:])
 
 
 def test_single_precision_is_what_jax_says() -> None:

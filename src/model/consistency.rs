@@ -59,18 +59,6 @@ impl fmt::Display for InertiaFlaw {
 }
 
 /// Finds the flaw of an inertia in any frame, if it has one. Limiting cases (points, thin rods, plates) are right.
-///
-/// # Examples
-/// ```
-/// use dualbody::model::{InertiaFlaw, inertia_flaw};
-/// use dualbody::spatial::{Inertia, Symmetric3};
-/// use nalgebra::Vector3;
-///
-/// let about_com = Symmetric3::diagonal(&Vector3::new(3.0, 1.0, 1.0));
-/// let inertia = Inertia::from_com(2.0, &Vector3::new(0.0, 1.0, 0.0), &about_com);
-/// let moments = [1.0, 1.0, 3.0];
-/// assert_eq!(inertia_flaw(&inertia), Some(InertiaFlaw::TriangleInequality { moments }));
-/// ```
 pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
     let about_com = if inertia.mass == 0.0 {
         inertia.rotational

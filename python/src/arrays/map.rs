@@ -13,6 +13,7 @@ use super::rows::{Argument, Rows, View, common_batch};
 use crate::errors::{about_base, guarded};
 use crate::scratch::{Memory, find_or_make};
 use crate::threads::pool;
+use dualbody_python_table::Memory as Of;
 
 /// Number of states that are computed side by side.
 pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
@@ -35,8 +36,8 @@ const WORTHWHILE: usize = 3;
 /// A function of rows: of one state, and of as many as there are lanes if that exists.
 #[derive(Clone, Copy)]
 pub(crate) struct Work<'a> {
-    pub(crate) one: &'a (dyn Fn(&mut Memory, &[&[f64]], &mut [f64]) + Sync),
-    pub(crate) wide: Option<&'a (dyn Fn(&mut Memory, &[&[Wide]], &mut [Wide]) + Sync)>,
+    pub(crate) one: &'a (dyn Fn(&mut Of<f64>, &[&[f64]], &mut [f64]) + Sync),
+    pub(crate) wide: Option<&'a (dyn Fn(&mut Of<Wide>, &[&[Wide]], &mut [Wide]) + Sync)>,
 }
 
 /// Applies a function to every row of the arguments, on lanes and cores for batches.
@@ -90,6 +91,43 @@ pub(crate) fn map_views(
     guarded(|| pool.install(spread))
 }
 
+/// Fills rows of several results one by one, on cores for large batches; the interpreter lock is not needed.
+///
+/// * `widths` – lengths of the rows of each result
+/// * `one` – writes the k-th rows of all results, one after the other
+pub(crate) fn in_rows<E: Send>(
+    count: usize,
+    widths: &[usize],
+    out: &mut [&mut [f64]],
+    one: impl Fn(usize, &mut [f64]) -> Result<(), E> + Sync,
+) -> PyResult<Result<(), E>> {
+    let width: usize = widths.iter().sum();
+    let mut rows = vec![0.0; count * width];
+    let each = |(k, row): (usize, &mut [f64])| one(k, row);
+    let done = match count {
+        0 => return Ok(Ok(())),
+        1 => guarded(|| one(0, &mut rows))?,
+        _ => {
+            let pool = pool()?;
+            let spread = || {
+                rows.par_chunks_mut(width.max(1))
+                    .enumerate()
+                    .try_for_each(each)
+            };
+            guarded(|| pool.install(spread))?
+        }
+    };
+    for row in rows.chunks(width.max(1)).enumerate() {
+        let (k, mut rest) = row;
+        for (out, &own) in out.iter_mut().zip(widths) {
+            let (first, others) = rest.split_at(own);
+            out[k * own..(k + 1) * own].copy_from_slice(first);
+            rest = others;
+        }
+    }
+    Ok(done)
+}
+
 /// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.
 fn map_one<'py>(
     py: Python<'py>,
@@ -113,7 +151,11 @@ fn map_one<'py>(
         *x = rows.as_slice();
     }
     let x = &x[..arguments.len()];
-    guarded(|| with_memory(model, |memory| (work.one)(memory, x, numbers_mut(&array))))?;
+    guarded(|| {
+        with_memory(model, |memory| {
+            (work.one)(&mut memory.one, x, numbers_mut(&array))
+        })
+    })?;
     Ok(Some(array))
 }
 
@@ -134,7 +176,7 @@ thread_local! {
 }
 
 /// Runs work with this thread's memory for a model, which is made at the first call.
-fn with_memory<R>((model, id): (&Model, u64), work: impl FnOnce(&mut Memory) -> R) -> R {
+pub(crate) fn with_memory<R>((model, id): (&Model, u64), work: impl FnOnce(&mut Memory) -> R) -> R {
     MEMORIES.with_borrow_mut(|all| {
         let make = || Ok::<_, Infallible>(Memory::new(model, id));
         let Ok(memory) = find_or_make(all, |memory| memory.id() == id, make);
@@ -158,7 +200,7 @@ fn each_row(
             for (x, view) in x.iter_mut().zip(views) {
                 *x = view.row(first + k);
             }
-            (work.one)(memory, x, &mut out[k * width..(k + 1) * width]);
+            (work.one)(&mut memory.one, x, &mut out[k * width..(k + 1) * width]);
         }
     });
 }
@@ -196,7 +238,9 @@ fn each_group(
         for (x, lanes) in x.iter_mut().zip(&lanes) {
             *x = lanes;
         }
-        with_memory(model, |memory| wide(memory, &x[..views.len()], &mut result));
+        with_memory(model, |memory| {
+            wide(&mut memory.wide, &x[..views.len()], &mut result)
+        });
         for (i, row) in group.chunks_mut(width.max(1)).enumerate() {
             row.iter_mut()
                 .zip(&result)

@@ -10,7 +10,7 @@ mod rows;
 use numpy::PyArrayDyn;
 use pyo3::Bound;
 
-pub(crate) use map::{WIDTH, Work, map_rows, map_views};
+pub(crate) use map::{WIDTH, Wide, Work, in_rows, map_rows, map_views, with_memory};
 pub(crate) use output::{checked_output, empty, numbers_mut, room};
 pub(crate) use plain::{matrix, read_matrix, read_vector, vector, write_matrix};
 pub(crate) use rows::{Argument, Rows, View, argument, common_batch, numbers};

@@ -1,5 +1,6 @@
 //! Vectors and matrices of the library from arrays, and as arrays.
 
+pub(crate) use dualbody_python_table::write::write_matrix;
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -19,16 +20,6 @@ pub(crate) fn matrix<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
     let array = empty(py, &[m.nrows(), m.ncols()]);
     write_matrix(m, numbers_mut(&array));
     array
-}
-
-/// Writes a matrix row by row.
-pub(crate) fn write_matrix<T: nalgebra::Scalar + Copy>(m: &DMatrix<T>, out: &mut [T]) {
-    let columns = m.ncols();
-    for (j, column) in m.column_iter().enumerate() {
-        for (i, &x) in column.iter().enumerate() {
-            out[i * columns + j] = x;
-        }
-    }
 }
 
 /// A matrix from an array with two axes.

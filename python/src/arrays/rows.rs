@@ -10,6 +10,7 @@ use crate::errors::{shape_error, value_error};
 use crate::limits::check_array;
 
 /// An argument with its name and the shape of one row.
+#[derive(Clone, Copy)]
 pub(crate) struct Argument<'a, 'py> {
     pub(crate) name: &'static str,
     pub(crate) value: &'a Bound<'py, PyAny>,

@@ -7,7 +7,7 @@ use dualbody::{Model, Simulator};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::dynamics::Named;
+use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded};
 use crate::kinds::check_kind;
 use crate::model::read_pose;
@@ -108,7 +108,7 @@ pub(crate) fn with_parts(
                 value.getattr("force")?.extract()?,
                 value.getattr("representation")?.extract()?,
             );
-            let representation = Representation::find(&model, &name)?;
+            let representation = named::<Representation>(&model, &name)?;
             guarded(|| ExternalForce::constant(place, force_of(force), representation))
         };
         let all: Vec<ExternalForce> = forces.iter().map(one).collect::<PyResult<_>>()?;
@@ -132,7 +132,7 @@ fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameA
         value.getattr("wrench")?.extract()?,
         value.getattr("representation")?.extract()?,
     );
-    let representation = Representation::find(model, &axes)?;
+    let representation = named::<Representation>(model, &axes)?;
     let limits: Option<(f64, f64)> = value.getattr("limits")?.extract()?;
     guarded(|| {
         let actuator = FrameActuator::new(name, place, force_of(wrench), representation);

@@ -16,12 +16,6 @@ pub(super) struct Frame<'a> {
     attributes: &'a Attributes,
 }
 
-/// An argument: its numbers, and the lengths of its axes.
-pub(super) struct Argument<'a> {
-    pub(super) numbers: Cow<'a, [f64]>,
-    pub(super) shape: &'a [i64],
-}
-
 impl<'a> Frame<'a> {
     /// The call of a frame; `None` if XLA only asks for the version, which is answered, or goes through another stage than the execution.
     ///
@@ -76,79 +70,74 @@ impl<'a> Frame<'a> {
         found.ok_or_else(|| format!("the attribute {name} is missing"))
     }
 
-    /// An argument; numbers of single precision are converted.
-    pub(super) fn argument(&self, k: usize) -> Result<Argument<'a>, String> {
-        let buffer = buffer(self.arguments, k)?;
-        // SAFETY: XLA has the numbers that type and shape say, and nobody writes to them during the call.
-        let (shape, numbers) = unsafe {
-            let shape = slice(buffer.lengths, buffer.rank);
-            let count = shape.iter().product();
-            let numbers = match buffer.kind {
-                F64 => Cow::Borrowed(slice(buffer.data.cast::<f64>(), count)),
-                F32 => {
-                    let numbers = slice(buffer.data.cast::<f32>(), count);
-                    Cow::Owned(numbers.iter().map(|&x| x.into()).collect())
-                }
-                other => return Err(no_type(other)),
-            };
-            (shape, numbers)
-        };
-        Ok(Argument { numbers, shape })
-    }
-
-    /// Fills a result; in single precision the numbers are rounded.
-    pub(super) fn fill(
-        &self,
-        k: usize,
-        fill: impl FnOnce(&mut [f64]) -> Result<(), String>,
-    ) -> Result<(), String> {
-        let buffer = buffer(self.results, k)?;
-        // SAFETY: XLA has memory for the numbers that type and shape say, of which this call is the only user.
-        unsafe {
-            let count: i64 = slice(buffer.lengths, buffer.rank).iter().product();
+    /// The numbers of all arguments; those of single precision are converted.
+    pub(super) fn arguments(&self) -> Result<Vec<Cow<'a, [f64]>>, String> {
+        // SAFETY: XLA has the numbers that types and shapes say, and nobody writes to them during the call.
+        let one = |buffer: &'a Buffer| unsafe {
             match buffer.kind {
-                F64 => fill(slice_mut(buffer.data.cast::<f64>(), count)),
+                F64 => Ok(Cow::Borrowed(slice(
+                    buffer.data.cast::<f64>(),
+                    count(buffer),
+                ))),
                 F32 => {
-                    let out = slice_mut(buffer.data.cast::<f32>(), count);
-                    let mut numbers = vec![0.0; out.len()];
-                    fill(&mut numbers)?;
-                    let pairs = out.iter_mut().zip(&numbers);
-                    pairs.for_each(|(out, &x)| *out = x as f32);
-                    Ok(())
+                    let numbers = slice(buffer.data.cast::<f32>(), count(buffer));
+                    Ok(Cow::Owned(numbers.iter().map(|&x| x.into()).collect()))
                 }
                 other => Err(no_type(other)),
             }
-        }
+        };
+        buffers(self.arguments)?.into_iter().map(one).collect()
     }
 
-    /// Copies numbers into a result.
-    pub(super) fn copy(&self, k: usize, numbers: &[f64]) -> Result<(), String> {
-        self.fill(k, |out| match out.len() == numbers.len() {
-            true => {
-                out.copy_from_slice(numbers);
-                Ok(())
-            }
-            false => Err(format!(
-                "result {k} has {} numbers, expected {}",
-                out.len(),
-                numbers.len()
-            )),
-        })
+    /// Fills all results; in single precision the numbers are rounded.
+    pub(super) fn fill(
+        &self,
+        fill: impl FnOnce(&mut [&mut [f64]]) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let all = buffers(self.results)?;
+        if let Some(other) = all.iter().find(|buffer| !matches!(buffer.kind, F64 | F32)) {
+            return Err(no_type(other.kind));
+        }
+        let rounded = |buffer: &&&Buffer| buffer.kind == F32;
+        let numbers = |buffer: &&Buffer| vec![0.0; usize::try_from(count(buffer)).unwrap_or(0)];
+        let mut wide: Vec<Vec<f64>> = all.iter().filter(rounded).map(numbers).collect();
+        let mut next = wide.iter_mut();
+        let of = |buffer: &&'a Buffer| match buffer.kind {
+            F32 => next.next().map_or(&mut [][..], Vec::as_mut_slice),
+            // SAFETY: XLA has memory for the numbers that type and shape say, of which this call is the only user.
+            _ => unsafe { slice_mut(buffer.data.cast::<f64>(), count(buffer)) },
+        };
+        let mut out: Vec<&mut [f64]> = all.iter().map(of).collect();
+        fill(&mut out)?;
+        for (buffer, wide) in all.iter().filter(rounded).zip(&wide) {
+            // SAFETY: as above.
+            let out = unsafe { slice_mut(buffer.data.cast::<f32>(), count(buffer)) };
+            out.iter_mut()
+                .zip(wide)
+                .for_each(|(out, &x)| *out = x as f32);
+        }
+        Ok(())
     }
+}
+
+/// Number of numbers of an array.
+fn count(buffer: &Buffer) -> i64 {
+    // SAFETY: XLA has as many lengths as it says.
+    unsafe { slice(buffer.lengths, buffer.rank) }
+        .iter()
+        .product()
 }
 
 fn no_type(kind: c_int) -> String {
     format!("the numbers are of XLA's type {kind}, not of single or double precision")
 }
 
-fn buffer(all: &Buffers, k: usize) -> Result<&Buffer, String> {
+fn buffers(all: &Buffers) -> Result<Vec<&Buffer>, String> {
     // SAFETY: XLA has as many buffers as it says.
-    let found = unsafe {
-        slice(all.buffers, all.count)
-            .get(k)
-            .and_then(|b| b.as_ref())
-    };
-    found.ok_or_else(|| format!("array {k} is missing"))
+    let found = unsafe { slice(all.buffers, all.count).iter().map(|b| b.as_ref()) };
+    found
+        .collect::<Option<_>>()
+        .ok_or_else(|| "an array is missing".to_owned())
 }
 
 /// # Safety

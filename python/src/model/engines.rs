@@ -205,118 +205,6 @@ impl PyEngineCoordinates {
         })
     }
 
-    /// Velocity, small displacement or gradient in the engine's coordinates, (..., nv). q (..., nq), v (..., nv).
-    fn tangent_to<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_to(x[0], x[1]))
-    }
-
-    /// Velocity, small displacement or gradient of this library from the engine's, (..., nv). q (..., nq), v (..., nv).
-    fn tangent_from<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_from(x[0], x[1]))
-    }
-
-    /// Joint forces in the engine's coordinates, (..., nv), of the same power: tau'·v' = tau·v. q (..., nq), tau (..., nv).
-    fn force_to<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        tau: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
-            own.tangent_to(x[0], x[1])
-        })
-    }
-
-    /// Joint forces of this library from the engine's, (..., nv). q (..., nq), tau (..., nv).
-    fn force_from<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        tau: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("tau", tau)], |own, x| {
-            own.tangent_from(x[0], x[1])
-        })
-    }
-
-    /// Acceleration in the engine's coordinates, the rate of the velocity there, (..., nv). q (..., nq), v and a (..., nv) of this library.
-    fn acceleration_to<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        a: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| {
-            own.acceleration_to(x[0], x[1], x[2])
-        })
-    }
-
-    /// Acceleration of this library from the engine's, (..., nv). q (..., nq) and v (..., nv) of this library, a (..., nv) of the engine.
-    fn acceleration_from<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        a: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| {
-            own.acceleration_from(x[0], x[1], x[2])
-        })
-    }
-
-    /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
-    fn jacobian_to<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        jacobian: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
-            own.jacobian_to(q, x)
-        })
-    }
-
-    /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
-    fn jacobian_from<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        jacobian: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.matrices(q, ("jacobian", jacobian), None, |own, q, x| {
-            own.jacobian_from(q, x)
-        })
-    }
-
-    /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    fn mass_matrix_to<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        mass_matrix: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let (rows, given) = (
-            Some(self.model.get().model.nv()),
-            ("mass_matrix", mass_matrix),
-        );
-        self.matrices(q, given, rows, |own, q, x| own.mass_matrix_to(q, x))
-    }
-
-    /// Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    fn mass_matrix_from<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        mass_matrix: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let (rows, given) = (
-            Some(self.model.get().model.nv()),
-            ("mass_matrix", mass_matrix),
-        );
-        self.matrices(q, given, rows, |own, q, x| own.mass_matrix_from(q, x))
-    }
-
     fn __reduce__<'py>(
         this: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
@@ -336,6 +224,62 @@ impl PyEngineCoordinates {
         let name = self.model.get().model.name();
         format!("EngineCoordinates(\"{name}\", \"{}\")", self.engine)
     }
+}
+
+/// Methods that apply functions of vectors, `name(vectors) => function`, or of q and a matrix, `name(q, matrix: rows) => function`.
+macro_rules! methods {
+    ($($(#[$doc:meta])* $name:ident(q $(, $x:ident)+) => $function:ident;)*) => { $(#[pymethods] impl PyEngineCoordinates {
+        $(#[$doc])*
+        fn $name<'py>(&self, q: &Bound<'py, PyAny>, $($x: &Bound<'py, PyAny>),+) -> PyResult<Array<'py>> {
+            self.vectors(&[("q", q), $((stringify!($x), $x)),+], |own, x| {
+                let mut rest = x[1..].iter();
+                $(let $x = rest.next().copied().unwrap_or_default();)+
+                own.$function(x[0], $($x),+)
+            })
+        }
+    })* };
+    ($($(#[$doc:meta])* $name:ident(q, $matrix:ident: $rows:expr);)*) => { $(#[pymethods] impl PyEngineCoordinates {
+        $(#[$doc])*
+        fn $name<'py>(&self, q: &Bound<'py, PyAny>, $matrix: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+            let rows: fn(&Model) -> Option<usize> = $rows;
+            let rows = rows(&self.model.get().model);
+            self.matrices(q, (stringify!($matrix), $matrix), rows, |own, q, x| own.$name(q, x))
+        }
+    })* };
+}
+
+methods! {
+    /// Velocity, small displacement or gradient in the engine's coordinates, (..., nv). q (..., nq), v (..., nv).
+    tangent_to(q, v) => tangent_to;
+
+    /// Velocity, small displacement or gradient of this library from the engine's, (..., nv). q (..., nq), v (..., nv).
+    tangent_from(q, v) => tangent_from;
+
+    /// Joint forces in the engine's coordinates, (..., nv), of the same power: tau'·v' = tau·v. q (..., nq), tau (..., nv).
+    force_to(q, tau) => tangent_to;
+
+    /// Joint forces of this library from the engine's, (..., nv). q (..., nq), tau (..., nv).
+    force_from(q, tau) => tangent_from;
+
+    /// Acceleration in the engine's coordinates, the rate of the velocity there, (..., nv). q (..., nq), v and a (..., nv) of this library.
+    acceleration_to(q, v, a) => acceleration_to;
+
+    /// Acceleration of this library from the engine's, (..., nv). q (..., nq) and v (..., nv) of this library, a (..., nv) of the engine.
+    acceleration_from(q, v, a) => acceleration_from;
+}
+
+methods! {
+    /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
+    jacobian_to(q, jacobian: |_| None);
+
+    /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
+    jacobian_from(q, jacobian: |_| None);
+
+    /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
+    mass_matrix_to(q, mass_matrix: |m| Some(m.nv()));
+
+    /// Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
+    mass_matrix_from(q, mass_matrix: |m| Some(m.nv()));
 }
 
 #[pymethods]

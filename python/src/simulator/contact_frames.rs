@@ -1,18 +1,32 @@
 //! Kinematics of the points of contact, of one state and of batches.
 
-use dualbody::Model;
-use dualbody::contact::{Contacts, PointState};
-use dualbody::spatial::Representation;
+use dualbody_python_table::prelude::*;
+use dualbody_python_table::{Robot, simulator_function};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
-use crate::arrays::{Array, Work, argument, map_rows, write_matrix};
-use crate::dynamics::{Named, write_pose};
+use crate::arrays::{Array, Work, argument, map_rows, numbers_mut};
+use crate::dynamics::table::Entry;
 use crate::errors::value_error;
 
-/// Numbers of a point: position, velocity, normal, depth.
-const POINT: usize = 10;
+/// Entries of the table, and methods that call them.
+macro_rules! entries_of_simulators {
+    ($($(#[$doc:meta])* $name:ident ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
+        /// Functions of the table of what acts at a moment.
+        #[allow(non_upper_case_globals, reason = "the names are those of the functions")]
+        pub(crate) mod entries {
+            use super::*;
+
+            $(pub(crate) static $name: Entry = Entry {
+                function: simulator_function!(f64; $name ($($arguments)*) -> $tail, $one),
+                wide: None,
+            };)*
+            pub(crate) static ALL: &[&Entry] = &[$(&$name),*];
+        }
+    };
+}
+dualbody_python_table::simulator_functions!(entries_of_simulators);
 
 #[pymethods]
 impl PySimulator {
@@ -22,26 +36,12 @@ impl PySimulator {
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        let contacts = self.contacts()?;
-        let tail = [contacts.points().len(), POINT];
-        self.map_contacts(&[("q", q), ("v", v)], &tail, &|m, x, out| {
-            let points = contacts.states(m, x[0], x[1]);
-            for (point, out) in points.iter().zip(out.chunks_mut(POINT)) {
-                write_point(point, out);
-            }
-        })
+        self.call_entry(&entries::_contact_points, &[q, v], &[])
     }
 
     /// Poses of the frames of all points of contact, (..., n, 4, 4): the origin at the point, the axes of its link. q (..., nq).
     fn contact_frames<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        let contacts = self.contacts()?;
-        let tail = [contacts.points().len(), 4, 4];
-        self.map_contacts(&[("q", q)], &tail, &|m, x, out| {
-            let frames = contacts.frames(m, x[0]);
-            for (frame, out) in frames.iter().zip(out.chunks_mut(16)) {
-                write_pose(frame, out);
-            }
-        })
+        self.call_entry(&entries::contact_frames, &[q], &[])
     }
 
     /// Jacobians of the frames of all points of contact, (..., n, 6, nv). q (..., nq).
@@ -53,11 +53,7 @@ impl PySimulator {
         q: &Bound<'py, PyAny>,
         representation: &str,
     ) -> PyResult<Array<'py>> {
-        let contacts = self.contacts()?;
-        let r = Representation::find(self.simulator.model(), representation)?;
-        self.map_contacts(&[("q", q)], &self.jacobian_shape(contacts), &|m, x, out| {
-            write_jacobians(&contacts.frame_jacobians(m, x[0], r), out);
-        })
+        self.call_entry(&entries::contact_jacobians, &[q], &[representation])
     }
 
     /// Rates of the Jacobians of the frames of all points of contact along v, (..., n, 6, nv). q (..., nq), v (..., nv).
@@ -68,14 +64,10 @@ impl PySimulator {
         v: &Bound<'py, PyAny>,
         representation: &str,
     ) -> PyResult<Array<'py>> {
-        let contacts = self.contacts()?;
-        let r = Representation::find(self.simulator.model(), representation)?;
-        self.map_contacts(
-            &[("q", q), ("v", v)],
-            &self.jacobian_shape(contacts),
-            &|m, x, out| {
-                write_jacobians(&contacts.frame_jacobian_derivatives(m, x[0], x[1], r), out);
-            },
+        self.call_entry(
+            &entries::contact_jacobian_derivatives,
+            &[q, v],
+            &[representation],
         )
     }
 
@@ -84,68 +76,41 @@ impl PySimulator {
         &self,
         q: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let contacts = self.contacts()?;
-        let tail = [self.simulator.model().links().len()];
-        let flags = self.map_contacts(&[("q", q)], &tail, &|m, x, out| {
-            let flags = contacts.links_in_contact(m, x[0]);
-            out.iter_mut()
-                .zip(flags)
-                .for_each(|(out, flag)| *out = f64::from(u8::from(flag)));
-        })?;
+        self.check_contacts()?;
+        let (simulator, model) = (&*self.simulator, self.simulator.model());
+        let work = Work {
+            one: &|_, x, out| {
+                let flags = contacts(simulator).links_in_contact(model, x[0]);
+                let pairs = out.iter_mut().zip(flags);
+                pairs.for_each(|(out, flag)| *out = f64::from(u8::from(flag)));
+            },
+            wide: None,
+        };
+        let (nq, tail) = ([model.nq()], [model.links().len()]);
+        let arguments = [argument("q", q, &nq)];
+        let flags = map_rows(q.py(), (model, self.id()), &arguments, &tail, None, work)?;
         let shape = flags.shape().to_vec();
-        let flags: Vec<bool> = crate::arrays::numbers_mut(&flags)
-            .iter()
-            .map(|&x| x > 0.0)
-            .collect();
+        let flags: Vec<bool> = numbers_mut(&flags).iter().map(|&x| x > 0.0).collect();
         numpy::PyArray1::from_vec(q.py(), flags).reshape(shape)
     }
 }
 
 impl PySimulator {
-    fn contacts(&self) -> PyResult<&Contacts> {
-        self.simulator
-            .contacts()
-            .ok_or_else(|| value_error("the simulator has no contacts"))
+    fn check_contacts(&self) -> PyResult<()> {
+        match self.simulator.contacts() {
+            Some(_) => Ok(()),
+            None => Err(value_error("the simulator has no contacts")),
+        }
     }
 
-    fn jacobian_shape(&self, contacts: &Contacts) -> [usize; 3] {
-        [contacts.points().len(), 6, self.simulator.model().nv()]
-    }
-
-    /// Applies a function of q, or of q and v, to each row.
-    fn map_contacts<'py>(
+    fn call_entry<'py>(
         &self,
-        given: &[(&'static str, &Bound<'py, PyAny>)],
-        tail: &[usize],
-        one: &(dyn Fn(&Model, &[&[f64]], &mut [f64]) + Sync),
+        entry: &Entry,
+        vectors: &[&Bound<'py, PyAny>],
+        names: &[&str],
     ) -> PyResult<Array<'py>> {
-        let model = self.simulator.model();
-        let widths = [[model.nq()], [model.nv()]];
-        let arguments: Vec<_> = given
-            .iter()
-            .zip(&widths)
-            .map(|(&(name, value), width)| argument(name, value, width))
-            .collect();
-        let work = Work {
-            one: &|_, x, out| one(model, x, out),
-            wide: None,
-        };
-        let py = given[0].1.py();
-        map_rows(py, (model, self.id()), &arguments, tail, None, work)
-    }
-}
-
-fn write_point(point: &PointState<f64>, out: &mut [f64]) {
-    let vectors = [&point.position, &point.velocity, &point.normal];
-    for (vector, out) in vectors.into_iter().zip(out.chunks_mut(3)) {
-        out.copy_from_slice(vector.as_slice());
-    }
-    out[POINT - 1] = point.depth;
-}
-
-fn write_jacobians(all: &[nalgebra::DMatrix<f64>], out: &mut [f64]) {
-    let width = all.first().map_or(1, |one| one.len().max(1));
-    for (one, out) in all.iter().zip(out.chunks_mut(width)) {
-        write_matrix(one, out);
+        self.check_contacts()?;
+        let robot = (Robot::Simulator(&self.simulator), self.id());
+        entry.call(robot, (vectors, None), names, None)
     }
 }

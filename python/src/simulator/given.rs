@@ -33,7 +33,7 @@ fn of_row(k: usize, error: PyErr, py: Python<'_>) -> PyErr {
     value_error(format_args!("state {k} of the batch: {}", error.value(py)))
 }
 
-pub(super) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
+pub(crate) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
     match x.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
         Some(k) => Err(value_error(format_args!("{name}[{k}] is {}", x[k]))),

@@ -34,6 +34,8 @@ mod step;
 mod trajectories;
 mod weighted;
 
+pub(crate) use contact_frames::entries;
+pub(crate) use given::check_finite;
 #[cfg(feature = "cuda")]
 pub(crate) use given::{Given, row};
 #[cfg(feature = "cuda")]
@@ -43,5 +45,7 @@ pub(crate) use handle::{_simulator, PySimulator};
 pub(crate) use inputs::read_inputs;
 pub(crate) use native::PyNativeSimulator;
 pub(crate) use slices::Slice;
+pub(crate) use step::diverged;
 #[cfg(feature = "cuda")]
 pub(crate) use trajectories::{Status, status_of};
+pub(crate) use weighted::Weighted;

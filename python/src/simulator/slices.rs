@@ -5,37 +5,35 @@ use dualbody::sim::{BatchSimulator, RolloutStatus};
 use dualbody::{Linearization, State};
 use pyo3::prelude::*;
 
-use super::given::check_finite;
 use super::handle::PySimulator;
 use super::inputs::Inputs;
 use super::memory::One;
 use super::single::{Control, roll_with_inputs};
 use super::step::{diverged, write_parts};
-use crate::arrays::write_matrix;
-use crate::errors::{OrRaise, guarded};
+use crate::errors::guarded;
 use crate::threads::pool;
 
 /// States and inputs, row after row.
 pub(crate) struct Slice<'a> {
     pub(crate) q: &'a [f64],
     pub(crate) v: &'a [f64],
-    /// Inputs of a step, or of all steps of a rollout.
     pub(crate) u: &'a [f64],
+    pub(crate) contact: Option<&'a [f64]>,
     pub(crate) count: usize,
 }
 
 impl PySimulator {
-    /// The next (q, v).
-    pub(crate) fn step_slice(&self, given: &Slice<'_>) -> PyResult<(Vec<f64>, Vec<f64>)> {
+    /// The next q, v, and the next state of contact if there is room for it. The states are checked.
+    pub(crate) fn step_slice(&self, given: &Slice<'_>, out: &mut [&mut [f64]]) -> PyResult<()> {
         if given.count == 1 {
-            return self.step_slice_of_one(given);
+            return self.step_slice_of_one(given, out);
         }
-        let mut out = (vec![0.0; given.q.len()], vec![0.0; given.v.len()]);
         if given.count == 0 {
-            return Ok(out);
+            return Ok(());
         }
-        let next = self.on_slice(given, |batch, states| {
-            let mut all = batch.states(states);
+        let states: Vec<State> = (0..given.count).map(|k| self.state_of(given, k)).collect();
+        let next = self.on_slice(given.count, |batch| {
+            let mut all = batch.states(&states);
             batch.step(&mut all, given.u);
             all
         })?;
@@ -43,103 +41,113 @@ impl PySimulator {
         if let Some(i) = (0..given.count).find(stopped) {
             return Err(diverged(Some(i)));
         }
-        write_parts(&next, &mut [&mut out.0, &mut out.1]);
-        Ok(out)
+        write_parts(&next, out);
+        Ok(())
     }
 
-    fn step_slice_of_one(&self, given: &Slice<'_>) -> PyResult<(Vec<f64>, Vec<f64>)> {
-        let next = self.with_memory_of(&given.one(), |memory| {
+    fn state_of(&self, given: &Slice<'_>, k: usize) -> State {
+        let (nq, nv, _, nc) = self.sizes();
+        let state = self
+            .simulator
+            .state(&given.q[k * nq..][..nq], &given.v[k * nv..][..nv]);
+        match given.contact {
+            Some(all) => state.with_contact(all[k * nc..][..nc].to_vec().into()),
+            None => state,
+        }
+    }
+
+    fn step_slice_of_one(&self, given: &Slice<'_>, out: &mut [&mut [f64]]) -> PyResult<()> {
+        let one = One {
+            q: given.q,
+            v: given.v,
+            u: Some(given.u),
+            contact: given.contact,
+        };
+        let is_finite = self.with_memory_of(&one, |memory| {
+            if one.contact.is_none() {
+                memory.state.contact.fill(0.0);
+            }
             let next = &mut memory.next;
             let (state, scratch) = (&memory.state, &mut memory.scratch);
             self.simulator.step_into(state, &memory.u, scratch, next);
-            let parts = (next.q.as_slice().to_vec(), next.v.as_slice().to_vec());
-            next.is_finite().then_some(parts)
+            let parts = [&next.q, &next.v, &next.contact];
+            out.iter_mut()
+                .zip(parts)
+                .for_each(|(out, x)| out.copy_from_slice(x.as_slice()));
+            next.is_finite()
         })?;
-        next.ok_or_else(|| diverged(None))
-    }
-
-    /// Jacobians of the step, row by row.
-    pub(crate) fn linearize_slice(&self, given: &Slice<'_>) -> PyResult<(Vec<f64>, Vec<f64>)> {
-        let own = &*self.simulator;
-        let (n, nu) = (own.n_tangent(), own.nu());
-        let mut a = vec![0.0; given.count * n * n];
-        let mut b = vec![0.0; given.count * n * nu];
-        let mut write = |k: usize, linear: &Linearization| {
-            write_matrix(&linear.a, &mut a[k * n * n..(k + 1) * n * n]);
-            write_matrix(&linear.b, &mut b[k * n * nu..(k + 1) * n * nu]);
-        };
-        match given.count {
-            0 => {}
-            1 => self.with_memory_of(&given.one(), |memory| {
-                let new = || (LinearizeScratch::new(own), Linearization::zeros(own));
-                let (scratch, linear) = memory.linear.get_or_insert_with(new);
-                own.linearize_into(&memory.state, &memory.u, scratch, linear);
-                write(0, linear);
-            })?,
-            _ => {
-                let all = self.on_slice(given, |batch, states| batch.linearize(states, given.u))?;
-                let rows = all.iter().enumerate();
-                rows.for_each(|(k, linear)| write(k, linear));
-            }
+        match is_finite {
+            true => Ok(()),
+            false => Err(diverged(None)),
         }
-        Ok((a, b))
     }
 
-    /// The numbers (q, v) of all states of rollouts, of which those past the batch mean nothing.
-    pub(crate) fn rollout_slice(&self, start: &Slice<'_>, steps: usize) -> PyResult<Vec<f64>> {
-        let states = self.slice_states(start)?;
-        let inputs = Inputs::Given {
-            numbers: start.u,
+    /// Jacobians of the steps of some states.
+    pub(crate) fn linearize_states(
+        &self,
+        states: &[State],
+        inputs: &[f64],
+    ) -> PyResult<Vec<Linearization>> {
+        let own = &*self.simulator;
+        match states {
+            [] => Ok(Vec::new()),
+            [state] => guarded(|| {
+                let mut out = Linearization::zeros(own);
+                own.linearize_into(state, inputs, &mut LinearizeScratch::new(own), &mut out);
+                vec![out]
+            }),
+            _ => self.on_slice(states.len(), |batch| batch.linearize(states, inputs)),
+        }
+    }
+
+    /// All q, v, and states of contact if there is room for them, of rollouts.
+    pub(crate) fn rollout_slice(
+        &self,
+        states: &[State],
+        inputs: &[f64],
+        steps: usize,
+        out: &mut [&mut [f64]],
+    ) -> PyResult<()> {
+        let given = Inputs::Given {
+            numbers: inputs,
             shared: false,
         };
-        Python::attach(|py| match states.as_slice() {
-            [] => Ok(Vec::new()),
-            [one] => {
-                let roll = |control: &mut Control<'_>| self.simulator.rollout(one, steps, control);
-                let nu = self.simulator.nu();
-                Ok(roll_with_inputs(py, &inputs, nu, steps, None, roll)?.states)
+        let (nq, nv, nu, nc) = self.sizes();
+        let all = Python::attach(|py| -> PyResult<Vec<f64>> {
+            match states {
+                [] => Ok(Vec::new()),
+                [one] => {
+                    let roll =
+                        |control: &mut Control<'_>| self.simulator.rollout(one, steps, control);
+                    Ok(roll_with_inputs(py, &given, nu, steps, None, roll)?.states)
+                }
+                all => {
+                    let batch = self.take_batch(py, all.len(), None)?;
+                    Ok(self.roll_batch(py, batch, all, steps, &given, None)?.states)
+                }
             }
-            all => {
-                let batch = self.take_batch(py, all.len(), None)?;
-                let out = self.roll_batch(py, batch, all, steps, &inputs, None)?;
-                Ok(out.states)
+        })?;
+        let rows = all
+            .chunks((nq + nv + nc).max(1))
+            .take(states.len() * (steps + 1));
+        for (k, row) in rows.enumerate() {
+            let parts = [&row[..nq], &row[nq..nq + nv], &row[nq + nv..]];
+            for (out, x) in out.iter_mut().zip(parts) {
+                out[k * x.len()..(k + 1) * x.len()].copy_from_slice(x);
             }
-        })
+        }
+        Ok(())
     }
 
-    /// Runs work on the memory for batches and the states of a slice, on the pool.
+    /// Runs work on the memory for batches of a length, on the pool.
     fn on_slice<R: Send>(
         &self,
-        given: &Slice<'_>,
-        work: impl FnOnce(&mut BatchSimulator, &[State]) -> R + Send,
+        count: usize,
+        work: impl FnOnce(&mut BatchSimulator) -> R + Send,
     ) -> PyResult<R> {
-        check_finite("u", given.u)?;
-        let states = self.slice_states(given)?;
-        let (pool, mut batch) = (pool()?, self.kept_batch(given.count)?);
-        let out = guarded(|| pool.install(|| work(&mut batch.simulator, &states)))?;
+        let (pool, mut batch) = (pool()?, self.kept_batch(count)?);
+        let out = guarded(|| pool.install(|| work(&mut batch.simulator)))?;
         self.put_batch(batch);
         Ok(out)
-    }
-
-    fn slice_states(&self, given: &Slice<'_>) -> PyResult<Vec<State>> {
-        let (nq, nv, ..) = self.sizes();
-        let row = |k: usize| {
-            let (q, v) = (&given.q[k * nq..][..nq], &given.v[k * nv..][..nv]);
-            let state = State::new(q, v);
-            state.check(self.simulator.model()).or_raise()?;
-            Ok(state)
-        };
-        (0..given.count).map(row).collect()
-    }
-}
-
-impl Slice<'_> {
-    fn one(&self) -> One<'_> {
-        One {
-            q: self.q,
-            v: self.v,
-            u: Some(self.u),
-            contact: None,
-        }
     }
 }

@@ -45,7 +45,7 @@ pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
     }
 }
 
-pub(super) fn diverged(k: Option<usize>) -> PyErr {
+pub(crate) fn diverged(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
     PyFloatingPointError::new_err(format!("the step{which} diverged"))
 }

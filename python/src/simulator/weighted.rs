@@ -4,12 +4,12 @@ use dualbody::linearize::RolloutCost;
 use dualbody::{Scalar, State};
 
 /// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost.
-pub(super) struct Weighted<'a> {
-    pub(super) steps: usize,
-    pub(super) q: Option<&'a [f64]>,
-    pub(super) v: Option<&'a [f64]>,
-    pub(super) contact: Option<&'a [f64]>,
-    pub(super) u: Option<&'a [f64]>,
+pub(crate) struct Weighted<'a> {
+    pub(crate) steps: usize,
+    pub(crate) q: Option<&'a [f64]>,
+    pub(crate) v: Option<&'a [f64]>,
+    pub(crate) contact: Option<&'a [f64]>,
+    pub(crate) u: Option<&'a [f64]>,
 }
 
 /// Sum of numbers with the weights of a step; zero without weights.

@@ -10,7 +10,7 @@ use dualbody::{Model, State};
 use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
-use crate::dynamics::Named;
+use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
 use crate::model::read_pose;
 
@@ -118,7 +118,7 @@ fn with_robot_residual<U: Use>(
             let name: String = value.getattr("representation")?.extract()?;
             then.with(FrameVelocity {
                 frame: frame("frame")?,
-                representation: Representation::find(model, &name)?,
+                representation: named::<Representation>(model, &name)?,
                 target: six()?,
             })
         }

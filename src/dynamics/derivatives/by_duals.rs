@@ -4,48 +4,63 @@
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::HyperDual64;
+use num_traits::Zero;
 
-use crate::autodiff::{CHUNK, Dual, TangentPoint};
+use crate::autodiff::{CHUNK, TangentPoint};
 use crate::dynamics::center_of_mass::center_of_mass;
 use crate::dynamics::centroidal::{centroidal_momentum, centroidal_momentum_matrix};
 use crate::dynamics::kinematics::{forward_kinematics, frame_pose_at, frame_velocity};
 use crate::dynamics::rnea::inverse_dynamics;
 use crate::model::{FrameId, Model};
+use crate::scalar::{Differentiable, DualNumber, Scalar};
 use crate::spatial::{Representation, SPATIAL};
 
 /// Derivatives of something that depends on q and v.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StateDerivatives {
+pub struct StateDerivatives<T = f64> {
     /// Derivative in tangent directions of q, rows × `nv`.
-    pub dq: DMatrix<f64>,
+    pub dq: DMatrix<T>,
     /// Derivative in v, rows × `nv`.
-    pub dv: DMatrix<f64>,
+    pub dv: DMatrix<T>,
 }
 
-type Chunk = Dual<f64, CHUNK>;
+type Chunk<T> = <T as Differentiable>::Dual<CHUNK>;
 
 /// The Jacobian of a function of (q, x) at a point, the directions of q tangent: columns (δq, δx).
-fn tangent_jacobian(
-    model: &Model,
-    q: &[f64],
-    x: &[f64],
+fn tangent_jacobian<T: Differentiable>(
+    model: &Model<T>,
+    q: &[T],
+    x: &[T],
     rows: usize,
-    f: impl FnMut(&[Chunk], &[Chunk], &mut [Chunk]),
-) -> DMatrix<f64> {
+    mut f: impl FnMut(&[Chunk<T>], &[Chunk<T>], &mut [Chunk<T>]),
+) -> DMatrix<T> {
     model.check_q(q);
-    let mut point = TangentPoint::<Chunk>::new(q.len(), model.nv(), x.len());
-    point.set(q, x);
-    let mut out = DMatrix::zeros(rows, model.nv() + x.len());
-    point.jacobian_into(
-        |q, dq, out| model.integrate_into(q, dq, out),
-        f,
-        &mut vec![Chunk::from(0.0); rows],
-        &mut out,
-    );
+    let (nv, n) = (model.nv(), model.nv() + x.len());
+    let start: Vec<Chunk<T>> = q.iter().map(|&q| q.into()).collect();
+    let value = |k: usize| k.checked_sub(nv).map_or(T::zero(), |k| x[k]);
+    let mut y = vec![Chunk::<T>::zero(); rows];
+    let mut out = DMatrix::zeros(rows, n);
+    for first in (0..n).step_by(CHUNK) {
+        let seeded = |k: usize| match k.checked_sub(first).filter(|&own| own < CHUNK) {
+            Some(own) => Chunk::<T>::variable(value(k), own),
+            None => value(k).into(),
+        };
+        let z: Vec<Chunk<T>> = (0..n).map(seeded).collect();
+        f(
+            model.integrate(&start, &z[..nv]).as_slice(),
+            &z[nv..],
+            &mut y,
+        );
+        for (row, y) in y.iter().enumerate() {
+            for (column, &eps) in (first..n).zip(y.eps()) {
+                out[(row, column)] = eps;
+            }
+        }
+    }
     out
 }
 
-fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
+fn columns<T: Scalar>(m: &DMatrix<T>, first: usize, n: usize) -> DMatrix<T> {
     m.columns(first, n).into_owned()
 }
 
@@ -56,8 +71,12 @@ fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
 ///
 /// # Panics
 /// If `q` has the wrong length.
-pub fn frame_placement_derivatives(model: &Model, q: &[f64], frame: FrameId) -> DMatrix<f64> {
-    let at_rest = vec![Chunk::from(0.0); model.nv()];
+pub fn frame_placement_derivatives<T: Differentiable>(
+    model: &Model<T>,
+    q: &[T],
+    frame: FrameId,
+) -> DMatrix<T> {
+    let at_rest = vec![Chunk::<T>::zero(); model.nv()];
     tangent_jacobian(model, q, &[], 12, |q, _, y| {
         let pose = frame_pose_at(model, &forward_kinematics(model, q, &at_rest), frame);
         y[..9].copy_from_slice(pose.rotation.as_slice());
@@ -72,13 +91,13 @@ pub fn frame_placement_derivatives(model: &Model, q: &[f64], frame: FrameId) -> 
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn frame_velocity_derivatives(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
+pub fn frame_velocity_derivatives<T: Differentiable>(
+    model: &Model<T>,
+    q: &[T],
+    v: &[T],
     frame: FrameId,
     representation: Representation,
-) -> StateDerivatives {
+) -> StateDerivatives<T> {
     model.check_v(v);
     let all = tangent_jacobian(model, q, v, SPATIAL, |q, v, y| {
         y.copy_from_slice(&frame_velocity(model, q, v, frame, representation).to_array());
@@ -92,7 +111,7 @@ pub fn frame_velocity_derivatives(
 ///
 /// # Panics
 /// If `q` has the wrong length.
-pub fn center_of_mass_derivatives(model: &Model, q: &[f64]) -> DMatrix<f64> {
+pub fn center_of_mass_derivatives<T: Differentiable>(model: &Model<T>, q: &[T]) -> DMatrix<T> {
     tangent_jacobian(model, q, &[], 3, |q, _, y| {
         y.copy_from_slice(center_of_mass(model, q).as_slice());
     })
@@ -106,7 +125,11 @@ pub fn center_of_mass_derivatives(model: &Model, q: &[f64]) -> DMatrix<f64> {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> StateDerivatives {
+pub fn centroidal_momentum_derivatives<T: Differentiable>(
+    model: &Model<T>,
+    q: &[T],
+    v: &[T],
+) -> StateDerivatives<T> {
     model.check_v(v);
     let all = tangent_jacobian(model, q, v, SPATIAL, |q, v, y| {
         y.copy_from_slice(&centroidal_momentum(model, q, v).to_array());
@@ -121,15 +144,19 @@ pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> S
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn centroidal_momentum_matrix_derivative(model: &Model, q: &[f64], v: &[f64]) -> DMatrix<f64> {
+pub fn centroidal_momentum_matrix_derivative<T: Differentiable>(
+    model: &Model<T>,
+    q: &[T],
+    v: &[T],
+) -> DMatrix<T> {
     model.check_v(v);
-    let start: Vec<Dual<f64, 1>> = q.iter().map(|&q| q.into()).collect();
-    let moving: Vec<_> = v.iter().map(|&v| Dual::new(0.0, [v])).collect();
+    let start: Vec<T::Dual<1>> = q.iter().map(|&q| q.into()).collect();
+    let moving: Vec<_> = (v.iter().map(|&v| T::Dual::new(T::zero(), [v]))).collect();
     let q = model.integrate(&start, &moving);
-    centroidal_momentum_matrix(model, q.as_slice()).map(|entry| entry.eps[0])
+    centroidal_momentum_matrix(model, q.as_slice()).map(|entry| entry.eps()[0])
 }
 
-fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {
+fn split<T: Scalar>(all: &DMatrix<T>, nv: usize) -> StateDerivatives<T> {
     StateDerivatives {
         dq: columns(all, 0, nv),
         dv: columns(all, nv, nv),

@@ -50,7 +50,7 @@ impl Graph {
     /// });
     /// let slopes = area.jacobian(&["y"], &["x"])?;
     /// assert_eq!(slopes.evaluate(&[3.0, 5.0]).unwrap(), [5.0, 3.0]);
-    /// assert_eq!(slopes.outputs()[0].name(), "dy_dx");
+    /// assert_eq!(slopes.outputs()[0].name, "dy_dx");
     /// # Ok::<(), dualbody::UnknownName>(())
     /// ```
     pub fn jacobian(&self, outputs: &[&str], inputs: &[&str]) -> Result<Self, UnknownName> {

@@ -1,0 +1,33 @@
+//! The table: a macro for each area, which hands its entries to another macro, which makes something of them.
+
+mod base;
+mod dynamics;
+mod frames;
+mod momenta;
+mod simulation;
+
+use crate::prelude::*;
+use crate::{Dual, Function};
+
+/// Functions of a model on duals.
+macro_rules! on_duals {
+    ($($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
+        &[$(crate::model_function!(Dual; $name ($($arguments)*) -> $tail, $one)),*]
+    };
+}
+
+/// Functions of a simulator on duals.
+macro_rules! simulator_on_duals {
+    ($($(#[$doc:meta])* $name:ident ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
+        &[$(crate::simulator_function!(Dual; $name ($($arguments)*) -> $tail, $one)),*]
+    };
+}
+
+/// All functions of the table on duals.
+pub(crate) static ON_DUALS: &[&[Function<Dual>]] = &[
+    crate::dynamics_functions!(on_duals),
+    crate::frame_functions!(on_duals),
+    crate::momentum_functions!(on_duals),
+    crate::base_functions!(on_duals),
+    crate::simulator_functions!(simulator_on_duals),
+];
