@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, wraps
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from . import _dualbody, dynamics
 from ._base import BaseVelocity
 from ._forces import sum_of_joint_forces
-from ._points import kinematics_of
+from ._points import contact_kinematics, kinematics_of
 
 if TYPE_CHECKING:
     from ._dualbody import Model, Simulator
@@ -139,11 +139,18 @@ def functions(library: Library) -> dict[str, Any]:
     own = {entry.name: _function(library, entry) for entry in entries}
     for name, make in _TUPLES.items():
         own[name[1:]] = partial(_split, own[name], make)
-    own["jacobian_to_representation"] = lambda model, q, jacobian, representation, **options: own["_row_to_representation"](
-        model, library.floats(q)[0][..., None, :], jacobian, representation, **options
-    )
+
+    @wraps(dynamics.jacobian_to_representation)
+    def jacobian_to_representation(model: Model, q: Any, jacobian: Any, representation: str, **options: Any) -> Any:
+        rows = own["_row_to_representation"]
+        return rows(model, library.floats(q)[0][..., None, :], jacobian, representation, **options)
+
+    @wraps(contact_kinematics)
+    def kinematics(simulator: Simulator, q: Any, v: Any, **options: Any) -> Any:
+        return kinematics_of(own["_contact_points"](simulator, q, v, **options))
+
+    own |= {"jacobian_to_representation": jacobian_to_representation, "contact_kinematics": kinematics}
     own["external_forces"] = partial(dynamics.sum_of_frame_forces, own["_frame_force"])
-    own["contact_kinematics"] = lambda *x, **options: kinematics_of(own["_contact_points"](*x, **options))
     own["joint_forces"] = partial(sum_of_joint_forces, lambda x: library.floats(x)[0])
 
     @dataclass(frozen=True)
@@ -188,7 +195,8 @@ def _function(library: Library, entry: _Entry) -> Callable[..., Any]:
         return tuple(results) if entry.name in ("step", "rollout") else results[0]
 
     call.__name__ = call.__qualname__ = entry.name
-    call.__doc__ = getattr(getattr(_dualbody, entry.name, None) or getattr(_dualbody.Simulator, entry.name, None), "__doc__", None)
+    documented = getattr(_dualbody, entry.name, None) or getattr(_dualbody.Simulator, entry.name, None)
+    call.__doc__ = documented.__doc__ if documented else f"{entry.name} of {', '.join(vectors)}: what `Simulator.contact_report` has by this name."
     return call
 
 

@@ -49,7 +49,7 @@ def sum_of_joint_forces(array: Callable[[Any], Any], model: Model, forces: Mappi
             own = own[..., None]
         if own.ndim == 0 or own.shape[-1] != len(unit):
             raise ValueError(f"the force of joint {name!r} has the shape {own.shape}, expected (..., {len(unit)})")
-        tau = tau + own @ array(unit)
+        tau = tau + (own[..., :, None] * array(unit)).sum(-2)
     return tau
 
 

@@ -8,8 +8,8 @@
 
 All functions of `dualbody.dynamics` are here by their names, with `integrate` and `difference` of configurations, and of a simulator `step`, `rollout`,
 `acceleration`, `contact_forces`, `contact_kinematics`, `contact_frames`, `contact_jacobians` and their rates. Arguments are those of the functions of NumPy.
-Each takes `parameters` (..., n) besides: those of the robot, instead of `model.parameters`, and differentiable like the rest. Steps and rollouts take and
-give the state of soft contact where it is given.
+Each takes `parameters` (..., n) besides: those of the robot, instead of `model.parameters`, and differentiable like the rest; points of contact stay where
+they are on their bodies, as in `Simulator.with_parameters`. Steps and rollouts take and give the state of soft contact where it is given.
 
 Values and derivatives are the library's own, exact ones. On the CPU compiled programs call the library through JAX's foreign-function interface,
 without the interpreter; elsewhere they call it on the host (`pure_callback`), which costs some tens of microseconds more. `vmap` is one call for the

@@ -7,7 +7,7 @@ import pytest
 from conftest import SAME_ALGEBRA, asset
 
 import dualbody as db
-from dualbody._slopes import to_tangent
+from dualbody._dualbody import _integrate_jacobian
 from dualbody.contact import Contacts, Rigid, SoftContact
 from dualbody.sim import Anchor, Distance, rollout_gradient
 
@@ -97,7 +97,7 @@ def test_the_gradient_of_a_rollout_equals_that_of_its_steps(flying: db.Simulator
     rollout = flying.rollout(q, v, inputs=inputs)
     by_q, by_v, by_u = random(9, *rollout.q.shape), random(10, *rollout.v.shape), random(11, *inputs.shape)
     whole = flying.rollout_vjp(q, v, inputs, by_q=by_q, by_v=by_v, by_u=by_u)
-    weights = np.concatenate([to_tangent(flying.model, rollout.q, by_q), by_v], axis=-1)
+    weights = np.concatenate([np.einsum("...i,...ij->...j", by_q, _integrate_jacobian(flying.model, rollout.q)), by_v], axis=-1)
     adjoint, parameters = weights[-1], 0.0
     for k in reversed(range(steps)):
         step = flying.vjp(rollout.q[k], rollout.v[k], inputs[k], adjoint)

@@ -72,8 +72,13 @@ def keywords(entry: Any) -> dict[str, str]:
     return {name: (NAMES | momentum)[name] for name, _ in entry[3]}
 
 
-def on_numpy(entry: Any, x: list[np.ndarray], model: db.Model = MODEL) -> list[np.ndarray]:
-    """The function of the package on one row."""
+def on_numpy(entry: Any, x: list[np.ndarray], parameters: np.ndarray | None = None) -> list[np.ndarray]:
+    """The function of the package on one row, of the robot or of one with other parameters."""
+    model, simulator = MODEL, SIMULATOR
+    if parameters is not None and entry[4]:
+        simulator = SIMULATOR.with_parameters(np.concatenate([parameters, SIMULATOR.parameters[len(parameters) :]]))
+    elif parameters is not None:
+        model = MODEL.with_parameters(parameters)
     name, arguments, option, *_ = entry
     options = {} if option is None else {option: x[len(arguments)]}
     named = keywords(entry)
@@ -81,7 +86,6 @@ def on_numpy(entry: Any, x: list[np.ndarray], model: db.Model = MODEL) -> list[n
         return [getattr(model, name)(*x)]
     if not entry[4]:
         return [getattr(_dualbody, name)(model, *x[: len(arguments)], **options, **named)]
-    simulator = SIMULATOR.replace(model=model)
     if name == "rollout":
         out = simulator.rollout(x[0], x[1], inputs=x[2], **options)
         return [out.q, out.v, out.contact]
@@ -196,8 +200,7 @@ def compare_parameters(library: Any, entry: Any) -> None:
     if entry[0] in VALUES_ONLY:
         return
     h = 1e-6
-    models = [MODEL.with_parameters(p + s * h * dp) for s in (1, -1)]
-    after, before = (on_numpy(entry, vectors_given, model) for model in models)
+    after, before = (on_numpy(entry, vectors_given, p + s * h * dp) for s in (1, -1))
     own = [(a - b) / (2 * h) for a, b in zip(after, before, strict=True)]
     _, found = library.jvp(lambda p: f(*given[:-1], p), given[-1:], [library.array(dp)])
     close(found, own, 2 * DIFFERENCES)

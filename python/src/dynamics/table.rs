@@ -79,7 +79,7 @@ impl Entry {
 
 /// Functions of Python of the entries of an area, and the entries.
 macro_rules! python_functions {
-    ($($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:literal)?),+)?) -> $tail:expr, $one:expr;)*) => {
+    ($($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:tt)?),+)?) -> $tail:expr, $one:expr;)*) => {
         #[allow(non_upper_case_globals, reason = "the names are those of the functions")]
         pub(crate) mod entries {
             use super::*;
