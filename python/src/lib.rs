@@ -96,9 +96,9 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::world::{PyWorld, _build_world, carried_state};
-    #[pymodule_export]
     use super::view::{_plot, _recording, PyPlot, PyRecording};
+    #[pymodule_export]
+    use super::world::{_build_world, PyWorld, carried_state};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

