@@ -42,7 +42,8 @@ pub(crate) struct PyWorld {
 /// A pose from a position and a quaternion (w, x, y, z).
 fn pose_of(position: [f64; 3], quaternion: [f64; 4]) -> PyResult<Transform<f64>> {
     let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if !((norm - 1.0).abs() <= NORM_TOLERANCE) {
+    let is_unit = (norm - 1.0).abs() <= NORM_TOLERANCE;
+    if !is_unit {
         return Err(value_error(format_args!(
             "quaternion is {quaternion:?}, whose norm is {norm}, not 1"
         )));

@@ -16,10 +16,14 @@ const CONDIMS: [(&str, u8); 4] = [("1", 1), ("3", 3), ("4", 4), ("6", 6)];
 
 /// Reads the numbers of a geom.
 pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
+    let friction = entry.some_numbers("friction", FRICTION)?;
+    if friction.iter().any(|&mu| mu < 0.0) {
+        return Err(entry.malformed("friction", "is negative"));
+    }
     Ok(MjcfGeom {
         name: None,
         link: String::new(),
-        friction: entry.some_numbers("friction", FRICTION)?,
+        friction,
         condim: entry.word("condim", &CONDIMS)?.unwrap_or(3),
         priority: entry.integer("priority")?.unwrap_or(0),
         contype: bits(entry, "contype")?,

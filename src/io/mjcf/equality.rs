@@ -6,6 +6,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::collections::{BTreeMap, HashMap};
+
 use super::entry::Entry;
 use super::orientation::pose_of;
 use super::scene::MjcfTendon;
@@ -23,7 +25,8 @@ pub(super) struct Reference<'a> {
     pub(super) model: &'a Model,
     pub(super) q: &'a [f64],
     pub(super) names: &'a Names,
-    pub(super) tendons: &'a [MjcfTendon],
+    /// Fixed tendons by name.
+    pub(super) tendons: HashMap<&'a str, &'a MjcfTendon>,
 }
 
 /// Reads an equality; `None`, with a remark, if it is not active or cannot be modelled.
@@ -46,6 +49,10 @@ pub(super) fn read(
         "tendon" => at.tendon(part, &entry)?,
         _ => Err("is not modelled"),
     };
+    let found = found.and_then(|constraint| match is_finite(&constraint) {
+        true => Ok(constraint),
+        false => Err(OUT_OF_RANGE),
+    });
     match found {
         Ok(constraint) => Ok(Some(constraint)),
         Err(reason) => {
@@ -54,6 +61,18 @@ pub(super) fn read(
             Ok(None)
         }
     }
+}
+
+/// Reason of a constraint with numbers that overflow.
+const OUT_OF_RANGE: &str = "has numbers that are out of range";
+
+fn is_finite(constraint: &Constraint) -> bool {
+    let anchors = constraint.kind().anchors().iter();
+    let mut numbers = anchors.flat_map(|anchor| {
+        let X = &anchor.placement;
+        X.translation.iter().chain(X.rotation.iter())
+    });
+    numbers.all(|x| x.is_finite())
 }
 
 /// A constraint, or why it cannot be had.
@@ -104,6 +123,9 @@ impl Reference<'_> {
             Some(other) if one == other => Err("ties a joint to itself"),
             Some(other) => {
                 let offset = q1 + c0 - c1 * q2;
+                if !offset.is_finite() {
+                    return Ok(Err(OUT_OF_RANGE));
+                }
                 let made = Constraint::coupler(self.model, [&one, &other], c1, offset);
                 made.map_err(|_| "ties a joint that is not there")
             }
@@ -114,7 +136,7 @@ impl Reference<'_> {
         let [c0, c1, higher @ ..] = entry.some_numbers("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
         let find = |name: &'static str| {
             let own = entry.text(name).map(|text| part.naming.of(text));
-            own.map(|own| self.tendons.iter().find(|tendon| tendon.name == own))
+            own.map(|own| self.tendons.get(own.as_str()).copied())
         };
         let one = find("tendon1").ok_or_else(|| entry.missing("tendon1"))?;
         let other = find("tendon2");
@@ -126,7 +148,7 @@ impl Reference<'_> {
             return Ok(Err("is not linear"));
         }
         // L₁ − L₁⁰ = c₀ + c₁ (L₂ − L₂⁰)
-        let mut sum: Vec<(&str, f64)> = Vec::new();
+        let mut sum: BTreeMap<&str, f64> = BTreeMap::new();
         let mut length = c0;
         let second = other.map(|tendon| (tendon, -c1));
         for (tendon, factor) in [(one, 1.0)].into_iter().chain(second) {
@@ -135,18 +157,19 @@ impl Reference<'_> {
                     return Ok(Err("a joint that it ties is locked"));
                 };
                 length += factor * c * q;
-                match sum.iter_mut().find(|(name, _)| name == joint) {
-                    Some((_, of_joint)) => *of_joint += factor * c,
-                    None => sum.push((joint, factor * c)),
-                }
+                *sum.entry(joint).or_default() += factor * c;
             }
         }
+        let sum: Vec<(&str, f64)> = sum.into_iter().collect();
         Ok(self.tied(&sum, length))
     }
 
     fn tied(&self, joints: &[(&str, f64)], length: f64) -> Found {
         if joints.iter().all(|&(_, c)| c == 0.0) {
             return Err("ties nothing");
+        }
+        if !length.is_finite() || joints.iter().any(|(_, c)| !c.is_finite()) {
+            return Err(OUT_OF_RANGE);
         }
         let made = Constraint::tendon(self.model, joints, length);
         made.map_err(|_| "ties a joint that is not there")

@@ -56,6 +56,9 @@ pub(super) fn bounded(inertia: Inertia<f64>, compiler: &Compiler) -> Inertia<f64
 fn bounded_moments(moments: Symmetric3<f64>, compiler: &Compiler) -> Symmetric3<f64> {
     let matrix = moments.to_matrix();
     let size = matrix.amax();
+    if !size.is_finite() {
+        return moments;
+    }
     let scaled = match size {
         0.0 => matrix,
         _ => matrix / size,

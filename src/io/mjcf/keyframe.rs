@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::collections::HashMap;
+
 use nalgebra::{DVector, Vector3};
 
 use super::body::Bodies;
@@ -11,7 +13,7 @@ use super::scene::MjcfKeyframe;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
-use crate::model::Model;
+use crate::model::{JointId, Model};
 use crate::sim::State;
 use crate::spatial::Quaternion;
 
@@ -23,6 +25,8 @@ pub(super) struct Target<'a> {
     pub(super) model: &'a Model,
     pub(super) bodies: &'a Bodies,
     pub(super) floats: bool,
+    /// Joints of the model by name.
+    pub(super) ids: HashMap<&'a str, JointId>,
     /// Configuration in which the file has its bodies.
     pub(super) reference: &'a DVector<f64>,
     pub(super) actuators: usize,
@@ -86,7 +90,7 @@ impl Target<'_> {
         if self.floats && joint.kind == Kind::Free {
             return Some((0..7, 0..6));
         }
-        let id = self.model.joint(&joint.name)?;
+        let id = *self.ids.get(joint.name.as_str())?;
         Some((self.model.joint_q(id), self.model.joint_v(id)))
     }
 }

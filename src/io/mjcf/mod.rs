@@ -52,7 +52,7 @@ mod tree;
 mod unused;
 mod walk;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::ModelOptions;
@@ -62,7 +62,7 @@ use super::options::close;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
 use crate::error::LoadError;
-use crate::model::{Base, ModelBuilder};
+use crate::model::{Base, JointId, ModelBuilder};
 use crate::sim::State;
 use documents::Source;
 use include::Files;
@@ -102,7 +102,8 @@ pub(super) fn load(
 struct Loaded {
     scene: MjcfScene,
     remarks: Vec<Remark>,
-    places: Vec<(String, SourcePlace)>,
+    /// Places of joints by name.
+    places: HashMap<String, SourcePlace>,
     whole: SourcePlace,
     /// The base that the options or the file want.
     base: Base,
@@ -114,8 +115,7 @@ impl Loaded {
     fn finish(mut self, mut context: Context<'_>) -> (MjcfScene, ImportReport) {
         let place_of = |remark: &Remark| {
             let joint = remark.joint.as_ref()?;
-            let (_, place) = self.places.iter().find(|(name, _)| name == joint)?;
-            Some(place)
+            self.places.get(joint)
         };
         let is_usual = |remark: &Remark| {
             let joint = remark.joint.as_ref();
@@ -178,6 +178,9 @@ fn scene(
         floats: assembly.floats() && model.has_floating_base(),
         model: &model,
         bodies: &bodies,
+        ids: (model.joints().iter().zip(0..))
+            .map(|(joint, i)| (joint.name.as_str(), JointId(i)))
+            .collect(),
         reference: &q,
         actuators: actuators.len(),
     };
@@ -188,7 +191,7 @@ fn scene(
         model: &model,
         q: q.as_slice(),
         names: &assembly.names,
-        tendons: &tendons,
+        tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
     };
     let constraints = beside.read("equality", context, |part, context| {
         equality::read(part, &reference, context)

@@ -6,7 +6,7 @@ use super::body::Bodies;
 use super::documents::Source;
 use super::joint::Kind;
 use super::naming::Naming;
-use super::walk::{Part, Walk};
+use super::walk::{MAX_ADDED, Part, Walk};
 use crate::error::LoadError;
 use crate::io::context::Context;
 
@@ -56,6 +56,14 @@ pub(super) fn read<'t, 'c, T>(
     context: &mut Context<'_>,
     mut one: impl FnMut(&Part<'t, 'c>, &mut Context<'_>) -> Result<Option<T>, LoadError>,
 ) -> Result<Vec<T>, LoadError> {
+    let attached = walk.attached.iter().map(|(index, _)| {
+        let all = sources[*index].root.all(section);
+        all.map(|node| node.element().children.len()).sum::<usize>()
+    });
+    if attached.sum::<usize>() > MAX_ADDED {
+        let reason = format!("attached models add more than {MAX_ADDED} elements of <{section}>");
+        return Err(sources[0].root.place().unsupported(reason));
+    }
     let mut out = Vec::new();
     for part in parts(sources, walk, section) {
         match one(&part, context) {

@@ -1,5 +1,6 @@
 //! Simulators of scenes.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::scene::{MjcfGeom, MjcfScene};
@@ -21,7 +22,8 @@ impl MjcfScene {
     /// Links touch the ground only. Reads the meshes that do.
     ///
     /// # Panics
-    /// If the mass matrix of the model is singular: [`Model::check_mass_matrix`](crate::Model::check_mass_matrix).
+    /// If the mass matrix of the model is singular: [`Model::check_mass_matrix`](crate::Model::check_mass_matrix), or if contact points need more memory than
+    /// the [limit](crate::memory).
     ///
     /// # Examples
     /// ```
@@ -38,10 +40,11 @@ impl MjcfScene {
     pub fn simulator(&self) -> Simulator {
         let model = self.model.clone();
         let mut motors: Vec<&str> = Vec::new();
+        let mut driven = HashSet::new();
         for motor in self.actuation.iter().filter(|own| own.is_motor()) {
             let joint = motor.joint.as_deref().unwrap_or_default();
             // Locked joints are there no more, and two motors on one joint are one input.
-            if self.model.joint(joint).is_some() && !motors.contains(&joint) {
+            if self.model.joint(joint).is_some() && driven.insert(joint) {
                 motors.push(joint);
             }
         }
@@ -114,7 +117,8 @@ fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
     /// Least height of the normal: steeper ground has no height over its points.
     const LEAST: f64 = 1e-3;
     let normal = pose.rotation.column(2).into_owned();
-    (normal.z > LEAST).then(|| Terrain::plane(pose.translation.into(), normal.into()))
+    let is_finite = pose.translation.iter().all(|x| x.is_finite());
+    (is_finite && normal.z > LEAST).then(|| Terrain::plane(pose.translation.into(), normal.into()))
 }
 
 impl Simulator<f64> {

@@ -1,10 +1,15 @@
 //! Springs and dampers by their time constant and damping ratio.
 
+use nalgebra::Vector3;
+
 use super::assemble::reference;
 use super::body::Bodies;
-use crate::dynamics::mass_matrix_inverse;
+use crate::dynamics::forward_dynamics;
 use crate::error::LoadError;
 use crate::model::{Base, ModelBuilder, Spring};
+
+/// Largest product of such joints and of all degrees of freedom: some seconds of work.
+const MOST: usize = 10_000_000;
 
 /// Sets stiffness and damping of joints that state a time constant T and a damping ratio ζ: with the inertia I that resists the joint while all others
 /// move freely, where the file has the bodies, k = I / (T ζ)² and d = 2 I / T. I = 1 / (M⁻¹)ₖₖ.
@@ -28,18 +33,29 @@ pub(super) fn add(
         return Ok(builder);
     }
     let model = builder.clone().with_base(base).build()?;
-    let q = reference(&model, bodies, floats);
+    if wanted.len().saturating_mul(model.nv()) > MOST {
+        let (joint, ..) = wanted[0];
+        let reason = "too many joints state a springdamper: give them stiffness and damping";
+        return Err(joint.place.unsupported(reason));
+    }
     // Where nothing resists a joint there is no such inertia.
     if model.check_mass_matrix().is_err() {
         return Ok(builder);
     }
-    let mobilities = mass_matrix_inverse(&model, q.as_slice()).diagonal();
+    let q = reference(&model, bodies, floats);
+    let still = model.clone().with_gravity(Vector3::zeros());
+    let rest = vec![0.0; model.nv()];
+    let mobility = |k: usize| {
+        let mut unit = rest.clone();
+        unit[k] = 1.0;
+        forward_dynamics(&still, q.as_slice(), &rest, &unit)[k]
+    };
     let mut joints = builder.joints().to_vec();
     for (joint, time, ratio) in wanted {
         let Some(id) = model.joint(&joint.name) else {
             continue;
         };
-        let inertia = mobilities[model.joint_v(id).start].recip();
+        let inertia = mobility(model.joint_v(id).start).recip();
         let spec = joints.iter_mut().find(|spec| spec.name == joint.name);
         if let Some(spec) = spec {
             let mut axis = joint.axis.clone();

@@ -14,7 +14,10 @@ use crate::error::LoadError;
 use crate::spatial::Transform;
 
 /// Elements that replicas and attached models may add to those of the text.
-const MAX_ADDED: usize = 10_000;
+pub(super) const MAX_ADDED: usize = 10_000;
+
+/// Most models that are attached: each is searched for its body.
+const MAX_ATTACHED: usize = 500;
 
 /// An element with the model that it is from, its class, its name and its place.
 #[derive(Clone, Debug)]
@@ -176,6 +179,10 @@ impl<'t, 'c> Walk<'t, 'c> {
         let naming = part
             .naming
             .attached(entry.text("prefix").unwrap_or_default());
+        if self.attached.len() >= MAX_ATTACHED {
+            let reason = format!("more than {MAX_ATTACHED} models are attached");
+            return Err(part.node.place().unsupported(reason));
+        }
         self.attached.push((index, naming.clone()));
         let other = Part {
             source: &self.sources[index],
