@@ -31,6 +31,7 @@ mod nearest;
 mod newton;
 mod patch;
 mod placed;
+mod point_cylinder;
 mod search;
 mod segments;
 mod shape;

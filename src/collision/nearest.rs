@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::clip::{manifold, nearest_on_faces};
 use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
+use super::point_cylinder::nearest_to_center;
 use super::search::search;
 use super::segments::nearest_of_segments;
 use super::shape::Shape;
@@ -38,6 +39,20 @@ pub fn nearest_features(
             Shape::Sphere { .. } | Shape::Capsule { .. },
             Shape::Sphere { .. } | Shape::Capsule { .. },
         ) => Some(nearest_of_segments(&a, &b)),
+        (
+            Shape::Cylinder {
+                radius,
+                half_length,
+            },
+            Shape::Sphere { .. },
+        ) => Some(nearest_to_center(&a, *radius, *half_length, &b)),
+        (
+            Shape::Sphere { .. },
+            Shape::Cylinder {
+                radius,
+                half_length,
+            },
+        ) => Some(swapped(nearest_to_center(&b, *radius, *half_length, &a))),
         _ => Some(nearest_on_faces(&a, &b, search(&a, &b))),
     }
 }
