@@ -1,9 +1,8 @@
 //! Working memory of functions for one robot, kept by each thread.
 
 use dualbody::Model;
+use dualbody::sim::BatchScalar;
 use dualbody_python_table::{Lifted, Memory as Of};
-
-use crate::arrays::Wide;
 
 /// Working memory that a thread keeps, for as many models or simulators.
 const KEPT: usize = 8;
@@ -32,7 +31,7 @@ pub(crate) fn find_or_make<M, E>(
 pub(crate) struct Memory {
     id: u64,
     pub(crate) one: Of<f64>,
-    pub(crate) wide: Of<Wide>,
+    pub(crate) wide: Of<BatchScalar>,
     /// The robot on dual numbers.
     pub(crate) dual: Option<Lifted>,
 }
