@@ -47,6 +47,7 @@ fn jacobians_of_the_rate_in_soft_contact_equal_the_limit_of_those_of_the_step() 
     let u = vec![0.1; simulator.nu()];
     let forces = simulator.contact_report(&state, &u).forces;
     assert!(forces.iter().any(|f| f.norm() > 1.0));
+    // Rounding of A − 1, by a step of 1e-10 s.
     let error = difference_from_short_steps(&simulator, &state, &u);
-    assert!(error < 1e-5, "{error:e}");
+    assert!(error < 3e-5, "{error:e}");
 }
