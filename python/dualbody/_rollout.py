@@ -19,10 +19,24 @@ class Linearization(NamedTuple):
     b: Array
 
 
+class PairContact(NamedTuple):
+    """A point at which two links are near each other, in the world's axes: half way between both. The normal points out of the second link; the velocity is that of the
+    first one less that of the second; the force acts on the first one, and the opposite on the second."""
+
+    links: tuple[str, str]
+    position: Array
+    velocity: Array
+    normal: Array
+    depth: float
+    force: Array
+    mode: str
+    reason: str
+
+
 class ContactReport(NamedTuple):
     """What touches: places, velocities, normals (n, 3) and depths (n,) of the points, forces on them (n, 3), on the links (links, 6), modes
     ("separated", "touching", "sticking", "impending", "sliding", …) and reasons in words, forces of constraints, and the solver's certificate
-    (status, "converged" as a rule, iterations, residual, violations). Places and forces are in the world's axes."""
+    (status, "converged" as a rule, iterations, residual, violations), and the points between bodies. Places and forces are in the world's axes."""
 
     positions: Array
     velocities: Array
@@ -34,6 +48,7 @@ class ContactReport(NamedTuple):
     reasons: list[str]
     constraints: Array
     certificate: tuple[str, int, float, float, float, float]
+    pairs: list[PairContact]
 
 
 class Status(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from . import _dualbody
 
@@ -14,15 +14,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._dualbody import Array
+    from ._dualbody import Array, Model
 
     Vector3 = tuple[float, float, float]
     Law = "SoftContact | RelaxedRigid | Rigid"
 
 __all__ = [
+    "Collisions",
     "Contacts",
     "HeightField",
     "HuntCrossley",
+    "Nearest",
     "Plane",
     "RelaxedRigid",
     "Rigid",
@@ -30,6 +32,7 @@ __all__ = [
     "SoftContact",
     "SolverOptions",
     "Terrain",
+    "nearest",
 ]
 
 
@@ -237,11 +240,53 @@ class SolverOptions:
 
 
 @dataclass(frozen=True)
+class Collisions:
+    """Bodies that touch each other, by their collision shapes; of meshes the convex hulls.
+
+    Robots and objects of a world collide; links of one robot with self_collision, but for those that a joint connects. law: of all bodies, that of the ground if
+    left out; rigid or relaxed rigid, of the kind of that of the ground. excluded: pairs of links that never touch.
+    """
+
+    law: RelaxedRigid | Rigid | Literal["rigid", "relaxed"] | None = None
+    self_collision: bool = False
+    excluded: Sequence[tuple[str, str]] = ()
+
+
+class Nearest(NamedTuple):
+    """The nearest points of two links."""
+
+    #: m; not positive where the links overlap: the least translation that separates them, negative
+    distance: float
+    #: in the world, the first link's first, (2, 3), m
+    points: Array
+    #: from the first link to the second, in the world, (3,)
+    normal: Array
+    #: derivative of the distance in the tangent of q, (nv,)
+    gradient: Array
+
+
+def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
+    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,).
+
+    >>> import dualbody as db
+    >>> world = db.World()
+    >>> world.add_sphere("ball", 0.1, mass=1.0, position=(0, 0, 1))
+    >>> world.add_box("table", (1, 1, 0.2), fixed=True)
+    >>> model = world.build()
+    >>> near = db.contact.nearest(model, model.neutral(), "table", "ball")
+    >>> round(near.distance, 12), near.gradient.tolist()[2]
+    (0.8, 1.0)
+    """
+    return Nearest(*_dualbody._nearest(model, q, first, second))
+
+
+@dataclass(frozen=True)
 class Contacts:
     """Contacts of a robot's collision shapes with a terrain, under a law.
 
     law: an object, or its kind by name: "rigid" and "relaxed" with their default numbers, "soft" as SoftContact.estimate(mass of the robot, 4, 1e-3).
-    links: only those links touch; laws: other laws for some links; mesh_points: most points of a mesh; smoothing and solver: of rigid contact.
+    links: only those links touch the ground; laws: other laws for some links; mesh_points: most points of a mesh; smoothing and solver: of rigid contact.
+    collisions: bodies that touch each other, True for the defaults of `Collisions`.
     """
 
     terrain: Terrain = field(default_factory=Terrain.flat)
@@ -251,10 +296,13 @@ class Contacts:
     mesh_points: int = 64
     smoothing: Smoothing | tuple[float, float | None] | None = None
     solver: SolverOptions | tuple[float, int, float, int, int] | None = None
+    collisions: Collisions | bool | None = None
     #: The points themselves, as a simulator knows them: what travels with a pickled one.
     points: list[Any] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
+        if isinstance(self.collisions, bool):
+            object.__setattr__(self, "collisions", Collisions() if self.collisions else None)
         for name in ("smoothing", "solver"):
             value = getattr(self, name)
             if dataclasses.is_dataclass(value) and not isinstance(value, type):

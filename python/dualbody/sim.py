@@ -8,7 +8,7 @@ from ._dualbody import Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
 from ._points import ContactKinematics, contact_kinematics
-from ._rollout import ContactReport, Linearization, Rollout, RolloutGradient, Status, StepGradient
+from ._rollout import ContactReport, Linearization, PairContact, Rollout, RolloutGradient, Status, StepGradient
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,6 +29,7 @@ __all__ = [
     "ExternalForce",
     "FrameActuator",
     "Linearization",
+    "PairContact",
     "Rollout",
     "RolloutGradient",
     "Simulator",

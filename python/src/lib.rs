@@ -56,7 +56,8 @@ mod _dualbody {
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{
-        _estimate_soft_contact, _impact_time, _restitution, _terrain_surface, _with_restitution,
+        _estimate_soft_contact, _impact_time, _nearest, _restitution, _terrain_surface,
+        _with_restitution,
     };
     #[pymodule_export]
     use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};

@@ -163,10 +163,14 @@ fn exact(simulator: &Simulator) -> Vec<(usize, f64)> {
 
 // Newton–Euler says which joint forces the step had; what is not of the input is friction.
 #[test]
-fn friction_of_random_robots_obeys_its_law_in_every_step() {
+fn friction_of_an_arm_obeys_its_law_in_every_step() {
     let (mut sticking, mut sliding, mut arriving) = (0, 0, 0);
-    // An arm and a gripper: light links of random trees whirl, where velocity forces are those of the middle of the step.
-    for (simulator, start, u) in trees().into_iter().take(4) {
+    // An arm. Of other trees axes turn, so that the acceleration here is not that of the step, or followers have springs and dampers, which act too.
+    for (simulator, start, u) in trees() {
+        let is_other = |body: &Body<f64>| turns(body) || body.coupling.is_some();
+        if simulator.model().bodies().iter().any(is_other) {
+            continue;
+        }
         // Velocity forces of the middle of the step are not those of Newton and Euler.
         let simulator = simulator.with_integrator(Integrator::SemiImplicitEuler);
         let model = simulator.model();

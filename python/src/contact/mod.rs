@@ -4,12 +4,14 @@
 
 mod law;
 mod motors;
+mod nearest;
 mod parts;
 mod points;
 mod terrain;
 
 pub(crate) use law::{_estimate_soft_contact, _impact_time, _restitution, _with_restitution};
 pub(crate) use motors::actuation_of;
+pub(crate) use nearest::_nearest;
 pub(crate) use parts::with_parts;
 pub(crate) use points::{contacts_of, point_numbers};
 pub(crate) use terrain::{_terrain_surface, terrain_of};

@@ -2,7 +2,8 @@
 
 use dualbody::Model;
 use dualbody::contact::{
-    ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing, SolverOptions,
+    CollisionOptions, ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing,
+    SolverOptions,
 };
 use dualbody::model::{BodyId, FrameId};
 use nalgebra::Vector3;
@@ -86,6 +87,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
         contacts = guarded(|| contacts.with_law(model, &link, law))?.or_raise()?;
     }
+    contacts = with_collisions(contacts, model, value)?;
     if let Some((kappa, reach)) = value
         .getattr("smoothing")?
         .extract::<Option<(f64, Option<f64>)>>()?
@@ -117,4 +119,25 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     }
     contacts.check_memory().or_raise()?;
     Ok(contacts)
+}
+
+/// Lets bodies touch each other, where that is asked for.
+fn with_collisions(
+    contacts: Contacts,
+    model: &Model,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Contacts> {
+    let collisions = value.getattr("collisions")?;
+    if collisions.is_none() {
+        return Ok(contacts);
+    }
+    let law = match collisions.getattr("law")? {
+        own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
+        own => law_of("collisions.law", &own, model)?,
+    };
+    let options = CollisionOptions {
+        self_collision: collisions.getattr("self_collision")?.extract()?,
+        excluded: collisions.getattr("excluded")?.extract()?,
+    };
+    guarded(|| contacts.with_collisions(model, law, &options))?.or_raise()
 }

@@ -53,10 +53,39 @@ impl PySimulator {
             words(&report.reasons, ToString::to_string),
             vector(py, report.constraints.clone()),
             certificate(&report.certificate),
+            self.pairs(py, &report)?,
         );
         py.import("dualbody.sim")?
             .getattr("ContactReport")?
             .call1(fields)
+    }
+}
+
+impl PySimulator {
+    /// Points between bodies: a PairContact each.
+    fn pairs<'py>(
+        &self,
+        py: Python<'py>,
+        report: &ContactReport,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let class = py.import("dualbody.sim")?.getattr("PairContact")?;
+        let frames = self.simulator.model().frames();
+        let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice().to_vec());
+        let pairs = report.pairs.iter().map(|pair| {
+            let [first, second] = pair.links.map(|link| frames[link.0].name.as_str());
+            let point = &pair.point;
+            class.call1((
+                (first, second),
+                xyz(&point.position),
+                xyz(&point.velocity),
+                xyz(&point.normal),
+                point.depth,
+                xyz(&pair.force),
+                snake(&pair.mode),
+                pair.reason.to_string(),
+            ))
+        });
+        pairs.collect()
     }
 }
 
