@@ -245,13 +245,14 @@ fn joint_equality_counts_from_the_references() {
     assert!((length - 1.2).abs() < SAME_ALGEBRA);
 }
 
-// Three points of a triangle: the ends of two rods meet where the file has them, and the simulator keeps them together.
+// A crank and a slider: the ends of two rods meet where the file has them, and the simulator keeps them together as they fall.
 #[test]
 fn connected_bodies_stay_together() {
     let (scene, report) = text(
         "<mujoco><option timestep='0.001'/><worldbody>
          <body name='a' pos='-1 0 0'><joint name='a'  axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 1' size='0.02'/></body>
-         <body name='b' pos='1 0 0' euler='0 0 30'><joint name='b' axis='0.5 0.8660254037844386 0'/><joint name='c' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 0 1' size='0.02'/></body>
+         <body name='b' pos='1 0 0' euler='0 0 30'><joint name='c' type='slide' axis='0.8660254037844386 -0.5 0'/><joint name='b' axis='0.5 0.8660254037844386 0'/>
+         <geom type='capsule' fromto='0 0 0 -0.8660254037844386 0.5 1' size='0.02'/></body>
          </worldbody><equality><connect body1='a' body2='b' anchor='1 0 1'/></equality></mujoco>",
     );
     assert!(report.ignored.is_empty(), "{report}");
