@@ -592,6 +592,18 @@ fn hostile_descriptions_neither_hang_nor_overflow_the_stack() {
     let replicas = nested("<replicate count='50'>", "</replicate>", 40)
         .replace("</replicate>", "<geom size='1'/></replicate>");
     assert!(ModelOptions::default().load_mjcf_str(&replicas).is_err());
+    // Names grow with each level.
+    let deep = nested("<replicate count='1' sep='-'>", "</replicate>", many);
+    assert!(ModelOptions::default().load_mjcf_str(&deep).is_err());
+    let long = format!(
+        "<mujoco><worldbody><replicate count='9000' sep='{}'><geom size='1'/></replicate></worldbody></mujoco>",
+        "-".repeat(many)
+    );
+    let error = ModelOptions::default()
+        .load_mjcf_str(&long)
+        .map(|_| ())
+        .unwrap_err();
+    assert!(error.to_string().contains("too long"), "{error}");
     let classes = format!(
         "<mujoco>{}{}</mujoco>",
         "<default class='a'>".repeat(3),

@@ -43,6 +43,11 @@ impl Naming {
         self.is_attached
     }
 
+    /// Bytes that it adds to a name.
+    pub(super) fn len(&self) -> usize {
+        self.prefix.len() + self.suffix.len()
+    }
+
     /// The name of a part.
     pub(super) fn of(&self, name: &str) -> String {
         format!("{}{name}{}", self.prefix, self.suffix)

@@ -16,6 +16,9 @@ use crate::spatial::Transform;
 /// Elements that replicas and attached models may add to those of the text.
 pub(super) const MAX_ADDED: usize = 10_000;
 
+/// Bytes that prefixes and suffixes may add to names: nested replicas and long prefixes would make them grow with the square of the text.
+const MAX_NAMING: usize = 4 << 20;
+
 /// Most models that are attached: each is searched for its body.
 const MAX_ATTACHED: usize = 500;
 
@@ -80,6 +83,8 @@ impl<'t, 'c> Part<'t, 'c> {
 pub(super) struct Walk<'t, 'c> {
     sources: &'c [Source<'t>],
     left: usize,
+    /// Bytes that prefixes and suffixes may still add.
+    naming_left: usize,
     /// Models that were attached: number and names.
     pub(super) attached: Vec<(usize, Naming)>,
 }
@@ -90,6 +95,7 @@ impl<'t, 'c> Walk<'t, 'c> {
         Self {
             sources,
             left: elements.sum::<usize>() + MAX_ADDED,
+            naming_left: MAX_NAMING,
             attached: Vec::new(),
         }
     }
@@ -121,6 +127,16 @@ impl<'t, 'c> Walk<'t, 'c> {
             part.node.place().unsupported(reason)
         };
         self.left = left.ok_or_else(many)?;
+        self.count_naming(part, part.naming.len())
+    }
+
+    fn count_naming(&mut self, part: &Part<'t, 'c>, bytes: usize) -> Result<(), LoadError> {
+        let left = self.naming_left.checked_sub(bytes);
+        let long = || {
+            let reason = "the names of replicas and attached models become too long";
+            part.node.place().unsupported(reason)
+        };
+        self.naming_left = left.ok_or_else(long)?;
         Ok(())
     }
 
@@ -148,6 +164,8 @@ impl<'t, 'c> Walk<'t, 'c> {
         );
         let separator = part.node.attribute("sep").unwrap_or_default();
         let digits = count.saturating_sub(1).to_string().len();
+        let length = part.naming.len() + separator.len() + digits;
+        self.count_naming(part, count.saturating_mul(length))?;
         let class = part.class_inside()?;
         let mut X = part.X;
         let mut replicas = Vec::with_capacity(count);
