@@ -163,7 +163,10 @@ impl PyWorld {
     }
 
     /// Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given.
-    #[pyo3(signature = (model, prefix = "", position = [0.0; 3], quaternion = [1.0, 0.0, 0.0, 0.0], on = None))]
+    #[pyo3(
+        signature = (model, prefix = "", position = [0.0; 3], quaternion = [1.0, 0.0, 0.0, 0.0], on = None),
+        text_signature = "($self, model, prefix='', position=(0, 0, 0), quaternion=(1, 0, 0, 0), on=None)"
+    )]
     fn add(
         &mut self,
         py: Python<'_>,
@@ -244,7 +247,10 @@ impl PyWorld {
     }
 
     /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
-    #[pyo3(signature = (name, path, scale = [1.0; 3], **object))]
+    #[pyo3(
+        signature = (name, path, scale = [1.0; 3], **object),
+        text_signature = "($self, name, path, scale=(1, 1, 1), **object)"
+    )]
     fn add_mesh<'py>(
         &mut self,
         py: Python<'py>,
