@@ -57,7 +57,7 @@ impl Certificate {
     }
 
     /// The worse of two, number by number.
-    pub(super) fn worse(self, other: Self) -> Self {
+    pub(crate) fn worse(self, other: Self) -> Self {
         Self {
             status: self.status.max(other.status),
             iterations: self.iterations.max(other.iterations),

@@ -70,7 +70,7 @@ impl<T: Scalar> ConeSolver<T> {
     /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
     ///
     /// * `problem`, `f` – the last problem, and its forces
-    /// * `memory` – working memory, which grows to 2 n
+    /// * `memory` – working memory, of length 2 n at least
     ///
     /// # Panics
     /// If the scalar has lanes, of which only the last solution is there, or no values.
@@ -79,7 +79,7 @@ impl<T: Scalar> ConeSolver<T> {
         problem: &ConeProblem<'_, T>,
         f: &[T],
         changes: impl Iterator<Item = &'x mut [S]>,
-        memory: &mut Vec<S>,
+        memory: &mut [S],
     ) {
         assert!(
             T::LANES == 1 && T::HAS_VALUES,
@@ -88,7 +88,7 @@ impl<T: Scalar> ConeSolver<T> {
         let steps = self.search.newton.steps_at_solution() + T::ORDER;
         self.find_slopes(problem, f, steps > 1);
         let (newton, own) = (&self.search.newton, &self.transposed);
-        memory.resize(2 * newton.system.n, S::zero());
+        let memory = &mut memory[..2 * newton.system.n];
         let slopes = Slopes {
             newton,
             jacobians: &own.jacobians,

@@ -8,10 +8,11 @@ use nalgebra::DMatrix;
 
 use super::evaluation_point::EvaluationPoint;
 use super::forces::Forces;
+use super::islands::ForceSolver;
 use super::placed::Placed;
 use super::rows::Rows;
 use super::simulator::Simulator;
-use crate::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
+use crate::cone::{Certificate, ConeOptions, Law, Mode, Smoothed, Status};
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::MassMatrixFactor;
 use crate::model::Model;
@@ -24,7 +25,7 @@ pub(crate) struct Balance<T: Scalar> {
     placed: Placed<T>,
     factor: MassMatrixFactor<T>,
     pub(super) rows: Rows<T>,
-    solver: ConeSolver<T>,
+    solver: ForceSolver<T>,
     certificate: Certificate,
     /// The worst of each lane since [`forget`](Self::forget).
     statuses: Vec<Status>,
@@ -48,8 +49,8 @@ impl<T: Scalar> Balance<T> {
         Self {
             placed: Placed::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
-            rows: Rows::new(nv, rows, blocks),
-            solver: ConeSolver::new(rows, blocks).with_options(options),
+            rows: Rows::new(model, rows, blocks),
+            solver: ForceSolver::new(rows, blocks, options),
             certificate: Certificate::default(),
             statuses: vec![Status::default(); T::LANES],
         }
@@ -112,7 +113,7 @@ impl<T: Scalar> Balance<T> {
             false => 1.0,
         };
         let kappa = smoothed.and_then(|contacts| contacts.kappa_over_step(plain));
-        self.solver.options.smoothing = kappa.unwrap_or(0.0);
+        self.solver.one.options.smoothing = kappa.unwrap_or(0.0);
         let scale = smoothed
             .filter(|_| !is_f64::<P>())
             .map(|_| T::from((dt / plain).sqrt()));
@@ -196,7 +197,7 @@ impl<T: Scalar> Balance<T> {
 
     /// Measures solutions and tells them apart by their modes from now on.
     pub(super) fn measure(&mut self) {
-        self.solver.options.measured = true;
+        self.solver.one.options.measured = true;
     }
 
     /// Certificate of the last solution.

@@ -45,6 +45,7 @@ mod free_body;
 mod integrator;
 mod integrators;
 mod interop;
+mod islands;
 mod named_forces;
 mod names;
 mod parameter_slots;

@@ -1,8 +1,12 @@
 //! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
-use crate::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
+use std::ops::Range;
+
+use super::islands::{ForceSolver, Islands};
+use crate::cone::{Block, Certificate, ConeProblem, Law};
 use crate::dynamics::MassMatrixFactor;
 use crate::linalg::product::dot;
+use crate::model::Model;
 use crate::scalar::{GROUP, Linear, Scalar, TILE, each, plus_scaled, vectorized};
 
 /// Rows  y = G f + J a − reference, block after block.
@@ -17,6 +21,8 @@ pub(crate) struct Rows<T> {
     half: Vec<[T; GROUP]>,
     /// D⁻¹ X of one group.
     scaled: Vec<[T; GROUP]>,
+    /// Coordinates that X of each group has.
+    ranges: Vec<Range<usize>>,
     references: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
@@ -25,6 +31,7 @@ pub(crate) struct Rows<T> {
     regularization: Vec<T>,
     offset: Vec<T>,
     forces: Vec<T>,
+    islands: Islands,
 }
 
 /// A number of rows and blocks.
@@ -36,13 +43,16 @@ pub(super) struct Mark {
 
 impl<T: Scalar> Rows<T> {
     /// Memory for so many.
-    pub(super) fn new(nv: usize, rows: usize, blocks: usize) -> Self {
+    pub(super) fn new<P: Scalar>(model: &Model<P>, rows: usize, blocks: usize) -> Self {
+        let nv = model.nv();
         Self {
             nv,
+            islands: Islands::new(model),
             count: 0,
             jacobian: Vec::with_capacity(rows * nv),
             half: Vec::with_capacity((rows / GROUP + 1) * nv),
             scaled: Vec::with_capacity(nv),
+            ranges: Vec::with_capacity(rows / GROUP + 1),
             references: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
@@ -147,6 +157,15 @@ impl<T: Scalar> Rows<T> {
                 own[k][i % GROUP] = row[k];
             }
         }
+        self.ranges.clear();
+        for rows in self.jacobian.chunks(GROUP * nv.max(1)) {
+            self.ranges.push(self.islands.range(rows, nv));
+        }
+        // What stands beside the rows is in the last group.
+        self.ranges.resize(self.groups(), 0..nv);
+        if let Some(last) = self.ranges.last_mut() {
+            *last = 0..nv;
+        }
     }
 
     /// The columns of Xᵀ D⁻¹ X for one group of rows.
@@ -158,10 +177,14 @@ impl<T: Scalar> Rows<T> {
             let reciprocal = factor.reciprocal(k);
             self.scaled.push(each(|i| x[i] * reciprocal));
         }
+        let own = self.ranges[first / GROUP].clone();
         for from in (first..=self.count).step_by(GROUP) {
+            let other = &self.ranges[from / GROUP];
+            let start = own.start.max(other.start);
+            let range = start..own.end.min(other.end).max(start);
             for column in (first..end).step_by(TILE) {
-                let x = &self.half[nv * (from / GROUP)..][..nv];
-                let tile = products(x, &self.scaled, column - first);
+                let x = &self.half[nv * (from / GROUP)..][range.clone()];
+                let tile = products(x, &self.scaled[range.clone()], column - first);
                 self.store(&tile, from, column);
             }
         }
@@ -236,7 +259,7 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn solve_scaled(
         &mut self,
         law: Law,
-        solver: &mut ConeSolver<T>,
+        solver: &mut ForceSolver<T>,
         scale: T,
     ) -> Certificate {
         self.scale(scale);
@@ -272,11 +295,12 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
-    pub(super) fn solve(&mut self, law: Law, solver: &mut ConeSolver<T>) -> Certificate {
+    pub(super) fn solve(&mut self, law: Law, solver: &mut ForceSolver<T>) -> Certificate {
         let mut forces = std::mem::take(&mut self.forces);
         forces.clear();
         forces.resize(self.offset.len(), T::zero());
-        let certificate = solver.solve(&self.problem(law), &mut forces);
+        self.islands.find(&self.jacobian, &self.blocks);
+        let certificate = solver.solve(&self.problem(law), &self.islands, &mut forces);
         self.forces = forces;
         certificate
     }
@@ -292,26 +316,26 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
-    /// See [`ConeSolver::respond_transposed`].
+    /// See [`respond_transposed`](crate::cone::ConeSolver::respond_transposed) of the solver.
     pub(super) fn respond_transposed(
         &self,
         law: Law,
-        solver: &mut ConeSolver<T>,
+        solver: &mut ForceSolver<T>,
         weights: &mut [T],
         by_friction: &mut [T],
     ) {
         solver.respond_transposed(&self.problem(law), &self.forces, weights, by_friction);
     }
 
-    /// See [`ConeSolver::apply_sensitivity`].
+    /// See [`apply_sensitivity`](crate::cone::ConeSolver::apply_sensitivity) of the solver.
     pub(super) fn respond<'x, S: Linear<T>>(
         &self,
         law: Law,
-        solver: &mut ConeSolver<T>,
+        solver: &mut ForceSolver<T>,
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
     ) {
-        solver.apply_sensitivity(&self.problem(law), &self.forces, changes, memory);
+        solver.respond(&self.problem(law), &self.forces, changes, memory);
     }
 
     /// a = M⁻¹ (τ + Jᵀ f)

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
 use dualbody::control::Lqr;
 use dualbody::dynamics::{frame_pose, mass_matrix};
 use dualbody::error::{EditError, InvalidState};
@@ -784,4 +785,64 @@ fn lqr_of_one_arm_holds_in_a_world() {
         lqr.spectral_radius()
     };
     assert!((gain(&both) - gain(&alone)).abs() < OTHER_ALGORITHM);
+}
+
+// Rows of robots that do not touch each other are islands: each robot moves to the bits of one alone, and so are A and B.
+#[test]
+fn robots_on_the_ground_move_as_each_alone() {
+    let quadruped = Model::from_urdf_file("assets/quadruped.urdf").expect("an asset");
+    let standing = |n: usize, law: ContactLaw| {
+        let mut world = World::default();
+        for k in 0..n {
+            let at = Transform::from_translation([2.0 * k as f64, 0.0, 0.0].into());
+            world
+                .add(&quadruped, &format!("{k}/"), &at)
+                .expect("a member");
+        }
+        let model = world.build().expect("a world");
+        let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+        let simulator = Simulator::new(model)
+            .with_contacts(contacts)
+            .with_time_step(2e-3);
+        let mut state = simulator.neutral_state();
+        let heights = state.q.iter_mut().skip(2).step_by(19);
+        heights.for_each(|z| *z = 0.45);
+        let u = vec![0.0; simulator.nu()];
+        for _ in 0..200 {
+            state = simulator.step(&state, &u);
+        }
+        (simulator, state)
+    };
+    for law in [
+        ContactLaw::Rigid(Rigid::default()),
+        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+    ] {
+        let ((one, alone), (three, state)) = (standing(1, law), standing(3, law));
+        assert!(
+            one.contact_report(&alone, &[0.0; 12])
+                .forces
+                .iter()
+                .any(|f| f.norm() > 1.0)
+        );
+        let lone = one.linearize(&alone, &[0.0; 12]);
+        let all = three.linearize(&state, &[0.0; 36]);
+        for k in 0..3 {
+            let v = (state.v.rows(18 * k, 18) - &alone.v).amax();
+            assert!(v < 1e-11, "{k}: {v:e}");
+            for (row, column) in [(0, 0), (0, 54), (54, 0), (54, 54)] {
+                let own = all.a.view((row + 18 * k, column + 18 * k), (18, 18));
+                let expected = lone.a.view((row / 3, column / 3), (18, 18));
+                let error = (own - expected).amax();
+                assert!(
+                    error < 1e-9 * lone.a.amax(),
+                    "{k} {row} {column}: {error:e}"
+                );
+            }
+        }
+        // Through all of it, also in friction.
+        let adjoint: Vec<f64> = (0..108).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let found = three.vjp(&state, &[0.0; 36], &adjoint);
+        let expected = all.a.transpose() * DVector::from(adjoint);
+        assert!((&found.state - &expected).amax() < 1e-10 * expected.amax());
+    }
 }

@@ -14,7 +14,7 @@ fn responses_equal_dual_derivatives() {
             solver.solve(&case.problem(), &mut f);
             let mut response = DMatrix::identity(n, n);
             let columns = response.as_mut_slice().chunks_exact_mut(n);
-            solver.apply_sensitivity(&case.problem(), &f, columns, &mut Vec::new());
+            solver.apply_sensitivity(&case.problem(), &f, columns, &mut vec![0.0; 2 * f.len()]);
             // Row by row, backwards.
             let mut friction = DMatrix::zeros(n, blocks);
             for i in 0..n {
