@@ -81,7 +81,7 @@ impl PySimulator {
                 xyz(&point.normal),
                 point.depth,
                 xyz(&pair.force),
-                snake(&pair.mode),
+                snake(pair.mode),
                 pair.reason.to_string(),
             ))
         });
