@@ -71,7 +71,7 @@ impl RerunStream {
     fn push_marks(&self, track: &Track, times: &[f64], scale: f64) {
         let at = |kind: &str, frame| path(&["robots", &track.name, kind, track.frame_name(frame)]);
         let poses = poses(track, times.len());
-        for &frame in track.traces() {
+        for &frame in &track.traces {
             let points = poses
                 .iter()
                 .map(|kinematics| origin(track, kinematics, frame));
@@ -79,7 +79,7 @@ impl RerunStream {
             self.log_static(at("traces", frame), &LineStrips3D::new([strip]));
         }
         for (k, &time) in times.iter().enumerate() {
-            for &frame in track.frames() {
+            for &frame in &track.frames {
                 let pose = shape::pose(&frame_pose_at(&track.model, &poses[k], frame));
                 let axes = transform(&pose).with_axis_length(AXES);
                 self.log(at("frames", frame), time, &axes);
@@ -96,7 +96,7 @@ impl RerunStream {
 
 /// Kinematics of the bodies at each time; where that is not known, the last that was.
 fn poses(track: &Track, length: usize) -> Vec<Kinematics<f64>> {
-    if track.traces().is_empty() && track.frames().is_empty() && track.forces().is_empty() {
+    if track.traces.is_empty() && track.frames.is_empty() && track.forces().is_empty() {
         return Vec::new();
     }
     let (model, still) = (&track.model, vec![0.0; track.model.nv()]);
