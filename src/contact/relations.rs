@@ -3,10 +3,7 @@
 use std::collections::HashMap;
 
 use crate::joint::JointKind;
-use crate::model::{JointSpec, Model};
-
-/// Name of the root link that stands for the world, which joins nothing.
-const WORLD: &str = "world";
+use crate::model::{JointSpec, Model, WORLD};
 
 /// What joints make of the links of a model. A floating joint joins nothing, nor does a joint on the link `world` that is the root.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,23 +2,9 @@
 
 use super::{ContactLaw, ContactOptions, Contacts, NoMeshes, Terrain};
 use crate::error::OutOfMemory;
-use crate::memory;
 use crate::model::Model;
 
 impl Contacts<f64> {
-    /// The points of all collision shapes of a robot on a terrain, under one law. Meshes are read with the feature `formats`. Allocates.
-    ///
-    /// # Panics
-    /// If a number of the law or of the terrain is outside of its domain. If the points would need more memory than the [limit](crate::memory).
-    pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        memory::granted(Self::with_options(
-            model,
-            terrain,
-            law,
-            &ContactOptions::default(),
-        ))
-    }
-
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Meshes have none, and are among
     /// [`shapes_without_points`](Self::shapes_without_points). Allocates.
     ///

@@ -7,39 +7,10 @@ use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, MeshHulls, Terrain,
 };
 use crate::error::{OutOfMemory, UnknownName};
-use crate::memory;
 use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
 
 impl Contacts<f64> {
-    /// The points of all collision shapes of a robot on a terrain, under one law. Meshes are read with the feature `formats`. Allocates.
-    ///
-    /// # Panics
-    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an
-    /// impedance not within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a
-    /// height not finite. If the points would need more memory than the [limit](crate::memory).
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Model, contact::{ContactLaw, Contacts, SoftContact, Terrain}};
-    ///
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let model = Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf"))?;
-    /// let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 1e-3));
-    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
-    /// assert_eq!(contacts.points().len(), 8);
-    /// # Ok(())
-    /// # }
-    /// ```
-    pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        memory::granted(Self::with_options(
-            model,
-            terrain,
-            law,
-            &ContactOptions::default(),
-        ))
-    }
-
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of
     /// collision shapes, each once; those that cannot be read have no points and are among
     /// [`shapes_without_points`](Self::shapes_without_points). Allocates.

@@ -8,7 +8,7 @@ use crate::error::LoadError;
 use crate::joint::JointKind;
 
 /// Name of the link that is the world itself.
-pub(super) const WORLD: &str = "world";
+pub(crate) const WORLD: &str = "world";
 
 /// Joint that carries each link, and joints that each link carries.
 pub(super) struct Graph {

@@ -72,6 +72,7 @@ pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::InertiaFlaw;
 pub(crate) use consistency::inertia_flaw;
 pub(crate) use generation::Generation;
+pub(crate) use graph::WORLD;
 pub(crate) use hardware::Stretch;
 pub use hardware::{Dimension, Hardware, LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub use ids::{BodyId, FrameId, JointId};

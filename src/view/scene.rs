@@ -12,7 +12,7 @@ use super::shape::{Pose, Shape, pose};
 use super::skeleton::skeleton;
 use super::track::Track;
 use crate::joint::JointKind;
-use crate::model::{Body, BodyId, FrameId, Model};
+use crate::model::{Body, BodyId, FrameId, Model, WORLD};
 use crate::spatial::Transform;
 
 /// A robot without its motion.
@@ -249,7 +249,7 @@ pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
 fn members(model: &Model) -> Vec<usize> {
     let builder = model.to_builder();
     let steps = builder.walk();
-    let is_world = steps.first().is_some_and(|step| step.link.name == "world");
+    let is_world = steps.first().is_some_and(|step| step.link.name == WORLD);
     let mut member = 0;
     let mut of = |depth: usize| {
         member += usize::from(is_world && depth == 1);

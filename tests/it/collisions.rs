@@ -381,3 +381,21 @@ fn batches_of_touching_bodies_give_the_bits_of_single_steps() {
         assert_eq!(moved.state(k, 20), single, "{k}");
     }
 }
+
+// Sizes are parameters: balls whose radius is set to twice as much touch where those do.
+#[test]
+fn shapes_with_other_sizes_touch_where_these_do() {
+    let model = free(vec![ball("a", 0.15, 1.0), ball("b", 0.15, 1.0)], [0.0; 3]);
+    let small = simulator(&model, rigid(0.0, 0.0), 1e-3);
+    let layout = small.parameter_layout();
+    let mut parameters = small.parameters();
+    let sizes = layout.names().iter().enumerate();
+    let radii = sizes.filter(|(_, name)| name.contains("shape") && name.contains("radius"));
+    radii.for_each(|(k, _)| parameters[k] *= 2.0);
+    let large = small.with_parameters::<f64>(parameters.as_slice());
+    let mut state = small.neutral_state();
+    place(&mut state, 1, [0.5, 0.0, 0.0], [0.0; 3], [0.0; 6]);
+    assert!(small.contact_report(&state, &[]).pairs.is_empty());
+    let pairs = large.contact_report(&state, &[]).pairs;
+    assert!((pairs[0].point.depth - 0.1).abs() < 1e-12 && pairs[0].force.norm() > 1.0);
+}

@@ -2,12 +2,13 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::collision::{Bounds, BroadPhase, Manifold, PairFeature, features};
+use crate::collision::{Bounds, BroadPhase, Manifold, PairFeature, Shape, features};
 use crate::contact::activation::ActivationMargin;
 use crate::contact::point::velocity_at;
 use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes};
 use crate::dynamics::Kinematics;
+use crate::numbers::Numbers as _;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Transform};
 
@@ -31,6 +32,7 @@ pub(crate) struct PairFinder {
 /// Where a shape is, and how far away it could touch something.
 #[derive(Clone, Debug)]
 struct PlacedShape {
+    shape: Shape,
     X_WS: Transform<f64>,
     /// Its part of the margin of a pair, m.
     margin: f64,
@@ -61,7 +63,7 @@ impl PairFinder {
                 approach: margin.approach.value(lane),
                 reach: margin.reach,
             };
-            self.place(plain, kinematics, &margin, lane);
+            self.place(pairs, plain, kinematics, &margin, lane);
             fits &= self.find_in_lane(pairs, plain, lane, out);
         }
         if T::LANES > 1 {
@@ -70,8 +72,9 @@ impl PairFinder {
         fits
     }
 
-    fn place<T: Scalar>(
+    fn place<P: Scalar, T: Scalar>(
         &mut self,
+        pairs: &ShapePairs<P>,
         plain: &LinkShapes,
         kinematics: &Kinematics<T>,
         margin: &ActivationMargin,
@@ -79,7 +82,9 @@ impl PairFinder {
     ) {
         self.shapes.clear();
         self.bounds.clear();
-        for own in plain.shapes() {
+        for (own, sized) in plain.shapes().iter().zip(&pairs.shapes) {
+            // Sizes are parameters: those of now count.
+            let shape: Shape = sized.shape.map_numbers(&mut |x| x.value(lane));
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
             let V = kinematics.velocity(own.body).to_array();
             let V = Motion::from_array(V.map(|x| x.value(lane)));
@@ -88,13 +93,17 @@ impl PairFinder {
             let turning = V.angular.norm();
             // What is fixed to the world may be endless, and does not turn.
             let turns = if turning > 0.0 {
-                turning * own.shape.reach()
+                turning * shape.reach()
             } else {
                 0.0
             };
             let margin = margin.half_height(center + turns).max(own.margin);
-            self.bounds.push(Bounds::of(&own.shape, &X_WS, margin));
-            self.shapes.push(PlacedShape { X_WS, margin });
+            self.bounds.push(Bounds::of(&shape, &X_WS, margin));
+            self.shapes.push(PlacedShape {
+                shape,
+                X_WS,
+                margin,
+            });
         }
     }
 
@@ -116,9 +125,8 @@ impl PairFinder {
                 [i, j]
             };
             let [a, b] = shapes.map(|k| &self.shapes[k]);
-            let [first, second] = shapes.map(|k| &plain.shapes()[k].shape);
             let (margin, manifold) = (a.margin + b.margin, &mut self.manifold);
-            features(first, &a.X_WS, second, &b.X_WS, margin, manifold);
+            features(&a.shape, &a.X_WS, &b.shape, &b.X_WS, margin, manifold);
             for &feature in manifold.pairs() {
                 let is_same =
                     |own: &PairPoint| own.shapes == shapes && own.feature.id == feature.id;
