@@ -1,7 +1,6 @@
 //! Dry friction that holds: closed forms of a slider, the law itself on random robots, rows of a solver beside the active set, gradients.
 
 use dualbody::codegen::{linearization, step};
-use dualbody::constraint::{Anchor, Constraint};
 use dualbody::dynamics::inverse_dynamics;
 use dualbody::joint::JointKind;
 use dualbody::linearize::{StepGradient, VjpScratch};
@@ -11,7 +10,7 @@ use dualbody::sim::{
 };
 use dualbody::{Integrator, Model, Simulator, State};
 
-use crate::common::{OTHER_ALGORITHM, random_point};
+use crate::common::{OTHER_ALGORITHM, random_point, with_solver};
 
 const EULER: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
 
@@ -205,16 +204,6 @@ fn friction_of_an_arm_obeys_its_law_in_every_step() {
         sticking > 20 && sliding > 20 && arriving > 2,
         "{sticking} {sliding} {arriving}"
     );
-}
-
-/// A constraint whose forces are bounded by zero: it changes nothing, but a solver finds all forces.
-fn with_solver(simulator: &Simulator) -> Simulator {
-    let last = *simulator.model().link_names().last().expect("a link");
-    let tip = Anchor::frame(simulator.model(), last).expect("a link");
-    let rod = Constraint::distance([Anchor::world().moved([0.3, 0.2, 0.9]), tip], 0.4);
-    simulator
-        .clone()
-        .with_constraints(vec![rod.with_largest_force(0.0)])
 }
 
 #[test]

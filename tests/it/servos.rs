@@ -2,13 +2,12 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::autodiff::finite_difference;
-use dualbody::constraint::{Anchor, Constraint};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{Actuation, Actuator, CoulombFriction, Servo};
 use dualbody::{Integrator, Model, Scalar, Simulator, State};
 
-use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA};
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, with_solver};
 
 const EULER: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
 const MASS: f64 = 2.0;
@@ -102,16 +101,6 @@ fn position_servo_of_ten_thousand_newtons_a_metre_is_stable_at_ten_milliseconds(
     }
     let critical = Servo::position_with_damping_ratio(100.0, 1.0, MASS);
     assert!((critical.velocity_gain - 2.0 * 200.0_f64.sqrt()).abs() < 1e-12);
-}
-
-/// A constraint whose forces are bounded by zero: it changes nothing, but a solver finds all forces.
-fn with_solver(simulator: &Simulator) -> Simulator {
-    let last = *simulator.model().link_names().last().expect("a link");
-    let tip = Anchor::frame(simulator.model(), last).expect("a link");
-    let rod = Constraint::distance([Anchor::world().moved([0.3, 0.2, 0.9]), tip], 0.4);
-    simulator
-        .clone()
-        .with_constraints(vec![rod.with_largest_force(0.0)])
 }
 
 // The force is that of the end of the step where that is within the range, else the end of the range.

@@ -8,6 +8,8 @@ pub(crate) mod quadruped;
 
 use std::path::Path;
 
+use dualbody::Simulator;
+use dualbody::constraint::{Anchor, Constraint};
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, samples};
 use nalgebra::{DMatrix, DVector};
@@ -202,4 +204,14 @@ pub(crate) fn assert_close_vector(
 ) {
     let column = |x: &DVector<f64>| DMatrix::from_column_slice(x.len(), 1, x.as_slice());
     assert_close(&column(actual), &column(expected), tolerance, what);
+}
+
+/// A constraint whose forces are bounded by zero: it changes nothing, but a solver finds all forces.
+pub(crate) fn with_solver(simulator: &Simulator) -> Simulator {
+    let last = *simulator.model().link_names().last().expect("a link");
+    let tip = Anchor::frame(simulator.model(), last).expect("a link");
+    let rod = Constraint::distance([Anchor::world().moved([0.3, 0.2, 0.9]), tip], 0.4);
+    simulator
+        .clone()
+        .with_constraints(vec![rod.with_largest_force(0.0)])
 }
