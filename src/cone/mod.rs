@@ -30,7 +30,10 @@
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024] for proximal steps;
 //! [Le Lidec, Jallet, Montaut, Laptev, Schmid, Carpentier 2024]; [Howell et al. 2022] for the central path of Coulomb's law.
 
+mod block_factor;
+mod blocks;
 mod certificate;
+mod descent;
 mod implicit;
 mod interior;
 mod interval;
@@ -50,7 +53,9 @@ mod system;
 mod tests;
 mod transposed;
 
+pub(crate) use blocks::Columns;
 pub use certificate::{Certificate, Mode, Status};
+pub(crate) use problem::BlockProblem;
 pub use problem::{Block, ConeProblem, Law};
 pub use smoothed::Smoothed;
 pub use solver::{ConeOptions, ConeSolver, REGULARIZATION};

@@ -2,11 +2,12 @@
 
 use super::Law;
 use super::certificate::{Certificate, Status, measure, project};
+use super::descent::Descent;
 use super::interior::{Interior, PathTarget};
 use super::interval::clamped;
 use super::newton::Newton;
 use super::system::{Kind, of_unit};
-use super::{ConeOptions, ConeProblem, REGULARIZATION};
+use super::{BlockProblem, ConeOptions, ConeProblem, REGULARIZATION};
 use crate::scalar::Scalar;
 
 /// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
@@ -25,6 +26,13 @@ const FIXED_POINT_STEPS: usize = 30;
 /// found.
 const PROXIMAL_STEPS: usize = 15;
 const PROXIMAL_GAIN: f64 = 0.7;
+/// ρ of a descent, beside a diagonal of 1, and the part of the last residual to which it goes.
+const DESCENT_RHO: f64 = 1e-3;
+const LEAST_DESCENT_RHO: f64 = 1e-7;
+const INEXACT: f64 = 0.1;
+/// The residual below which the active set is tried, and ρ of the first proximal step then.
+const EXACT_BELOW: f64 = 1e-6;
+const LAST_RHO: f64 = 1e-6;
 /// The residual that is good enough where redundant forces drift instead of settling.
 const ACCEPTABLE: f64 = 1e-9;
 
@@ -33,6 +41,7 @@ const ACCEPTABLE: f64 = 1e-9;
 pub(super) struct Search {
     pub(super) newton: Newton,
     interior: Interior,
+    descent: Descent,
     /// Tikhonov regularisation that was added to the diagonal of W′.
     pub(super) regularization: f64,
     /// Forces of the regularised problem.
@@ -62,12 +71,32 @@ impl Search {
     ) -> bool {
         self.allowed = usize::MAX;
         let newton = &mut self.newton;
+        newton.has_blocks = false;
         let finite = newton.system.load(problem, lane);
         newton.reset();
         for (i, f) in f.iter().enumerate() {
             newton.f[i] = f.value(lane) / newton.system.scale[i];
         }
         finite && newton.f.iter().all(|f| f.is_finite())
+    }
+
+    /// Reads a problem with blocks, and starts without forces. `false` if a number is not finite.
+    pub(super) fn start_blocks(&mut self, problem: &BlockProblem<'_>) -> bool {
+        self.allowed = usize::MAX;
+        let newton = &mut self.newton;
+        newton.has_blocks = true;
+        let finite = newton.system.load_blocks(problem, &mut newton.blocks);
+        newton.reset();
+        newton.blocks.connect(&newton.system.units);
+        finite
+    }
+
+    /// Takes the forces there are for those of a solution, with a regularisation that was added.
+    pub(super) fn adopt(&mut self, regularization: f64) {
+        self.regularization = regularization;
+        self.newton.kappa = 0.0;
+        self.add_to_diagonal(regularization);
+        self.newton.evaluate();
     }
 
     /// Whether the forces are finite, also in the units of the problem.
@@ -194,6 +223,9 @@ impl Search {
 
     fn find(&mut self, tolerance: f64) -> bool {
         self.newton.regularized = false;
+        if self.newton.has_blocks {
+            return self.by_descent(tolerance);
+        }
         if self.may_start_here() && self.solve_active_set(NEWTON_STEPS, tolerance) {
             return true;
         }
@@ -218,6 +250,39 @@ impl Search {
                 Kind::Interval => newton.f[unit.row].abs() < unit.mu,
                 Kind::Ray | Kind::Cone => newton.f[unit.row] > 0.0,
             })
+    }
+
+    /// By descents to where the active set is nearly right, and by proximal steps to the last digits.
+    fn by_descent(&mut self, tolerance: f64) -> bool {
+        self.descent.start(&self.newton);
+        let (mut rho, mut wanted) = (DESCENT_RHO, EXACT_BELOW);
+        let mut residual = self.newton.note();
+        while residual > tolerance && self.iterations() < self.allowed {
+            let before = self.iterations();
+            let left = self.allowed - before;
+            let (newton, goal) = (&mut self.newton, INEXACT * residual);
+            let exact = newton.system.law == Law::Coulomb && self.descent.run_exactly(newton, rho, goal, left);
+            if std::env::var("DBG").is_ok() && newton.system.law == Law::Coulomb { eprintln!("     exact {exact} after {}", newton.steps); }
+            if !exact {
+                self.descent.run(newton, rho, goal, left);
+            }
+            residual = newton.note();
+            let used = self.iterations() - before;
+            if std::env::var("DBG").is_ok() { eprintln!("  descent {rho:.0e}: {residual:.1e} after {}", self.newton.steps); }
+            if used <= 4 { rho = (0.1 * rho).max(LEAST_DESCENT_RHO); }
+            if residual <= wanted || used == 0 {
+                if self.proximal_steps_from_here(LAST_RHO, tolerance) {
+                    return true;
+                }
+                if std::env::var("DBG").is_ok() { eprintln!("  polished to {:.1e} after {}", self.newton.best_residual(), self.newton.steps); }
+                if used == 0 { return false; }
+                self.newton.take_best();
+                self.descent.start(&self.newton);
+                residual = self.newton.best_residual();
+                wanted = INEXACT * residual;
+            }
+        }
+        residual <= tolerance
     }
 
     fn along_the_path(&mut self, tolerance: f64) -> bool {
@@ -285,6 +350,10 @@ impl Search {
     }
 
     fn add_to_diagonal(&mut self, x: f64) {
+        if self.newton.has_blocks {
+            let all = self.newton.blocks.diagonal.iter_mut();
+            return all.for_each(|r| *r += x);
+        }
         let system = &mut self.newton.system;
         for i in 0..system.n {
             system.w[i * system.n + i] += x;

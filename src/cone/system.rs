@@ -1,6 +1,7 @@
 //! A problem, scaled so that every row is of size 1: one lane of it in plain numbers, or numbers that are recorded.
 
-use super::{Block, ConeProblem, Law};
+use super::blocks::Blocks;
+use super::{Block, BlockProblem, ConeProblem, Law};
 use crate::scalar::Scalar;
 
 /// A diagonal entry this small beside the largest is rounding, and its row is scaled like the largest.
@@ -111,6 +112,36 @@ impl System {
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 
+    /// Reads a problem with blocks, whose X and R stay beside the system. `false` if a number is not finite.
+    pub(super) fn load_blocks(&mut self, problem: &BlockProblem<'_>, out: &mut Blocks) -> bool {
+        let n = problem.free_velocity.len();
+        (self.n, self.law) = (n, problem.law);
+        self.w.clear();
+        read(problem.free_velocity, 0, &mut self.g);
+        let is_infinite = |row: usize| problem.regularization[row] == f64::INFINITY;
+        self.list_units(problem.blocks, is_infinite, |block| problem.friction[block]);
+        out.columns.clone_from(problem.columns);
+        out.diagonal.clear();
+        out.diagonal.extend_from_slice(problem.regularization);
+        for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
+            out.columns.scale(i, 0.0);
+            (self.g[i], out.diagonal[i]) = (0.0, 1.0);
+        }
+        self.scale.resize(n, 1.0);
+        let diagonal = |i: usize| out.columns.diagonal(i) + out.diagonal[i];
+        find_scale(&self.units, diagonal, &mut self.scale);
+        self.scale_bounds();
+        let mut finite = true;
+        for (i, &scale) in self.scale.iter().enumerate() {
+            self.g[i] *= scale;
+            out.columns.scale(i, scale);
+            out.diagonal[i] *= scale * scale;
+            finite &= (self.g[i] + out.columns.diagonal(i) + out.diagonal[i]).is_finite();
+        }
+        self.is_regularized = out.diagonal.iter().all(|&r| r > REGULARIZED_ABOVE);
+        finite && self.units.iter().all(|unit| unit.mu.is_finite())
+    }
+
     /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
     fn take_out_what_is_absent(&mut self) {
         let n = self.n;
@@ -189,17 +220,9 @@ impl<T: Scalar> System<T> {
 
     /// Finds s from the diagonal of W.
     pub(super) fn find_scale(&mut self) {
-        let (n, zero) = (self.n, T::zero());
+        let n = self.n;
         let diagonal = |i: usize| self.w[i * n + i].detached();
-        let largest = (0..n).map(diagonal).fold(zero, |most, x| x.max(most));
-        for unit in &self.units {
-            let rows = unit.row..unit.row + unit.rows();
-            let sum = rows.clone().map(diagonal).fold(zero, |sum, x| sum + x);
-            let mean = sum / unit.rows() as f64;
-            let size = (largest * NO_DIAGONAL).select_lt(mean, mean, largest);
-            let positive = zero.select_lt(size, size, T::one());
-            self.scale[rows].fill(T::one() / positive.sqrt());
-        }
+        find_scale(&self.units, diagonal, &mut self.scale);
     }
 
     /// b′ = b / s of intervals.
@@ -238,6 +261,21 @@ impl<T: Scalar> System<T> {
                 }
             }
         }
+    }
+}
+
+/// Finds s of the rows of all units from the diagonal of W.
+fn find_scale<T: Scalar>(units: &[Unit<T>], diagonal: impl Fn(usize) -> T, scale: &mut [T]) {
+    let zero = T::zero();
+    let all = (0..scale.len()).map(&diagonal);
+    let largest = all.fold(zero, |most, x| x.max(most));
+    for unit in units {
+        let rows = unit.row..unit.row + unit.rows();
+        let sum = rows.clone().map(&diagonal).fold(zero, |sum, x| sum + x);
+        let mean = sum / unit.rows() as f64;
+        let size = (largest * NO_DIAGONAL).select_lt(mean, mean, largest);
+        let positive = zero.select_lt(size, size, T::one());
+        scale[rows].fill(T::one() / positive.sqrt());
     }
 }
 

@@ -1,5 +1,7 @@
 //! Factorisation of the mass matrix that keeps the zeros of the tree.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::model::Model;
@@ -232,6 +234,31 @@ impl<T: Scalar> MassMatrixFactor<T> {
                 }
                 x[j] = y;
             }
+        }
+    }
+
+    /// Backward substitution in the coordinates of a tree alone, of which `x` has the entries.
+    pub(crate) fn back_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
+        for j in tree.clone().rev() {
+            let below = j + 1..self.ends[j].min(tree.end);
+            let shares = &self.column(j)[below.clone()];
+            let mut y = x[j - tree.start];
+            for (&share, i) in shares.iter().zip(below).rev() {
+                y = (-share).mul_add(x[i - tree.start], y);
+            }
+            x[j - tree.start] = y;
+        }
+    }
+
+    /// Forward substitution in the coordinates of a tree alone, of which `x` has the entries.
+    pub(crate) fn forward_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
+        for k in tree.clone() {
+            let mut z = x[k - tree.start] * self.reciprocal(k);
+            let own = self.ancestors_of(k).iter().rev();
+            for &j in own.filter(|&&j| j >= tree.start) {
+                z = (-x[j - tree.start]).mul_add(self.column(k)[j], z);
+            }
+            x[k - tree.start] = z;
         }
     }
 

@@ -57,6 +57,7 @@ mod report;
 mod rollout;
 mod rows;
 mod simulator;
+mod sparse_rows;
 mod state;
 mod status;
 mod step;

@@ -59,6 +59,9 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
+        if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+            balance.prepare_slopes(at);
+        }
         let is_free = self.is_free(at, found);
         if !is_free {
             self.solve(at, found, weights, out);

@@ -265,17 +265,17 @@ impl<T: Scalar> Contact<T> {
     ) where
         T: Over<P>,
     {
-        let (model, nv) = (at.model(), at.model().nv());
+        let model = at.model();
         balance.rows.truncate(self.first);
         let mut all = std::mem::take(&mut self.axes);
         all.clear();
         let touching = self.touching_in(contacts);
         for &i in self.working.active() {
             let axes = touching.axes(i);
-            let own = balance.rows.grow(ROWS);
+            let mut own = balance.rows.grow(ROWS);
             touching.each_jacobian_column(model, i, |k, column| {
                 for (row, axis) in axes.iter().enumerate() {
-                    own[row * nv + k] += dot(axis, &column);
+                    own.add(row, k, dot(axis, &column));
                 }
             });
             all.push(axes);
