@@ -290,7 +290,9 @@ fn solve_block(a: &[f64], pivots: &[usize], n: usize, b: &mut [f64], width: usiz
         let own = &done[width * k..];
         for (i, row) in rest.chunks_exact_mut(width).enumerate() {
             let factor = a[n * (k + 1 + i) + k];
-            row.iter_mut().zip(own).for_each(|(x, own)| *x -= factor * own);
+            row.iter_mut()
+                .zip(own)
+                .for_each(|(x, own)| *x -= factor * own);
         }
     }
     for k in (0..n).rev() {
@@ -299,7 +301,9 @@ fn solve_block(a: &[f64], pivots: &[usize], n: usize, b: &mut [f64], width: usiz
         own.iter_mut().for_each(|x| *x *= a[n * k + k]);
         for (i, row) in rest.chunks_exact_mut(width).enumerate() {
             let factor = a[n * i + k];
-            row.iter_mut().zip(&*own).for_each(|(x, own)| *x -= factor * own);
+            row.iter_mut()
+                .zip(&*own)
+                .for_each(|(x, own)| *x -= factor * own);
         }
     }
 }
@@ -330,5 +334,49 @@ fn subtract_product_of<const N: usize>(c: &mut [f64], a: &[f64], b: &[f64]) {
             }
         }
         *c = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Nodes of several sizes in a ring with a chord, so that blocks fill: A x of the solution is the right side.
+    #[test]
+    fn solution_times_the_matrix_is_the_right_side() {
+        let (sizes, edges) = (
+            [6, 1, 6, 3, 6],
+            [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (2, 4)],
+        );
+        let mut factor = BlockFactor::default();
+        factor.start(sizes.into_iter());
+        for (a, b) in edges {
+            factor.connect(a, b);
+            factor.connect(b, a);
+        }
+        factor.order();
+        factor.fill_identity();
+        let starts: Vec<usize> = (0..=5).map(|k| sizes[..k].iter().sum()).collect();
+        let n = starts[5];
+        let mut dense = vec![vec![0.0; n]; n];
+        (0..n).for_each(|k| dense[k][k] = 1.0);
+        let pairs = edges.into_iter().flat_map(|(a, b)| [(a, b), (b, a)]);
+        for (a, b) in pairs.chain((0..5).map(|a| (a, a))) {
+            let block = factor.block_mut(a, b);
+            for (at, x) in block.iter_mut().enumerate() {
+                let (i, j) = (starts[a] + at / sizes[b], starts[b] + at % sizes[b]);
+                let entry = 0.3 * ((7 * i + 3 * j) as f64).sin();
+                *x += entry;
+                dense[i][j] += entry;
+            }
+        }
+        factor.factorize();
+        let b: Vec<f64> = (0..n).map(|k| (k as f64).cos()).collect();
+        let mut x = b.clone();
+        factor.solve(&mut x, &starts);
+        for (row, b) in dense.iter().zip(b) {
+            let product: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
+            assert!((product - b).abs() < 1e-10, "{product} {b}");
+        }
     }
 }

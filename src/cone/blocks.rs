@@ -4,7 +4,7 @@
 //!
 //! > (1 + X B⁻¹ `E_y` Xᵀ) δz = −X B⁻¹ e,
 //!
-//! as sparse as the nodes are connected by units. [Castro, Permenter, Han 2022] for the velocities as unknowns.
+//! as sparse as the nodes are connected by units. [Castro, Permenter & Han 2022] for the velocities as unknowns.
 
 use super::block_factor::BlockFactor;
 use super::jacobian::Square;
@@ -45,6 +45,14 @@ impl Columns {
         self.rows.clear();
         self.parts.clear();
         self.values.clear();
+    }
+
+    /// Takes over another X, in the memory there is.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.starts.clone_from(&other.starts);
+        self.rows.clone_from(&other.rows);
+        self.parts.clone_from(&other.parts);
+        self.values.clone_from(&other.values);
     }
 
     /// Adds a row without entries.
@@ -147,6 +155,12 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
+    /// X = 0, R = 1.
+    pub(super) fn blank(&mut self) {
+        self.columns.values.fill(0.0);
+        self.diagonal.fill(1.0);
+    }
+
     /// y ← Xᵀ X f + R f + g.
     pub(super) fn velocities(&mut self, f: &[f64], g: &[f64], y: &mut [f64]) {
         self.z.resize(self.columns.n_coordinates(), 0.0);
@@ -176,7 +190,11 @@ impl Blocks {
     /// Factorises 1 + X H Xᵀ.
     ///
     /// * `slopes` – H of each unit, none of those without
-    pub(super) fn factorize(&mut self, units: &[Unit], mut slopes: impl FnMut(usize) -> Option<Square>) {
+    pub(super) fn factorize(
+        &mut self,
+        units: &[Unit],
+        mut slopes: impl FnMut(usize) -> Option<Square>,
+    ) {
         self.factor.fill_identity();
         for (k, unit) in units.iter().enumerate() {
             if let Some(h) = slopes(k) {

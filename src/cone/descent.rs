@@ -6,14 +6,13 @@
 //!
 //! which is convex and smooth, so that Newton's steps with a line search always arrive. Of Coulomb's law s is De Saxcé's shift μ ‖yₜ‖ of the
 //! last solution, along the normal; it and f̄ follow from step to step. The last digits are left to the active set.
-//! [Castro, Permenter, Han 2022; Acary, Cadoux, Lemaréchal, Malick 2011; Rockafellar 1976]
+//! [Castro, Permenter & Han 2022; Acary, Cadoux, Lemaréchal, Malick 2011; Rockafellar 1976]
 
 use super::Law;
-use super::certificate::project;
-use super::interval::clamped;
 use super::jacobian::Square;
 use super::newton::{Newton, largest};
-use super::system::{Kind, Unit, of_unit};
+use super::response::Response;
+use super::system::{Kind, of_unit};
 
 /// Steps of Newton's method for one s and f̄.
 const STEPS: usize = 30;
@@ -84,7 +83,13 @@ impl Descent {
     }
 
     /// Looks for the forces of Coulomb's law itself about those there are, by Newton's method as long as residuals fall; whether they are found.
-    pub(super) fn run_exactly(&mut self, newton: &mut Newton, rho: f64, tolerance: f64, most: usize) -> bool {
+    pub(super) fn run_exactly(
+        &mut self,
+        newton: &mut Newton,
+        rho: f64,
+        tolerance: f64,
+        most: usize,
+    ) -> bool {
         self.law = Law::Coulomb;
         self.find_given(newton, rho);
         let goal = tolerance.max(ROUNDING) * newton.size();
@@ -146,8 +151,10 @@ impl Descent {
             *c = self.given[row] - columns.dot(row, &self.z);
         }
         for (unit, slopes) in newton.system.units.iter().zip(&mut self.slopes) {
-            let (f, own) = respond(newton, self.law, unit, of_unit(&self.c, unit), rho);
-            *slopes = own;
+            let response = Response::of(newton, self.law, unit, rho);
+            let c = of_unit(&self.c, unit);
+            let f = response.force(c);
+            *slopes = response.slopes(c, f);
             self.f[unit.row..unit.row + unit.rows()].copy_from_slice(&f[..unit.rows()]);
         }
         columns.times(&self.f, &mut self.gradient);
@@ -184,7 +191,11 @@ impl Descent {
             }
             if slope < 0.0 {
                 (low, at_low) = (length, slope);
-                length = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * length };
+                length = if high.is_finite() {
+                    0.5 * (low + high)
+                } else {
+                    2.0 * length
+                };
             } else {
                 high = length;
                 // Where a line through both slopes is zero, but not at their ends.
@@ -204,105 +215,9 @@ impl Descent {
         for unit in &newton.system.units {
             let (c, along) = (of_unit(&self.c, unit), of_unit(&self.along, unit));
             let c = std::array::from_fn(|i| c[i] + length * along[i]);
-            let f = force(newton, self.law, unit, c, rho);
+            let f = Response::of(newton, self.law, unit, rho).force(c);
             sum += f[0] * along[0] + f[1] * along[1] + f[2] * along[2];
         }
         sum
     }
-}
-
-/// R + ρ along a unit, and across it.
-fn compliances(newton: &Newton, unit: &Unit, rho: f64) -> [f64; 2] {
-    let last = unit.row + unit.rows() - 1;
-    [unit.row, last].map(|row| newton.blocks.diagonal[row] + rho)
-}
-
-/// The force of a unit for c.
-fn force(newton: &Newton, law: Law, unit: &Unit, c: [f64; 3], rho: f64) -> [f64; 3] {
-    let [along, across] = compliances(newton, unit, rho);
-    let alone = |f: f64| [f, 0.0, 0.0];
-    match unit.kind {
-        _ if unit.absent => [0.0; 3],
-        Kind::Row => alone(c[0] / along),
-        Kind::Ray => alone(c[0].max(0.0) / along),
-        Kind::Interval => alone(clamped(c[0] / along, unit.mu)),
-        Kind::Cone if law == Law::Coulomb => {
-            let normal = c[0].max(0.0) / along;
-            let t = [c[1] / across, c[2] / across];
-            let share = (unit.mu * normal / t[0].hypot(t[1]).max(f64::MIN_POSITIVE)).min(1.0);
-            [normal, share * t[0], share * t[1]]
-        }
-        Kind::Cone => {
-            // In coordinates in which the compliance is that of the normal everywhere.
-            let s = (across / along).sqrt();
-            let f = project([c[0], c[1] / s, c[2] / s].map(|c| c / along), unit.mu * s);
-            [f[0], f[1] / s, f[2] / s]
-        }
-    }
-}
-
-/// The force of a unit for c, and its slopes.
-fn respond(newton: &Newton, law: Law, unit: &Unit, c: [f64; 3], rho: f64) -> ([f64; 3], Square) {
-    let f = force(newton, law, unit, c, rho);
-    let [along, across] = compliances(newton, unit, rho);
-    let mut h = [[0.0; 3]; 3];
-    let free = match unit.kind {
-        _ if unit.absent => false,
-        Kind::Row => true,
-        Kind::Ray => c[0] > 0.0,
-        Kind::Interval => (c[0] / along).abs() < unit.mu,
-        Kind::Cone if law == Law::Coulomb => {
-            let l = c[1].hypot(c[2]).max(f64::MIN_POSITIVE);
-            let d = [c[1] / l, c[2] / l];
-            let radius = unit.mu * f[0];
-            if f[0] > 0.0 {
-                h[0][0] = 1.0 / along;
-                if l / across <= radius {
-                    h[1][1] = 1.0 / across;
-                    h[2][2] = 1.0 / across;
-                } else {
-                    for i in 0..2 {
-                        h[1 + i][0] = unit.mu * d[i] / along;
-                        for j in 0..2 {
-                            let own = if i == j { 1.0 } else { 0.0 };
-                            h[1 + i][1 + j] = radius / l * (own - d[i] * d[j]);
-                        }
-                    }
-                }
-            }
-            false
-        }
-        Kind::Cone => {
-            let s = (across / along).sqrt();
-            h = slopes_of_projection([c[0], c[1] / s, c[2] / s], unit.mu * s);
-            for (i, row) in h.iter_mut().enumerate() {
-                for (j, entry) in row.iter_mut().enumerate() {
-                    let scale = [1.0, s, s][i] * [1.0, s, s][j] * along;
-                    *entry /= scale;
-                }
-            }
-            false
-        }
-    };
-    if free {
-        h[0][0] = 1.0 / along;
-    }
-    (f, h)
-}
-
-/// ∂Π of the projection on the cone, symmetric.
-fn slopes_of_projection(a: [f64; 3], mu: f64) -> Square {
-    let l = a[1].hypot(a[2]);
-    if a[0] >= 0.0 && l <= mu * a[0] {
-        return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    }
-    let p = (a[0] + mu * l) / (1.0 + mu * mu);
-    if p <= 0.0 {
-        return [[0.0; 3]; 3];
-    }
-    let l = l.max(f64::MIN_POSITIVE);
-    let (d, share) = ([1.0, mu * a[1] / l, mu * a[2] / l], 1.0 / (1.0 + mu * mu));
-    let across = mu * p / l;
-    let turned = [0.0, -a[2] / l, a[1] / l];
-    std::array::from_fn(|i| std::array::from_fn(|j| share * d[i] * d[j] + across * turned[i] * turned[j]))
 }

@@ -7,7 +7,7 @@ use super::interior::{Interior, PathTarget};
 use super::interval::clamped;
 use super::newton::Newton;
 use super::system::{Kind, of_unit};
-use super::{BlockProblem, ConeOptions, ConeProblem, REGULARIZATION};
+use super::{ConeOptions, ConeProblem, REGULARIZATION};
 use crate::scalar::Scalar;
 
 /// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
@@ -26,13 +26,6 @@ const FIXED_POINT_STEPS: usize = 30;
 /// found.
 const PROXIMAL_STEPS: usize = 15;
 const PROXIMAL_GAIN: f64 = 0.7;
-/// ρ of a descent, beside a diagonal of 1, and the part of the last residual to which it goes.
-const DESCENT_RHO: f64 = 1e-3;
-const LEAST_DESCENT_RHO: f64 = 1e-7;
-const INEXACT: f64 = 0.1;
-/// The residual below which the active set is tried, and ρ of the first proximal step then.
-const EXACT_BELOW: f64 = 1e-6;
-const LAST_RHO: f64 = 1e-6;
 /// The residual that is good enough where redundant forces drift instead of settling.
 const ACCEPTABLE: f64 = 1e-9;
 
@@ -41,7 +34,7 @@ const ACCEPTABLE: f64 = 1e-9;
 pub(super) struct Search {
     pub(super) newton: Newton,
     interior: Interior,
-    descent: Descent,
+    pub(super) descent: Descent,
     /// Tikhonov regularisation that was added to the diagonal of W′.
     pub(super) regularization: f64,
     /// Forces of the regularised problem.
@@ -80,17 +73,6 @@ impl Search {
         finite && newton.f.iter().all(|f| f.is_finite())
     }
 
-    /// Reads a problem with blocks, and starts without forces. `false` if a number is not finite.
-    pub(super) fn start_blocks(&mut self, problem: &BlockProblem<'_>) -> bool {
-        self.allowed = usize::MAX;
-        let newton = &mut self.newton;
-        newton.has_blocks = true;
-        let finite = newton.system.load_blocks(problem, &mut newton.blocks);
-        newton.reset();
-        newton.blocks.connect(&newton.system.units);
-        finite
-    }
-
     /// Takes the forces there are for those of a solution, with a regularisation that was added.
     pub(super) fn adopt(&mut self, regularization: f64) {
         self.regularization = regularization;
@@ -109,6 +91,7 @@ impl Search {
     /// A problem that says nothing in place of one that is not finite.
     pub(super) fn give_up(&mut self) -> Certificate {
         self.newton.system.blank();
+        self.newton.blocks.blank();
         self.newton.reset();
         self.newton.evaluate();
         self.regularization = 0.0;
@@ -252,39 +235,6 @@ impl Search {
             })
     }
 
-    /// By descents to where the active set is nearly right, and by proximal steps to the last digits.
-    fn by_descent(&mut self, tolerance: f64) -> bool {
-        self.descent.start(&self.newton);
-        let (mut rho, mut wanted) = (DESCENT_RHO, EXACT_BELOW);
-        let mut residual = self.newton.note();
-        while residual > tolerance && self.iterations() < self.allowed {
-            let before = self.iterations();
-            let left = self.allowed - before;
-            let (newton, goal) = (&mut self.newton, INEXACT * residual);
-            let exact = newton.system.law == Law::Coulomb && self.descent.run_exactly(newton, rho, goal, left);
-            if std::env::var("DBG").is_ok() && newton.system.law == Law::Coulomb { eprintln!("     exact {exact} after {}", newton.steps); }
-            if !exact {
-                self.descent.run(newton, rho, goal, left);
-            }
-            residual = newton.note();
-            let used = self.iterations() - before;
-            if std::env::var("DBG").is_ok() { eprintln!("  descent {rho:.0e}: {residual:.1e} after {}", self.newton.steps); }
-            if used <= 4 { rho = (0.1 * rho).max(LEAST_DESCENT_RHO); }
-            if residual <= wanted || used == 0 {
-                if self.proximal_steps_from_here(LAST_RHO, tolerance) {
-                    return true;
-                }
-                if std::env::var("DBG").is_ok() { eprintln!("  polished to {:.1e} after {}", self.newton.best_residual(), self.newton.steps); }
-                if used == 0 { return false; }
-                self.newton.take_best();
-                self.descent.start(&self.newton);
-                residual = self.newton.best_residual();
-                wanted = INEXACT * residual;
-            }
-        }
-        residual <= tolerance
-    }
-
     fn along_the_path(&mut self, tolerance: f64) -> bool {
         self.interior.g.clone_from(&self.newton.system.g);
         let system = &self.newton.system;
@@ -349,7 +299,7 @@ impl Search {
         self.newton.steps = steps;
     }
 
-    fn add_to_diagonal(&mut self, x: f64) {
+    pub(super) fn add_to_diagonal(&mut self, x: f64) {
         if self.newton.has_blocks {
             let all = self.newton.blocks.diagonal.iter_mut();
             return all.for_each(|r| *r += x);

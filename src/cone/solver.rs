@@ -223,7 +223,11 @@ impl<T: Scalar> ConeSolver<T> {
 
     /// Solves a problem with blocks, from no forces: with memory and time that grow with the blocks and those that fill, not with the square of the rows.
     /// Not smoothed.
-    pub(crate) fn solve_blocks(&mut self, problem: &BlockProblem<'_>, f: &mut [f64]) -> Certificate {
+    pub(crate) fn solve_blocks(
+        &mut self,
+        problem: &BlockProblem<'_>,
+        f: &mut [f64],
+    ) -> Certificate {
         self.blocks = problem.blocks.len();
         self.modes.clear();
         self.statuses.clear();
@@ -237,7 +241,9 @@ impl<T: Scalar> ConeSolver<T> {
         }
         let newton = &self.search.newton;
         let forces = newton.f.iter().zip(&newton.system.scale);
-        f.iter_mut().zip(forces).for_each(|(f, (force, scale))| *f = force * scale);
+        f.iter_mut()
+            .zip(forces)
+            .for_each(|(f, (force, scale))| *f = force * scale);
         if self.options.measured {
             self.find_modes();
         }

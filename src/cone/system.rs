@@ -120,7 +120,7 @@ impl System {
         read(problem.free_velocity, 0, &mut self.g);
         let is_infinite = |row: usize| problem.regularization[row] == f64::INFINITY;
         self.list_units(problem.blocks, is_infinite, |block| problem.friction[block]);
-        out.columns.clone_from(problem.columns);
+        out.columns.copy_from(problem.columns);
         out.diagonal.clear();
         out.diagonal.extend_from_slice(problem.regularization);
         for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
@@ -166,9 +166,9 @@ impl System {
         self.w.fill(0.0);
         self.g.fill(0.0);
         self.scale.fill(1.0);
-        for i in 0..self.n {
-            self.w[i * self.n + i] = 1.0;
-        }
+        // Of a problem with blocks there is none.
+        let diagonal = self.w.iter_mut().step_by(self.n + 1);
+        diagonal.for_each(|w| *w = 1.0);
         for unit in &mut self.units {
             unit.mu = 0.0;
         }

@@ -58,20 +58,26 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
+        let mut factor = Self::unfilled(model);
+        factor.refactor(mass_matrix);
+        factor
+    }
+
+    /// Memory for the factors of a model, which are none yet: zeros, of which those between trees are never touched.
+    pub(crate) fn unfilled<P: Scalar>(model: &Model<P>) -> Self {
         let Ancestors {
             lists,
             starts,
             ends,
         } = Ancestors::of(model);
-        let mut factor = Self {
-            factors: DMatrix::zeros(model.nv(), model.nv()),
+        let n = model.nv();
+        Self {
+            factors: DMatrix::from_vec(n, n, vec![T::zero(); n * n]),
             ancestors: lists,
             starts,
             groups: groups(&ends),
             ends,
-        };
-        factor.refactor(mass_matrix);
-        factor
+        }
     }
 
     /// Factorises another mass matrix of the same model, without allocation.
@@ -99,11 +105,13 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
-            for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
-                // M_ij −= M_ki M_kj / M_kk for all j up to i, zeros of those that are no ancestors of k among them
+            let ancestors = &self.ancestors[self.starts[k]..self.starts[k + 1]];
+            let root = ancestors.last().copied().unwrap_or(k);
+            for &i in ancestors {
+                // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, zeros of those that are no ancestors of k among them
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
-                subtract_scaled(&mut column[..=i], ratio, &own[..=i]);
+                subtract_scaled(&mut column[root..=i], ratio, &own[root..=i]);
                 own[i] = ratio;
                 column[k] = ratio;
             }

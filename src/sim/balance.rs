@@ -33,7 +33,7 @@ pub(crate) struct Balance<T: Scalar> {
 
 impl<T: Scalar> Balance<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let given = simulator.contacts().map(Contacts::solver_options);
         let given = given.unwrap_or_default();
@@ -48,7 +48,7 @@ impl<T: Scalar> Balance<T> {
         };
         Self {
             placed: Placed::new(model),
-            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            factor: MassMatrixFactor::unfilled(model),
             rows: Rows::new(model, rows, blocks),
             solver: ForceSolver::new(rows, blocks, options),
             certificate: Certificate::default(),

@@ -226,7 +226,9 @@ impl<T: Scalar> SparseRows<T> {
             }
         }
         let after = self.rows.len();
-        let own = out[nv * (after / GROUP)..][..nv].iter_mut().zip(&self.beside);
+        let own = out[nv * (after / GROUP)..][..nv]
+            .iter_mut()
+            .zip(&self.beside);
         own.for_each(|(out, &x)| out[after % GROUP] = x);
     }
 
@@ -253,14 +255,17 @@ impl<T: Scalar> SparseRows<T> {
             count += 1;
         }
         let taking_part = self.trees.iter().zip(&*nodes);
-        out.start(taking_part.filter(|(_, node)| **node != NONE).map(|(tree, _)| tree.len()));
+        out.start(
+            taking_part
+                .filter(|(_, node)| **node != NONE)
+                .map(|(tree, _)| tree.len()),
+        );
         for &row in rows {
             out.push_row();
             for (tree, x) in self.parts(&self.half, row) {
                 let coordinates = self.trees[tree].clone().zip(x);
-                let scaled = coordinates.map(|(k, x)| {
-                    x.value(lane) * factor.reciprocal(k).value(lane).sqrt()
-                });
+                let scaled = coordinates
+                    .map(|(k, x)| x.value(lane) * factor.reciprocal(k).value(lane).sqrt());
                 out.push_part(nodes[tree], scaled);
             }
         }

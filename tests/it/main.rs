@@ -56,6 +56,7 @@ mod mjcf;
 mod named_forces;
 mod own_scalars;
 mod parameters;
+mod piles;
 mod pitfalls;
 mod random_trees;
 mod rates;

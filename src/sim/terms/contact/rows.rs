@@ -47,13 +47,16 @@ impl<T: Scalar> Contact<T> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let n = simulator.contacts().map_or(0, |c| c.points().len());
         let solved = if simulator.needs_solver() { n } else { 0 };
+        let of_each = simulator.contacts().map(|c| c.solver_options().points);
+        let roots = model.bodies().iter().filter(|body| body.parent.is_none());
+        let limit = of_each.unwrap_or(0).saturating_mul(roots.count());
         Self {
             kinematics: Kinematics::new(model),
             points: vec![PointState::zero(); n],
             pairs: PairPoints::new(),
             forces: vec![Vector3::zeros(); n],
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
-            working: WorkingSet::new(solved, nv),
+            working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
@@ -227,8 +230,7 @@ impl<T: Scalar> Contact<T> {
             self.grow(at, contacts, &free);
             self.free = free;
         } else {
-            let limit = contacts.solver_options().points;
-            self.working.take_all(&self.points, limit);
+            self.working.take_all(&self.points);
         }
     }
 
