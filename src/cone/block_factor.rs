@@ -37,10 +37,9 @@ impl BlockFactor {
         self.sizes.clear();
         self.sizes.extend(sizes);
         let n = self.sizes.len();
-        for lists in [&mut self.neighbours] {
-            lists.resize_with(n.max(lists.len()), Vec::new);
-            lists.iter_mut().for_each(Vec::clear);
-        }
+        self.neighbours
+            .resize_with(n.max(self.neighbours.len()), Vec::new);
+        self.neighbours.iter_mut().for_each(Vec::clear);
         self.later.resize_with(n.max(self.later.len()), Vec::new);
         self.later.iter_mut().for_each(Vec::clear);
     }

@@ -249,11 +249,8 @@ impl<T: Scalar> SparseRows<T> {
         for tree in rows.iter().flat_map(|&row| self.trees_of(row)) {
             nodes[tree] = 0;
         }
-        let mut count = 0;
-        for node in nodes.iter_mut().filter(|node| **node != NONE) {
-            *node = count;
-            count += 1;
-        }
+        let taking_part = nodes.iter_mut().filter(|node| **node != NONE);
+        taking_part.enumerate().for_each(|(k, node)| *node = k);
         let taking_part = self.trees.iter().zip(&*nodes);
         out.start(
             taking_part
