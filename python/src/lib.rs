@@ -56,7 +56,7 @@ mod _dualbody {
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{
-        _estimate_soft_contact, _impact_time, _nearest, _restitution, _terrain_surface,
+        _estimate_soft_contact, _impact_time, _nearest, _restitution, _srdf, _terrain_surface,
         _with_restitution,
     };
     #[pymodule_export]

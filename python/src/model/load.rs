@@ -110,7 +110,7 @@ fn from_description(
 }
 
 /// Whether it is a description, and not the path of one: XML, after a byte-order mark perhaps.
-fn is_text(text: &str) -> bool {
+pub(crate) fn is_text(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     text.starts_with('<')
 }
