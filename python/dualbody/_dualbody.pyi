@@ -291,7 +291,7 @@ class Simulator:
         model: Model,
         *,
         time_step: float | None = None,
-        integrator: IntegratorName = "semi_implicit_euler",
+        integrator: IntegratorName | None = "semi_implicit_euler",
         actuated: Sequence[str] | None = None,
         contacts: Contacts | None = None,
         actuation: Actuation | Literal["ideal", "model"] | None = None,
@@ -300,7 +300,12 @@ class Simulator:
         frame_actuators: Sequence[FrameActuator] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
+        _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
     ) -> Self: ...
+    @staticmethod
+    def from_mjcf(description: str | PathLike[str], **keywords: Unpack[LoaderKeywords]) -> Simulator: ...
+    @property
+    def keyframes(self) -> dict[str, tuple[Array, Array, Array]]: ...
     @property
     def parameters(self) -> Array: ...
     @property

@@ -20,7 +20,7 @@ class Actuator:
     """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
     N·m or N; friction: a force that holds the joint at rest, or (Coulomb force, slip velocity), smoothed through rest; position: (lower, upper,
     HuntCrossley) stops; velocity: (speed, damping) beyond; servo: (gear n, gain g, bias b, position gain k, velocity gain d), whose target u is the
-    input: the force n (g u + b - k n q - d n v) of the end of a step."""
+    input: the force n (g u + b - k n q - d n v) of the end of a step; input_range, force_range: (least, largest) u and force before the gear of the servo."""
 
     torque_speed: tuple[float, float, float] | None = None
     effort: float | None = None
@@ -28,8 +28,12 @@ class Actuator:
     position: tuple[float | None, float | None, HuntCrossley | Sequence[float]] | None = None
     velocity: tuple[float, float] | None = None
     servo: tuple[float, float, float, float, float] | None = None
+    input_range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if self.servo is None and not (self.input_range is None and self.force_range is None):
+            raise ValueError("input_range and force_range are those of a servo, and there is none: servo=(1, 1, 0, 0, 0) is a motor")
         if self.position is not None and not isinstance(self.position[2], Sequence):
             lower, upper = self.position[:2]
             stop: Any = self.position[2]

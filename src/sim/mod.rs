@@ -64,8 +64,8 @@ mod terms;
 
 pub use crate::contact::reason::ContactReason;
 pub use actuation::{
-    Actuation, Actuator, CoulombFriction, FrictionLaw, PositionLimits, Servo, TorqueSpeed,
-    VelocityLimit,
+    Actuation, Actuator, CoulombFriction, FrictionLaw, Interval, PositionLimits, Servo,
+    TorqueSpeed, VelocityLimit,
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
