@@ -68,6 +68,9 @@ mod rolling;
 #[cfg(feature = "second-order")]
 mod rollout_hessians;
 mod scalars;
+mod sensor_noise;
+mod sensor_slopes;
+mod sensors;
 mod servos;
 mod simulation;
 mod smoothing;
