@@ -190,10 +190,10 @@ fn wrist_between_fixed_links_bears_what_accelerates_the_tool() {
         (tool, 0.3, [0.05, 0.02, 0.0]),
         (finger, 0.1, [0.0, 0.0, 0.03]),
     ] {
-        let A = frame_acceleration(&model, &q, &v, a.as_slice(), link, Representation::Mixed);
-        let V = dualbody::dynamics::frame_velocity(&model, &q, &v, link, Representation::Mixed);
+        let a = frame_acceleration(&model, &q, &v, a.as_slice(), link, Representation::Mixed);
+        let v = dualbody::dynamics::frame_velocity(&model, &q, &v, link, Representation::Mixed);
         let r = frame_pose(&model, &q, link).rotation * Vector3::from(com);
-        let of_com = A.linear + A.angular.cross(&r) + V.angular.cross(&V.angular.cross(&r));
+        let of_com = a.linear + a.angular.cross(&r) + v.angular.cross(&v.angular.cross(&r));
         force += (of_com + vector![0.0, 0.0, G]) * mass;
     }
     let seen = frame_pose(&model, &q, tool).rotation.transpose() * force;
