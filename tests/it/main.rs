@@ -53,6 +53,7 @@ mod loading;
 mod many_points;
 mod mesh_contact;
 mod mjcf;
+mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;
 mod parameters;
