@@ -21,7 +21,7 @@ use crate::model::{PyModel, next_id, scene_of};
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
-    pub(super) id: u64,
+    pub(crate) id: u64,
     pub(super) model: Py<PyModel>,
     /// The robot that it was made with, before `parameters` changed it.
     pub(super) base: Py<PyModel>,
