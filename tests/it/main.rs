@@ -56,6 +56,8 @@ mod mjcf;
 mod named_forces;
 mod own_scalars;
 mod parameters;
+#[cfg(feature = "render")]
+mod pictures;
 mod pitfalls;
 mod random_trees;
 mod rates;
