@@ -100,9 +100,15 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::view::{_plot, _recording, PyPlot, PyRecording};
+    use super::view::{_plot, _recording, PyPictures, PyPlot, PyRecording};
     #[pymodule_export]
     use super::world::{_build_world, PyWorld, carried_state};
+
+    /// Runs the program `dualbody` with the arguments of a process; its exit status.
+    #[pyfunction]
+    fn _command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
+        py.detach(|| super::errors::guarded(|| dualbody::command::run(arguments)))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

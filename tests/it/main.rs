@@ -58,6 +58,8 @@ mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;
 mod parameters;
+#[cfg(feature = "render")]
+mod pictures;
 mod pitfalls;
 mod random_trees;
 mod rates;

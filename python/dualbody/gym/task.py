@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from ..sim import Simulator
-from ..view import Recording
+from ..view import Pictures, Recording
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -66,6 +66,8 @@ class States:
     steps: NDArray[np.int64] = field(init=False)
     #: What the first state has gone through since its start: for pictures.
     history: list[tuple[Array, Array]] = field(default_factory=list)
+    #: Draws the first state; made with the first picture.
+    _pictures: Pictures | None = None
 
     def __post_init__(self) -> None:
         simulator, n = self.task.simulator, len(self.generators)
@@ -139,3 +141,11 @@ class States:
         for k, state in enumerate(self.history):
             recording.push(k * task.steps_per_action * task.simulator.time_step, state)
         return recording
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The first state, from where its episode's start is in the middle: (height, width, 3)."""
+        if self._pictures is None:
+            recording = Recording(self.task.simulator.model)
+            recording.push(0.0, self.history[0])
+            self._pictures = Pictures(recording)
+        return self._pictures.of(self.q[0])
