@@ -44,7 +44,8 @@ class Draws:
         counter = np.arange(1, size + 1, dtype=np.uint64) * _STEP
         words = _mixed(self._states[:, None] + counter)
         self._states += np.uint64(size * int(_STEP) % 2**64)
-        return low + (high - low) * 2.0**-53 * (words >> _U11)
+        uniform: Array = low + (high - low) * 2.0**-53 * (words >> _U11).astype(np.float64)
+        return uniform
 
     def normal(self, size: int) -> Array:
         """Normal numbers (n, size) of mean 0 and deviation 1, by the method of Box and Muller."""

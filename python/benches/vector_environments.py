@@ -1,4 +1,4 @@
-"""Steps a second of vector environments beside Gymnasium's cart-pole in NumPy: `python benches/gym.py`."""
+"""Steps a second of vector environments beside Gymnasium's cart-pole in NumPy: `python benches/vector_environments.py`."""
 
 from __future__ import annotations
 
