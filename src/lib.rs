@@ -126,10 +126,10 @@ pub mod trajopt;
 #[cfg(feature = "view")]
 pub mod view;
 
-#[doc = include_str!("conventions.md")]
+#[doc = include_str!("../guide/src/all_conventions.md")]
 pub mod conventions {}
 
-#[doc = include_str!("glossary.md")]
+#[doc = include_str!("../guide/src/glossary.md")]
 pub mod glossary {}
 
 #[doc = include_str!("references.md")]
