@@ -38,8 +38,8 @@
 //!
 //! # Which way when
 //! * The library itself, where it runs: no compiler is needed, robots may change, contact may be of any kind.
-//! * A graph that is [evaluated as it is](crate::scalar::Graph::evaluate_into), where there is no compiler either and a
-//!   derivative is needed that the library has not, such as a gradient in very many parameters: an instruction takes
+//! * A graph that is [interpreted](crate::scalar::Graph::evaluate_into), without a compiler, for a
+//!   derivative that the library lacks, such as a gradient in very many parameters: an instruction takes
 //!   some nanoseconds, ten times what it takes in C.
 //! * C, for other languages, for controllers on small computers, and where the same small robot is computed over and
 //!   over: an arm's functions take a third to nine tenths of the library's time, a humanoid's dynamics and step little less,

@@ -1,7 +1,7 @@
 //! Numbers that record what is done with them: expression graphs, their derivatives, and code made of them.
 //!
 //! A computation over [`Traced`] inside of [`trace`] becomes a [`Graph`]: what is computed from the inputs and nothing
-//! else. Numbers of a robot, a time step, a gain are constants, and fold away. The graph is evaluated as it is over any
+//! else. Parameters of a robot, a time step, a gain are constants, and fold away. The graph is interpreted over any
 //! scalar ([`Graph::evaluate_into`]), differentiated ([`Graph::jacobian`], [`Graph::gradient`], [`Graph::adjoint`]),
 //! counted and printed, and written as C ([`codegen`](crate::codegen)).
 //!
@@ -22,7 +22,7 @@
 //! |---|---|
 //! | kinematics, inverse dynamics, mass matrix, forward dynamics, Jacobians, energies, centroidal quantities, for every kind of joint | yes |
 //! | derivatives along the tree: [`inverse_dynamics_derivatives`](crate::dynamics::inverse_dynamics_derivatives), [`forward_dynamics_derivatives`](crate::dynamics::forward_dynamics_derivatives) | yes |
-//! | a [step](crate::Simulator::step_into) of every integrator but the implicit midpoint rule, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
+//! | a [step](crate::Simulator::step_into) of every integrator but the implicit midpoint rule, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler assumes that nothing rotates fast, see below |
 //! | the same over dual numbers: A and B, derivatives in parameters | yes |
 //! | in a model whose numbers are inputs | yes, as [`Model<Traced>`](crate::Model::cast) |
 //! | soft contact, in explicit steps | yes |
@@ -44,7 +44,7 @@
 //! come near enough to the end. Derivatives come from the last step alone, so that A and B do not grow with the number of steps. Evaluating a graph where a
 //! condition does not hold is an error, in generated code a return value.
 //!
-//! What has no value makes sense or not when the graph is evaluated: checks of parameters are left out while they are
+//! Numbers without a value cannot be checked: checks of parameters are left out while they are
 //! traced. A root of a negative number is NaN then.
 //!
 //! # How large it gets
