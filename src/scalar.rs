@@ -1,10 +1,18 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
-//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] a graph of
-//! what was computed, of which code for other machines is made, and [types of your own](Scalar#writing-a-scalar-of-your-own) can be added without touching the
-//! physics. A scalar has *no ordering*: the only door to a
-//! decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
+//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] an expression
+//! graph, from which code for other machines is made. [Types of your own](Scalar#writing-a-scalar-of-your-own) need no change of the physics.
+//!
+//! | question | scalar | cost of an operation |
+//! |---|---|---|
+//! | values? | `f64` | 1 |
+//! | several states or robots side by side? | [`Lanes`] of [`BATCH_WIDTH`], [`SingleLanes`] | one vector instruction |
+//! | N derivatives, exact? | [`Dual`], the types of `num-dual` | 1 + N, or a vector instruction for four |
+//! | higher derivatives? | [`Dual`] over [`Dual`], `HyperDual64` | the product of both |
+//! | a graph, for C, CUDA, reverse mode? | [`Traced`] | a look-up when it is recorded |
+//!
+//! A scalar has *no ordering*. The only way to decide on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
 //! structure of the model alone. Algorithms that must decide on values are listed there.
 //!
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data
