@@ -19,7 +19,7 @@
 //! | how does it move? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
 //! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | [Orin, Goswami, Lee 2013] |
 //! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | [Orin, Goswami, Lee 2013] |
-//! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | how does it move as a single body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
 //! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |

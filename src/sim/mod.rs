@@ -1,7 +1,6 @@
 //! Simulation: state, actuation, external forces, integrators, one step, a rollout, and batches of them.
 //!
-//! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
-//! running the very same step on dual numbers.
+//! One step holds the input constant and is a function of state and input over any scalar. [`linearize`](crate::linearize) gives its exact Jacobians.
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
