@@ -88,7 +88,7 @@ mod xml;
 pub use massless::MasslessLinks;
 pub use mjcf::{
     MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon,
+    MjcfTendon, MjcfTransmission,
 };
 pub use options::ModelOptions;
 pub use place::ImportNote;

@@ -341,8 +341,8 @@ pub struct ModelBuilder {
     pub(super) overrides: Vec<Override>,
 }
 
-/// Where links, joints and frames stand in the files that they were read from. A robot is the same wherever it comes from: they have no part in
-/// comparisons.
+/// Positions of links, joints and frames in their files. They are not
+/// compared: a robot is the same from any file.
 #[derive(Clone, Default)]
 pub(super) struct Positions {
     links_and_frames: HashMap<String, SourcePosition>,
@@ -432,7 +432,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Sets how the robot stands in the world.
+    /// Sets the base of the robot: fixed or floating.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;

@@ -54,9 +54,12 @@ mod loading;
 mod many_points;
 mod mesh_contact;
 mod mjcf;
+mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;
 mod parameters;
+#[cfg(feature = "render")]
+mod pictures;
 mod pitfalls;
 mod random_trees;
 mod rates;
@@ -69,6 +72,9 @@ mod rolling;
 #[cfg(feature = "second-order")]
 mod rollout_hessians;
 mod scalars;
+mod sensor_noise;
+mod sensor_slopes;
+mod sensors;
 mod servos;
 mod simulation;
 mod smoothing;

@@ -10,7 +10,7 @@ use crate::contact::{
     BristleLoad, BristleRate, ContactLaw, Contacts, PairPoint, PointKinematics, PointState, ROWS,
 };
 use crate::dynamics::{Kinematics, forward_kinematics_into};
-use crate::model::FrameId;
+use crate::model::{BodyId, FrameId};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -107,6 +107,23 @@ impl<T: Scalar> Contact<T> {
             let sides = if i < n { 1 } else { 2 };
             for side in (0..sides).filter(|&side| links[side] == link) {
                 each(self.force_on(contacts, i, side));
+            }
+        }
+    }
+
+    /// Hands each force on a body, in it, to `each`, with the link that it is on; `None` is what is fixed to the world.
+    pub(in crate::sim) fn each_force<P: Scalar>(
+        &self,
+        contacts: &Contacts<P>,
+        mut each: impl FnMut(FrameId, Option<BodyId>, Force<T>),
+    ) {
+        let n = contacts.points().len();
+        let touching = self.touching_in(contacts);
+        for i in 0..self.points.len() {
+            let (_, links) = self.law_and_links(contacts, i);
+            let sides = if i < n { 1 } else { 2 };
+            for (side, body) in touching.bodies(i).into_iter().enumerate().take(sides) {
+                each(links[side], body, self.force_on(contacts, i, side));
             }
         }
     }
