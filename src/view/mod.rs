@@ -30,6 +30,7 @@
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
 //! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//! | what sensors read? | [`Recording::add_readings`] | an evaluation of each moment |
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
 //! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
@@ -58,6 +59,7 @@ mod plot;
 mod plots;
 #[cfg(feature = "plot")]
 mod png;
+mod readings;
 mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;

@@ -23,7 +23,14 @@ fn sensors(model: &Model) -> Sensors {
             ("wrench", Sensor::Wrench(last)),
             ("touch", Sensor::Touch(last)),
             ("momentum", Sensor::Momentum),
-            ("distance", Sensor::RangeFinder { frame: last, direction, range }),
+            (
+                "distance",
+                Sensor::RangeFinder {
+                    frame: last,
+                    direction,
+                    range,
+                },
+            ),
         ],
     )
 }
@@ -55,7 +62,9 @@ fn check(what: &str, mut batch: BatchSimulator, starts: &[State]) {
 
 fn random_states(model: &Model) -> Vec<State> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-    (0..STATES).map(|_| State::random(model, &mut rng, 1.0)).collect()
+    (0..STATES)
+        .map(|_| State::random(model, &mut rng, 1.0))
+        .collect()
 }
 
 #[test]
@@ -74,20 +83,33 @@ fn readings_of_a_batch_are_those_of_single_states() {
 #[test]
 fn readings_of_variants_are_those_of_their_own_robots() {
     let model = samples::arm();
-    let variant = |k: usize| model.clone().with_damping(1, 0.1 * k as f64).with_armature(0, 0.02 * k as f64);
+    let variant = |k: usize| {
+        model
+            .clone()
+            .with_damping(1, 0.1 * k as f64)
+            .with_armature(0, 0.02 * k as f64)
+    };
     let simulator = Simulator::new(model.clone());
     let models = (0..STATES).map(variant).collect();
     let batch = BatchSimulator::of_variants(&simulator, models).expect("variants");
     let starts = random_states(&model);
     check("variants", batch.clone(), &starts);
-    check("variants one by one", batch.with_states_one_by_one(), &starts);
+    check(
+        "variants one by one",
+        batch.with_states_one_by_one(),
+        &starts,
+    );
 }
 
 #[test]
 fn readings_in_contact_are_those_of_single_states() {
     let path = format!("{}/assets/quadruped.urdf", env!("CARGO_MANIFEST_DIR"));
     let model = Model::from_urdf_file(path).expect("a robot");
-    let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
+    let contacts = Contacts::new(
+        &model,
+        Terrain::flat(0.0),
+        ContactLaw::Rigid(Rigid::default()),
+    );
     let simulator = Simulator::new(model.clone()).with_contacts(contacts);
     let mut starts = random_states(&model);
     for (k, state) in starts.iter_mut().enumerate() {
