@@ -79,6 +79,7 @@ mod stop_signal;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
+mod trajopt_distances;
 mod trajopt_failures;
 mod trajopt_shooting;
 mod trajopt_solvers;
