@@ -322,10 +322,10 @@ def pairs_of_srdf(
 
 
 class Nearest(NamedTuple):
-    """The nearest points of two links."""
+    """The nearest points of two links; with the axes of a batch first."""
 
     #: m; not positive where the links overlap: the least translation that separates them, negative
-    distance: float
+    distance: Any
     #: in the world, the first link's first, (2, 3), m
     points: Array
     #: from the first link to the second, in the world, (3,)
@@ -335,7 +335,8 @@ class Nearest(NamedTuple):
 
 
 def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
-    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,).
+    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,), or with the
+    axes of a batch first: then all results have these axes too.
 
     >>> import dualbody as db
     >>> world = db.World()
@@ -346,7 +347,8 @@ def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
     >>> round(near.distance, 12), near.gradient.tolist()[2]
     (0.8, 1.0)
     """
-    return Nearest(*_dualbody._nearest(model, q, first, second))
+    distance, points, normal, gradient = _dualbody._nearest(model, q, first, second)
+    return Nearest(distance if distance.ndim else float(distance), points, normal, gradient)
 
 
 @dataclass(frozen=True)
