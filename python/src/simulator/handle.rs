@@ -3,11 +3,12 @@
 use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
-use dualbody::sim::{BatchSimulator, Integrator};
+use dualbody::sim::Integrator;
 use dualbody::{Model, Simulator};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::memory::Batch;
 use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
@@ -28,7 +29,7 @@ pub(crate) struct PySimulator {
     /// What it was made with, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
-    pub(super) batch: Mutex<Option<BatchSimulator>>,
+    pub(super) batch: Mutex<Option<Batch>>,
 }
 
 const INTEGRATORS: [(&str, Integrator); 4] = [
