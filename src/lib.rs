@@ -42,6 +42,7 @@
 //! | [`memory`] | the limit of memory of results |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
+//! | `command` | the program `dualbody` (with `cli`) |
 //!
 //! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide for newcomers, in Rust and Python,
 //! is in the folder `guide/` of the repository.
@@ -63,6 +64,8 @@
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
 //! | `full` | no | all of the above |
+//! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
+//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `render`) |
 //! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
 //!
 //! # Architecture invariants
@@ -90,6 +93,8 @@
 pub mod autodiff;
 pub mod codegen;
 pub mod collision;
+#[cfg(feature = "cli")]
+pub mod command;
 pub mod cone;
 pub mod constraint;
 pub mod contact;

@@ -183,3 +183,14 @@ def test_the_example_learns_to_balance(monkeypatch: pytest.MonkeyPatch) -> None:
     import learn_cartpole
 
     assert learn_cartpole.main([]) >= learn_cartpole.SOLVED
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frames_show_the_state(name: str) -> None:
+    env = gymnasium.make(name, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (480, 640, 3) and first.dtype == np.uint8
+    for _ in range(10):
+        env.step(env.action_space.sample())
+    assert not np.array_equal(first, env.render())

@@ -81,7 +81,7 @@ pub use point::{ContactPoint, Feature};
 pub(crate) use point::{POINT_NUMBERS, body_force, velocity_at};
 pub use point_state::PointState;
 pub(crate) use rolling::BodyMotion;
-pub(crate) use shape_pairs::SHAPE_NUMBERS;
+pub(crate) use shape_pairs::{MATERIAL_NUMBERS, SHAPE_NUMBERS};
 pub use shapes::{ContactOptions, MeshHulls, NoMeshes, ShapeWithoutPoints};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;

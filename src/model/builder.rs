@@ -26,6 +26,8 @@ pub struct LinkSpec {
     pub visuals: Vec<Visual>,
     /// Collision shapes, to touch.
     pub collisions: Vec<Collision>,
+    /// A bitmask of each collision shape, in their order, all bits where there is none: two shapes collide where these have a bit in common.
+    pub collide_bitmasks: Vec<u16>,
     /// Whether gravity acts on the link.
     pub has_gravity: bool,
 }
@@ -40,6 +42,7 @@ impl LinkSpec {
             inertia: Inertia::zero(),
             visuals: Vec::new(),
             collisions: Vec::new(),
+            collide_bitmasks: Vec::new(),
             has_gravity: true,
         }
     }

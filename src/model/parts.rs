@@ -143,6 +143,8 @@ pub struct Link {
     pub visuals: Vec<Visual>,
     /// Collision shapes, to touch.
     pub collisions: Vec<Collision>,
+    /// A bitmask of each collision shape, in their order, all bits where there is none: two shapes collide where these have a bit in common.
+    pub collide_bitmasks: Vec<u16>,
 }
 
 /// A shape in its own frame, centred at the origin; lengths along z, in m.

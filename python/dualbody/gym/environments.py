@@ -14,10 +14,20 @@ from numpy.typing import NDArray
 from .task import States, Task
 
 
+#: "html" is the page of the episode so far, "rgb_array" a picture of the state, (height, width, 3).
+RENDER_MODES = ["html", "rgb_array"]
+
+
+def _render(states: States | None, mode: str | None) -> Any:
+    if states is None:
+        return None
+    return states.picture() if mode == "rgb_array" else states.recording().to_html()
+
+
 class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     """A task on one state."""
 
-    metadata: dict[str, Any] = {"render_modes": ["html"], "render_fps": 50}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 50}
 
     def __init__(self, task: Task, render_mode: str | None = None) -> None:
         self.task, self.render_mode = task, render_mode
@@ -49,8 +59,8 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         return self._states.observe()[0], float(reward[0]), bool(over[0]), bool(cut[0]), {}
 
     def render(self) -> Any:
-        """The page of the episode so far, as HTML."""
-        return None if self._states is None else self._states.recording().to_html()
+        """The page of the episode so far, as HTML; in the mode "rgb_array" a picture of the state."""
+        return _render(self._states, self.render_mode)
 
 
 class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
@@ -69,7 +79,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
     ) -> None:
         self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"render_modes": ["html"], "render_fps": 50, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {"render_modes": RENDER_MODES, "render_fps": 50, "autoreset_mode": self.autoreset_mode}
         self.single_action_space, self.single_observation_space = task.action_space(), task.observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -134,5 +144,5 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         return states.observe(), reward, over, cut, info
 
     def render(self) -> Any:
-        """The page of the first state's episode so far, as HTML."""
-        return None if self._states is None else self._states.recording().to_html()
+        """The page of the first state's episode so far, as HTML; in the mode "rgb_array" a picture of that state."""
+        return _render(self._states, self.render_mode)

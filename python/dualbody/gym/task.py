@@ -12,7 +12,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from ..sim import Simulator
-from ..view import Recording
+from ..view import Pictures, Recording
 from .draws import Draws, keys
 
 Array = NDArray[np.float64]
@@ -62,6 +62,8 @@ class States:
     def __init__(self, task: Task, seeds: Sequence[int | None], generators: Sequence[np.random.Generator] | None = None) -> None:
         simulator, n = task.simulator, len(seeds)
         self.task, self.n = task, n
+        #: Draws the first state; made with the first picture.
+        self._pictures: Pictures | None = None
         self.q, self.v = np.zeros((n, simulator.model.nq)), np.zeros((n, simulator.model.nv))
         self._neutral = simulator.neutral_contact()
         self.contact = np.zeros((n, len(self._neutral)))
@@ -154,3 +156,11 @@ class States:
         for k, state in enumerate(self.history):
             recording.push(k * task.steps_per_action * task.simulator.time_step, state)
         return recording
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The first state, from where its episode's start is in the middle: (height, width, 3)."""
+        if self._pictures is None:
+            recording = Recording(self.task.simulator.model)
+            recording.push(0.0, self.history[0])
+            self._pictures = Pictures(recording)
+        return self._pictures.of(self.q[0])
