@@ -261,7 +261,7 @@ impl PySimulator {
         this.get_type().call((model,), Some(&parts))
     }
 
-    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that makes no sense.
+    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that is out of its domain.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters<'py>(
