@@ -70,7 +70,11 @@ impl Unit {
         let (factor, fits) = match self {
             Self::Si => return Ok(1.0),
             Self::Scale(factor) if factor.is_finite() && factor != 0.0 => return Ok(factor),
-            Self::Scale(factor) => return Err(format!("a scale of {factor} is not a unit: expected a finite number other than 0")),
+            Self::Scale(factor) => {
+                return Err(format!(
+                    "a scale of {factor} is not a unit: expected a finite number other than 0"
+                ));
+            }
             Self::Degree => (PI / 180.0, Dimension::Angle),
             Self::Turn => (TAU, Dimension::Angle),
             Self::TurnPerMinute if quantity != Quantity::Velocity => {

@@ -3,7 +3,8 @@
 use dualbody::Model;
 use dualbody::contact::HuntCrossley;
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed,
+    VelocityLimit,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

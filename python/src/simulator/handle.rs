@@ -3,16 +3,24 @@
 use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
-use dualbody::sim::Integrator;
+use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
 use dualbody::{Model, Simulator, State};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::memory::Batch;
 use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of};
+
+/// A simulator of a batch.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Memory for the states of a step, once there was one.
+    pub(super) states: Option<BatchStates>,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    pub(super) is_kept: bool,
+}
 
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
 ///

@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 
 use dualbody::linearize::LinearizeScratch;
-use dualbody::sim::{BatchSimulator, BatchStates, StepScratch};
+use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::{Linearization, Model, Simulator, State};
 use pyo3::prelude::*;
 
 use super::given::{Given, check_finite, row};
-use super::handle::PySimulator;
+use super::handle::{Batch, PySimulator};
 use crate::arrays::WIDTH;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
@@ -35,15 +35,6 @@ pub(super) struct One<'a> {
     pub(super) v: &'a [f64],
     pub(super) u: Option<&'a [f64]>,
     pub(super) contact: Option<&'a [f64]>,
-}
-
-/// A simulator of a batch.
-pub(crate) struct Batch {
-    pub(crate) simulator: BatchSimulator,
-    /// Memory for the states of a step, once there was one.
-    pub(super) states: Option<BatchStates>,
-    /// Whether the next call may use it: all its robots are that of the simulator.
-    pub(super) is_kept: bool,
 }
 
 impl PySimulator {

@@ -8,8 +8,8 @@ use pyo3::types::PyTuple;
 
 use super::forces::with_forces;
 use super::given::{Given, of_row};
-use super::handle::PySimulator;
-use super::memory::{Batch, StepMemory, check_batch};
+use super::handle::{Batch, PySimulator};
+use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
 use crate::model::PyModel;
