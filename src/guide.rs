@@ -21,6 +21,9 @@ struct Simulation;
 #[doc = include_str!("../guide/src/worlds.md")]
 struct Worlds;
 
+#[doc = include_str!("../guide/src/sensors.md")]
+struct Sensors;
+
 #[doc = include_str!("../guide/src/contact.md")]
 struct Contact;
 

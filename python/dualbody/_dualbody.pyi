@@ -25,6 +25,9 @@ from .sim import (
     Linearization,
     Rollout,
     RolloutGradient,
+    Sensor,
+    SensorLinearization,
+    SensorNoise,
     StepGradient,
     Tendon,
     Weld,
@@ -471,6 +474,42 @@ class NativeFunction:
     @property
     def n_outputs(self) -> int: ...
     def __call__(self, inputs: ArrayLike) -> Array: ...
+
+@final
+class Sensors:
+    def __new__(cls, model: Model, sensors: Mapping[str, Sensor]) -> Self: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def units(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def slice(self, name: str) -> slice: ...
+    def read(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        out: Array | None = None,
+    ) -> Array: ...
+    def linearize(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+    ) -> SensorLinearization: ...
+    def noisy(self, noise: Mapping[str, SensorNoise], time_step: float, seeds: Sequence[int]) -> NoisySensors: ...
+
+@final
+class NoisySensors:
+    def sample(self, readings: ArrayLike) -> Array: ...
+    def reset(self, seeds: Sequence[int], mask: Sequence[bool] | None = None) -> None: ...
+    def __len__(self) -> int: ...
 
 @final
 class NativeSimulator:

@@ -99,7 +99,7 @@ impl LinkShapes {
         Self::with_meshes(model, &mut NoMeshes)
     }
 
-    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape. Allocates; O(n) in the triangles, and so is each step with them.
+    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates; O(n) in the triangles, and so is each step with them.
     ///
     /// # Errors
     /// If the model has no link of that name.
@@ -129,6 +129,10 @@ impl LinkShapes {
             place.body.is_none(),
             "a surface is fixed to the world, but its link \"{link}\" moves"
         );
+        let everything = Groups {
+            own: u32::MAX,
+            mask: u32::MAX,
+        };
         for (vertices, sides) in surface.each() {
             self.shapes.push(LinkShape {
                 link: frame,
@@ -136,7 +140,7 @@ impl LinkShapes {
                 body: None,
                 placement: place.placement,
                 shape: Shape::Triangle { vertices },
-                groups: Groups::default(),
+                groups: everything,
                 margin: 0.0,
                 material: None,
                 sides: Some(Box::new(sides)),

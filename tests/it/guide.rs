@@ -84,9 +84,9 @@ fn has_named(target: &str, source: &str, label: &str) -> bool {
         return true;
     };
     let kinds = ["fn", "const fn", "struct", "enum", "trait", "const", "type"];
-    let is_item = |kind: &&str| declares(source, &format!("pub {kind} {name}"));
+    let is_item = |kind: &str| declares(source, &format!("pub {kind} {name}"));
     let modules = [format!("/{name}.rs"), format!("/{name}/mod.rs")];
-    kinds.iter().any(|kind| is_item(&kind)) || modules.iter().any(|end| target.ends_with(end))
+    kinds.iter().any(|kind| is_item(kind)) || modules.iter().any(|end| target.ends_with(end))
 }
 
 /// The reason why a link of a chapter leads nowhere.

@@ -72,6 +72,7 @@ mod rolling;
 #[cfg(feature = "second-order")]
 mod rollout_hessians;
 mod scalars;
+mod sensor_batches;
 mod sensor_noise;
 mod sensor_slopes;
 mod sensors;

@@ -64,7 +64,8 @@ impl Sensors {
     ) {
         simulator.check_input(u);
         simulator.check(state);
-        let new = || Box::new(AccelerationScratch::new(simulator, Calls::Many));
+        // Not bound to the numbers of one model: variants use it in turn.
+        let new = || Box::new(AccelerationScratch::new(simulator, Calls::One));
         let mut found = scratch.found.take().unwrap_or_else(new);
         let at = EvaluationPoint::of_step(simulator, state, u);
         simulator.accelerate(&at, &mut found);
