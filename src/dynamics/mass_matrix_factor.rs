@@ -88,8 +88,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.refactor_filled(|factors| factors.copy_from(mass_matrix));
     }
 
-    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is
-    /// of no use.
+    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; previous values are
+    /// overwritten.
     pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
         fill(&mut self.factors);
         vectorized_over::<T, _>(
@@ -105,10 +105,15 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
+<<<<<<< HEAD
             let ancestors = &self.ancestors[self.starts[k]..self.starts[k + 1]];
             let root = ancestors.last().copied().unwrap_or(k);
             for &i in ancestors {
                 // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, zeros of those that are no ancestors of k among them
+=======
+            for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
+                // M_ij −= M_ki M_kj / M_kk for all j up to i, including zeros of those that are not ancestors of k
+>>>>>>> main
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
                 subtract_scaled(&mut column[root..=i], ratio, &own[root..=i]);
@@ -154,7 +159,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 
     /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the
-    /// world. What has just been solved comes last.
+    /// world. The newest solution comes last.
     #[inline(always)]
     pub(crate) fn back_substitute<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in self.groups.iter().rev() {
@@ -279,7 +284,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 /// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint,
 /// then in the parent's.
 ///
-/// A follower ties branches together, so with followers every coordinate counts as an ancestor of all after it.
+/// A mimic joint ties branches together, so with mimic joints every coordinate counts as an ancestor of all after it.
 pub(crate) struct Ancestors {
     /// Lists of all coordinates, one after the other.
     pub(crate) lists: Vec<usize>,
