@@ -105,15 +105,10 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
-<<<<<<< HEAD
             let ancestors = &self.ancestors[self.starts[k]..self.starts[k + 1]];
             let root = ancestors.last().copied().unwrap_or(k);
             for &i in ancestors {
-                // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, zeros of those that are no ancestors of k among them
-=======
-            for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
-                // M_ij −= M_ki M_kj / M_kk for all j up to i, including zeros of those that are not ancestors of k
->>>>>>> main
+                // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, including zeros of those that are not ancestors of k
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
                 subtract_scaled(&mut column[root..=i], ratio, &own[root..=i]);
