@@ -519,6 +519,7 @@ mod tests {
                     delassus: at.delassus,
                     dt,
                     kappa: None,
+                    speculative: false,
                 },
             );
             let acceleration = state.velocity_of(&at.X_WB.rotation, &self.A_B);
