@@ -28,11 +28,13 @@ pub(super) fn with_collisions(
         own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
         own => law_of("collisions.law", &own, model)?,
     };
-    let mut options = CollisionOptions::default();
-    options.self_collision = collisions.getattr("self_collision")?.extract()?;
-    options.excluded = collisions.getattr("excluded")?.extract()?;
-    options.materials = by_link(&collisions, "materials", "Material", material)?;
-    options.speculative = collisions.getattr("speculative")?.extract()?;
+    let mut options = CollisionOptions {
+        self_collision: collisions.getattr("self_collision")?.extract()?,
+        excluded: collisions.getattr("excluded")?.extract()?,
+        materials: by_link(&collisions, "materials", "Material", material)?,
+        speculative: collisions.getattr("speculative")?.extract()?,
+        ..CollisionOptions::default()
+    };
     for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
         options = options.with_surface(&link, surface);
     }
