@@ -84,6 +84,16 @@ impl<P: Scalar> ContactLaw<P> {
         bounded_friction(with_law!(self, law => law.friction()))
     }
 
+    /// Restitution of a law by which impacts act at once; `None` without, or if it is zero.
+    pub(crate) fn restitution(&self) -> Option<P> {
+        match self {
+            Self::Rigid(law) => {
+                Some(law.restitution).filter(|e| !e.has_value() || e.value(0) > 0.0)
+            }
+            Self::Soft(_) | Self::RelaxedRigid(_) => None,
+        }
+    }
+
     pub(crate) fn set_material(&mut self, pair: Material) {
         with_law!(self, law => law.set_material(pair));
     }

@@ -11,7 +11,7 @@ use crate::contact::{
     body_force, velocity_at,
 };
 use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
-use crate::sim::simulator::Simulator;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
 use crate::sim::terms::jacobian::BRISTLE;
@@ -120,31 +120,30 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
     /// * `side` – 0 or 1: the body
     /// * `motions` – those of both bodies
     pub(super) fn between(
-        simulator: &'a Simulator,
+        at: &EvaluationPoint<'a, f64, T>,
         point: &PairPoint,
         side: usize,
         motions: &[CarrierMotion<T>; 2],
     ) -> Self {
-        let contacts = simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a point of contact");
         let moved = in_directions_of(side, motions);
         let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
         Self {
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::of_pair(contacts, simulator, &X, state)
+            ..Self::of_pair(contacts, at, &X, state)
         }
     }
 
     /// A point of a simulator's contacts at a state; its body has a pose in the world, and a velocity in itself.
     pub(super) fn new(
-        simulator: &'a Simulator,
-        state: &State<T>,
+        at: &EvaluationPoint<'a, f64, T>,
         index: usize,
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
     ) -> Self {
-        let contacts = simulator.contacts().expect("a point of contact");
-        let mut deflection = deflection_of(state, index);
+        let contacts = at.simulator.contacts().expect("a point of contact");
+        let mut deflection = deflection_of(at.state, index);
         for (k, x) in deflection.iter_mut().enumerate() {
             x.eps[BRISTLE + k] = T::one();
         }
@@ -155,7 +154,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         Self {
             deflection,
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::on(contacts, simulator, index, body)
+            ..Self::on(contacts, at, index, body)
         }
     }
 }
@@ -164,8 +163,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     /// A point at a state over the numbers of [`seeded`] contacts.
     pub(super) fn over_numbers(
         contacts: &'a Contacts<OfBody<T>>,
-        simulator: &Simulator,
-        state: &State<T>,
+        at: &EvaluationPoint<'_, f64, T>,
         index: usize,
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
@@ -175,8 +173,8 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
             V: constant_motion(V_B),
         };
         Self {
-            deflection: deflection_of(state, index),
-            ..Self::on(contacts, simulator, index, body)
+            deflection: deflection_of(at.state, index),
+            ..Self::on(contacts, at, index, body)
         }
     }
 }
@@ -185,7 +183,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     /// A point between bodies over the numbers of [`seeded`] contacts, of the sizes those of one shape.
     pub(super) fn between_numbers(
         contacts: &'a Contacts<OfBody<T>>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         point: &PairPoint,
         side: usize,
         X: &[Transform<T>; 2],
@@ -193,7 +191,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     ) -> Self {
         let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
-        Self::of_pair(contacts, simulator, &X, state)
+        Self::of_pair(contacts, at, &X, state)
     }
 }
 
@@ -216,7 +214,7 @@ where
 {
     fn on(
         contacts: &'a Contacts<P>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         index: usize,
         body: MovedBody<T>,
     ) -> Self {
@@ -227,7 +225,7 @@ where
                 let body = BodyMotion {
                     X_WB: &X_WB,
                     V_B: &V,
-                    duration: simulator.contact_duration().into(),
+                    duration: at.contact_duration().into(),
                 };
                 contacts.state(index, &body)
             },
@@ -235,7 +233,7 @@ where
         Self {
             contacts,
             law: &contacts.laws()[index],
-            dt: simulator.time_step(),
+            dt: at.dt(),
             axes: point.axes(),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
@@ -247,14 +245,14 @@ where
 
     fn of_pair(
         contacts: &'a Contacts<P>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         X: &[Transform<OfBody<T>>; 2],
         state: PairState<OfBody<T>>,
     ) -> Self {
         Self {
             contacts,
             law: contacts.pair_law(),
-            dt: simulator.time_step(),
+            dt: at.dt(),
             R_WB: X[0].rotation,
             axes: state.point.axes_of_any_normal(),
             point: state.point,
@@ -327,6 +325,11 @@ where
         })
     }
 
+    /// By how much the point is apart from what it touches, m.
+    pub(super) fn gap(&self) -> OfBody<T> {
+        -self.point.depth
+    }
+
     /// The velocity at the point along the normal, when the bodies move with `V`.
     pub(super) fn along_normal(&self, V: &[Motion<T>; 2]) -> OfBody<T> {
         dot(&self.axes[0], &self.velocity(V))
@@ -393,7 +396,7 @@ mod tests {
     use crate::dynamics::forward_kinematics;
     use crate::sim::terms::local::BodySlopes;
     use crate::spatial::SPATIAL;
-    use crate::{Integrator, Model};
+    use crate::{Integrator, Model, Simulator};
     use nalgebra::Matrix3;
 
     /// Inputs of the rows of a point, as plain numbers.
@@ -470,7 +473,8 @@ mod tests {
 
         fn linearized(&self) -> LinearizedPoint<'_> {
             let Inputs { X_WB, V_B, .. } = &self.inputs;
-            LinearizedPoint::new(&self.simulator, &self.state, self.index, X_WB, V_B)
+            let at = EvaluationPoint::of_step(&self.simulator, &self.state, &[]);
+            LinearizedPoint::new(&at, self.index, X_WB, V_B)
         }
 
         /// y = J ã − reference + R f, then the step of the bristle at these forces.
@@ -482,7 +486,7 @@ mod tests {
             let body = BodyMotion {
                 X_WB: &at.X_WB,
                 V_B: &at.V_B,
-                duration: self.simulator.contact_duration(),
+                duration: dt,
             };
             let state = contacts.state(self.index, &body);
             let axes = state.axes();
