@@ -19,6 +19,15 @@ class Linearization(NamedTuple):
     b: Array
 
 
+class SensorLinearization(NamedTuple):
+    """Jacobians of a step and of what sensors read in it:  δx⁺ = a δx + b δu,  δy = c δx + d δu,  δx = (δq, δv, δcontact)."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+
 class PairContact(NamedTuple):
     """A point at which two links are near each other, in the world's axes: half way between both. The normal points out of the second link; the velocity is that of the
     first one less that of the second; the force acts on the first one, and the opposite on the second."""

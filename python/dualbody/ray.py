@@ -1,8 +1,8 @@
-"""Many machines: rollouts, gradients, the evolution of policies, and any other work over a Ray cluster.
+"""Distributed work over a Ray cluster: rollouts, gradients, the evolution of policies, and any other function.
 
-States go out in shards, and results come back one shard after the other, in the order of the states. Each state has random numbers of its own,
-by its index: results do not depend on shards or workers. Workers that are lost are replaced (Ray's retries); at most `in_flight` shards are
-away at a time, so that memory is bounded however many states there are.
+States go out in shards, and results return shard by shard, in the order of the states. Each state has its own random numbers, by its index, so
+results do not depend on the number of workers; with different robots, the size of shards changes the last digits. Lost workers are replaced (Ray's
+retries). At most `in_flight` shards are in progress, so that memory is bounded.
 """
 
 from __future__ import annotations

@@ -208,7 +208,8 @@ impl<P: Scalar> Simulator<P> {
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         contacts.check(&self.model);
         memory::granted(contacts.check_memory());
-        self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
+        let touches = !contacts.points().is_empty() || contacts.have_pairs();
+        self.contacts = Some(contacts).filter(|_| touches);
         self.check_integrator();
         self
     }

@@ -81,7 +81,7 @@ impl<P: Scalar> ContactLaw<P> {
 
     /// μ as solvers can work with it, finite.
     pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
-        bounded_friction(with_law!(self, law => law.friction()))
+        bounded_friction(self.material().friction)
     }
 
     /// Restitution of a law by which impacts act at once; `None` without, or if it is zero.
@@ -94,7 +94,21 @@ impl<P: Scalar> ContactLaw<P> {
         }
     }
 
-    pub(crate) fn set_material(&mut self, pair: Material) {
+    /// [`bounded_friction`](Self::bounded_friction) of a point at a depth (m): none of one that is met before it arrives.
+    pub(crate) fn friction_at<T: Over<P>>(&self, depth: T, speculative: bool) -> T {
+        let friction = self.bounded_friction();
+        if speculative {
+            return depth.select_lt(T::zero(), T::zero(), friction);
+        }
+        friction
+    }
+
+    /// Friction and restitution.
+    pub(crate) fn material(&self) -> Material<P> {
+        with_law!(self, law => law.material())
+    }
+
+    pub(crate) fn set_material(&mut self, pair: Material<P>) {
         with_law!(self, law => law.set_material(pair));
     }
 
@@ -186,6 +200,7 @@ mod tests {
                     delassus,
                     dt: 0.01,
                     kappa: None,
+                    speculative: false,
                 });
                 rows.map(|row| row.compliance)
             };
