@@ -44,6 +44,7 @@ mod graphs_of_steps;
 mod guide;
 mod hardware;
 mod identities;
+mod impact_times;
 mod impacts;
 mod implicit;
 mod implicit_midpoint;
