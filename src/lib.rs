@@ -65,7 +65,8 @@
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
 //! | `full` | no | all of the above |
 //! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
-//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `render`) |
+//! | `live` | no | a simulation in the browser while it runs (with `view`) |
+//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `live`, `render`) |
 //! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
 //!
 //! # Architecture invariants
