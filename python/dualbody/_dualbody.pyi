@@ -25,6 +25,9 @@ from .sim import (
     Linearization,
     Rollout,
     RolloutGradient,
+    Sensor,
+    SensorLinearization,
+    SensorNoise,
     StepGradient,
     Tendon,
     Weld,
@@ -292,7 +295,7 @@ class Simulator:
         model: Model,
         *,
         time_step: float | None = None,
-        integrator: IntegratorName = "semi_implicit_euler",
+        integrator: IntegratorName | None = "semi_implicit_euler",
         actuated: Sequence[str] | None = None,
         contacts: Contacts | None = None,
         actuation: Actuation | Literal["ideal", "model"] | None = None,
@@ -301,7 +304,12 @@ class Simulator:
         frame_actuators: Sequence[FrameActuator] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
+        _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
     ) -> Self: ...
+    @staticmethod
+    def from_mjcf(description: str | PathLike[str], **keywords: Unpack[LoaderKeywords]) -> Simulator: ...
+    @property
+    def keyframes(self) -> dict[str, tuple[Array, Array, Array]]: ...
     @property
     def parameters(self) -> Array: ...
     @property
@@ -467,6 +475,42 @@ class NativeFunction:
     @property
     def n_outputs(self) -> int: ...
     def __call__(self, inputs: ArrayLike) -> Array: ...
+
+@final
+class Sensors:
+    def __new__(cls, model: Model, sensors: Mapping[str, Sensor]) -> Self: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def units(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def slice(self, name: str) -> slice: ...
+    def read(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        out: Array | None = None,
+    ) -> Array: ...
+    def linearize(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+    ) -> SensorLinearization: ...
+    def noisy(self, noise: Mapping[str, SensorNoise], time_step: float, seeds: Sequence[int]) -> NoisySensors: ...
+
+@final
+class NoisySensors:
+    def sample(self, readings: ArrayLike) -> Array: ...
+    def reset(self, seeds: Sequence[int], mask: Sequence[bool] | None = None) -> None: ...
+    def __len__(self) -> int: ...
 
 @final
 class NativeSimulator:
@@ -660,7 +704,8 @@ def _build_model(
     frames: Sequence[tuple[str, str, ArrayLike]],
 ) -> Model: ...
 def _check_grid(nx: int, ny: int) -> None: ...
-def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> tuple[float, Array, Array, Array]: ...
+def _srdf(model: Model, description: str | PathLike[str], prefix: str) -> tuple[list[tuple[str, str]], list[str]]: ...
+def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> tuple[Array, Array, Array, Array]: ...
 def _estimate_soft_contact(
     mass: float, points: int, depth: float
 ) -> tuple[float, float, float, float, float]: ...

@@ -30,6 +30,7 @@
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
 //! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//! | what sensors read? | [`Recording::add_readings`] | an evaluation of each moment |
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
 //! the feature `render`, `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With
@@ -66,6 +67,7 @@ mod plot;
 mod plots;
 #[cfg(any(feature = "plot", feature = "render"))]
 mod png;
+mod readings;
 mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
