@@ -51,6 +51,8 @@ mod implicit_midpoint;
 mod integrators;
 mod joint_kinds;
 mod link_distances;
+#[cfg(feature = "live")]
+mod live;
 mod loading;
 mod many_points;
 mod mesh_contact;
