@@ -6,6 +6,10 @@ struct Primer;
 #[doc = include_str!("../guide/src/first_robot.md")]
 struct FirstRobot;
 
+#[cfg(feature = "cli")]
+#[doc = include_str!("../guide/src/command.md")]
+struct Command;
+
 #[doc = include_str!("../guide/src/conventions.md")]
 struct Conventions;
 

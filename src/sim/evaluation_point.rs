@@ -29,7 +29,7 @@ impl AtEnd {
 }
 
 /// Inputs of the balance of forces.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     pub(crate) simulator: &'a Simulator<P>,
     pub(crate) state: &'a State<T>,
@@ -40,6 +40,10 @@ pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     pub(crate) is_instant: bool,
     /// [`Simulator::half_step`], s; `None` where velocity forces are those of the state.
     pub(crate) half_step: Option<T>,
+    /// Length of the step, s: the time step of the simulator, or that of an impact.
+    pub(crate) dt: P,
+    /// A contact point without force, by its place among all of this state.
+    pub(crate) left_out: Option<usize>,
 }
 
 impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
@@ -52,6 +56,8 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
             at_end: AtEnd::Nothing,
             is_instant: true,
             half_step: None,
+            dt: simulator.time_step(),
+            left_out: None,
         }
     }
 
@@ -62,6 +68,21 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
             is_instant: false,
             half_step: simulator.half_step(state.v.as_slice()),
             ..Self::instant(simulator, state, u)
+        }
+    }
+
+    /// The forces of a step of another length, s, in which nothing rotates fast.
+    pub(crate) fn lasting(
+        simulator: &'a Simulator<P>,
+        state: &'a State<T>,
+        u: &'a [T],
+        dt: P,
+    ) -> Self {
+        let in_the_middle = simulator.always_in_the_middle();
+        Self {
+            half_step: in_the_middle.then(|| (dt * 0.5).into()),
+            dt,
+            ..Self::of_step(simulator, state, u)
         }
     }
 
@@ -78,7 +99,7 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
     }
 
     pub(crate) fn dt(&self) -> P {
-        self.simulator.time_step()
+        self.dt
     }
 
     /// `true` if no force depends on the acceleration.
@@ -101,6 +122,12 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
         let contacts = self.simulator.contacts();
         contacts.filter(|_| self.solved_contacts().is_none())
     }
+
+    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
+    /// where they are those of its start.
+    pub(crate) fn contact_duration(&self) -> P {
+        self.solved_contacts().map_or(P::zero(), |_| self.dt)
+    }
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -122,6 +149,11 @@ impl<P: Scalar> Simulator<P> {
             || self.contacts().is_some_and(Contacts::have_pairs)
     }
 
+    /// `true` if an impact may be found at its time within a step.
+    pub(crate) fn may_bounce(&self) -> bool {
+        self.contacts().is_some_and(Contacts::may_bounce)
+    }
+
     /// The most rows of joints, each a block: joint limits and bounded forces.
     pub(crate) fn joint_rows(&self) -> usize {
         let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
@@ -137,12 +169,5 @@ impl<P: Scalar> Simulator<P> {
                 contacts.are_solved_explicitly()
             }
         })
-    }
-
-    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
-    /// where they are those of its start.
-    pub(crate) fn contact_duration(&self) -> P {
-        let solved = self.solved_contacts(self.at_end());
-        solved.map_or(P::zero(), |_| self.time_step())
     }
 }

@@ -34,6 +34,9 @@ struct Data<'a> {
     scenery: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
+    /// What a page of a simulation that runs has besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    live: Option<serde_json::Value>,
 }
 
 const STYLE: &str = include_str!("page/page.css");
@@ -54,10 +57,13 @@ const SCRIPTS: [&str; 11] = [
     include_str!("page/main.js"),
 ];
 
+/// Script of a simulation that runs, after the others.
+const LIVE: &str = include_str!("page/live.js");
+
 impl Recording {
     /// Writes the recording as a page; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
-        page(self, Some(motion(self)).filter(|_| self.len() > 0))
+        page(self, Some(motion(self)).filter(|_| self.len() > 0), None)
     }
 
     /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a
@@ -84,15 +90,25 @@ impl Recording {
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn model_page(model: &Model) -> String {
-    page(&Recording::new(model), None)
+    page(&Recording::new(model), None, None)
 }
 
-fn page(recording: &Recording, motion: Option<Motion>) -> String {
+/// The page of a simulation that runs on a port of this machine.
+///
+/// * `targets` – sliders of its inputs
+#[cfg(feature = "live")]
+pub(super) fn live_page(recording: &Recording, targets: &impl Serialize, port: u16) -> String {
+    let live = serde_json::json!({ "targets": targets, "port": port });
+    page(recording, None, Some(live))
+}
+
+fn page(recording: &Recording, motion: Option<Motion>, live: Option<serde_json::Value>) -> String {
     let mut meshes = Meshes::default();
     let tracks = recording.robots.iter();
     let robots = tracks.map(|track| robot(track, &mut meshes)).collect();
     let objects = recording.scene_objects.iter();
     let scenery = objects.map(|object| object.scenery(&mut meshes)).collect();
+    let port = live.as_ref().map(|live| live["port"].clone());
     let data = Data {
         title: &recording.title,
         warnings: meshes.warnings(),
@@ -101,13 +117,18 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
         scenery,
         meshes: meshes.meshes,
         motion,
+        live,
     };
     // Only keys that are no text and failing writers can go wrong; there are none.
     let data = serde_json::to_string(&data).unwrap_or_else(|error| unreachable!("{error}"));
     let data = data.replace('<', "\\u003c");
-    let (title, script) = (escaped(&recording.title), SCRIPTS.concat());
-    // Nothing may be fetched, whatever stands in the page.
-    let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:";
+    let more = if port.is_some() { LIVE } else { "" };
+    let (title, script) = (escaped(&recording.title), SCRIPTS.concat() + more);
+    // Nothing may be fetched, whatever stands in the page, but frames of a simulation from where it runs.
+    let mut policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:".to_owned();
+    if let Some(port) = &port {
+        policy += &format!("; connect-src ws://127.0.0.1:{port} ws://localhost:{port}");
+    }
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\

@@ -34,6 +34,7 @@
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
 //! the feature `render`, `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With
+//! the feature `live`, `Live` shows a simulation in the browser while it runs, to be dragged and steered. With
 //! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
 //! writes a file that the viewer opens.
 //!
@@ -47,12 +48,14 @@ mod csv;
 mod files;
 mod furnish;
 mod ground;
-#[cfg(feature = "cli")]
+#[cfg(feature = "live")]
 mod hold;
 mod html;
 #[cfg(feature = "identification")]
 mod identification;
 mod json;
+#[cfg(feature = "live")]
+mod live;
 mod mesh;
 mod meshes;
 mod motion;
@@ -83,6 +86,8 @@ pub use ground::Heights;
 pub use html::model_page;
 #[cfg(feature = "identification")]
 pub use identification::identification_page;
+#[cfg(feature = "live")]
+pub use live::Live;
 #[cfg(feature = "render")]
 pub use pictures::{Picture, PictureOptions, Pictures};
 #[cfg(feature = "plot")]

@@ -20,4 +20,7 @@ if [ "${1:-}" = --gallery ]; then
 else
   cargo run --quiet --profile "${PROFILE:-release}" --features full --example pages
   node --test tests/browser/checks.mjs
+  cargo build --quiet --profile "${PROFILE:-release}" --features full --bin dualbody
+  folder="${PROFILE:-release}"
+  DUALBODY="${CARGO_TARGET_DIR:-target}/${folder/#dev/debug}/dualbody" node --test --test-concurrency=1 tests/browser/live.mjs
 fi

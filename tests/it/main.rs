@@ -44,12 +44,15 @@ mod graphs_of_steps;
 mod guide;
 mod hardware;
 mod identities;
+mod impact_times;
 mod impacts;
 mod implicit;
 mod implicit_midpoint;
 mod integrators;
 mod joint_kinds;
 mod link_distances;
+#[cfg(feature = "live")]
+mod live;
 mod loading;
 mod many_points;
 mod mesh_contact;

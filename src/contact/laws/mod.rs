@@ -84,6 +84,16 @@ impl<P: Scalar> ContactLaw<P> {
         bounded_friction(self.material().friction)
     }
 
+    /// Restitution of a law by which impacts act at once; `None` without, or if it is zero.
+    pub(crate) fn restitution(&self) -> Option<P> {
+        match self {
+            Self::Rigid(law) => {
+                Some(law.restitution).filter(|e| !e.has_value() || e.value(0) > 0.0)
+            }
+            Self::Soft(_) | Self::RelaxedRigid(_) => None,
+        }
+    }
+
     /// [`bounded_friction`](Self::bounded_friction) of a point at a depth (m): none of one that is met before it arrives.
     pub(crate) fn friction_at<T: Over<P>>(&self, depth: T, speculative: bool) -> T {
         let friction = self.bounded_friction();

@@ -19,6 +19,7 @@ mod rollout;
 mod simulator;
 mod single;
 mod states;
+mod step_and_read;
 mod worker;
 
 pub use control::BatchMoment;

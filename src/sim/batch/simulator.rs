@@ -140,8 +140,10 @@ impl BatchSimulator {
         let out = Self {
             variants,
             len,
-            // Which features of shapes touch differs from state to state.
-            side_by_side: has_lanes() && !simulator.contacts().is_some_and(Contacts::have_pairs),
+            // Which features of shapes touch, and when an impact happens, differs from state to state.
+            side_by_side: has_lanes()
+                && !simulator.contacts().is_some_and(Contacts::have_pairs)
+                && !simulator.may_bounce(),
             workers: Vec::new(),
             simulator,
         };

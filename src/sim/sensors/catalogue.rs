@@ -2,19 +2,15 @@
 
 use std::ops::Range;
 
-use nalgebra::DVector;
-
 use super::held_links::{HeldLinks, carrying_link};
-use super::moment::SensorScratch;
 use super::ray::Shape;
 use super::sensor::{Channel, Sensor};
 use crate::dynamics::to_world;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, Structure};
 use crate::numbers::Domain;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
-use crate::sim::state::State;
 
 /// The sensors of a robot, which read one vector.
 ///
@@ -170,24 +166,6 @@ impl Sensors {
             name: name.into(),
             known: self.all.iter().map(|placed| placed.name.clone()).collect(),
         })
-    }
-
-    /// The readings of a step from `state` under the input `u` (length `nu`; N·m or N), which is evaluated but not taken. Allocates.
-    ///
-    /// Differentiable in state and input, and over a simulator [cast](Simulator::cast) to dual numbers in its parameters.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length, or if the simulator is of another robot.
-    pub fn read<P: Scalar, T: Over<P>>(
-        &self,
-        simulator: &Simulator<P>,
-        state: &State<T>,
-        u: &[T],
-    ) -> DVector<T> {
-        let mut out = DVector::zeros(self.len());
-        let mut scratch = SensorScratch::new(simulator);
-        self.read_into(simulator, state, u, &mut scratch, out.as_mut_slice());
-        out
     }
 
     /// Refuses another robot, and memory of another size.

@@ -48,7 +48,7 @@ mod yielding_slopes;
 
 pub(crate) use adjoint::{AdjointMemory, AdjointSink};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
-pub(crate) use contact::Contact;
+pub(crate) use contact::{Contact, LEAST_SPEED, LoneImpact};
 pub(crate) use jacobian::{ForceColumns, JacobianMemory, JacobianSink};
 pub(crate) use list::{AllSlopes, Terms};
 pub(crate) use numbers::Numbers;

@@ -28,13 +28,13 @@ class Panel {
     Object.assign(this, { scene, camera, changed, switches: {}, joints: [] });
     const parts = [this.makeSwitches()];
     if (scene.fixtures.length) parts.push(this.makeFixtures());
-    if (!scene.player) parts.push(this.makeJoints());
+    if (!scene.player && !data.live) parts.push(this.makeJoints());
     parts.push(this.makeCamera(), ...this.makeTrees(), this.makeKeys());
     byId("panel").append(...parts);
   }
 
   makeSwitches() {
-    const { shows, traces, player, robots } = this.scene, forces = player?.robots.some((robot) => robot.forces.length);
+    const { shows, traces, player, robots } = this.scene, forces = data.live || player?.robots.some((robot) => robot.forces.length);
     const constraints = robots.some((robot) => robot.bonds.length);
     const all = [["frames", "Frames", true], ["com", "Centres of mass", true], ["inertia", "Ellipsoids of inertia", true],
       ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces], ["constraints", "Constraints", constraints]];

@@ -151,6 +151,7 @@ class Scene {
     });
     this.fixtures.forEach((fixture, k) => this.fixturesShown[k] && this.addFixture(solids, fixture));
     if (this.shows.forces) this.player?.robots.forEach((robot, i) => this.addForces(solids, i, robot));
+    this.drawMore?.(solids);
     const now = this.player ? this.player.place(this.player.time).index : 0;
     const ribbons = this.shows.traces ? this.traces.map((line, k) => ({ line, now, color: TRACES[k % TRACES.length] })) : [];
     this.renderer.draw(solids, ribbons, view, bounds, colors);
