@@ -43,7 +43,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named.
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), except the joints that are named.
 
     Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
     Actuation("model").

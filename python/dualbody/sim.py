@@ -83,7 +83,7 @@ def __getattr__(name: str) -> object:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-#: What the compiled module calls.
+#: Functions that the compiled module calls.
 _CALLED = (_progress, _rollout, _rollout_slopes)
 
 

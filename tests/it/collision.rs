@@ -65,9 +65,13 @@ fn shape(kind: usize, rng: &mut Xoshiro256PlusPlus) -> Shape {
                 scale: [a, b, -c],
             }
         }
-        6 => Shape::Triangle {
-            vertices: [(); 3].map(|()| vector(rng, 1.0)),
-        },
+        // About the origin, as the other shapes are.
+        6 => {
+            let (a, b) = (vector(rng, 1.0), vector(rng, 1.0));
+            Shape::Triangle {
+                vertices: [a, b, -(a + b)],
+            }
+        }
         _ => Shape::HalfSpace,
     }
 }

@@ -271,3 +271,15 @@ fn every_entry_of_the_glossary_has_a_meaning_and_a_place() {
     }
     assert!(terms.len() > 60, "{} terms", terms.len());
 }
+
+#[test]
+fn every_example_is_in_the_tables() {
+    let readmes = ["README.md", "examples/README.md"].map(|path| read(&root().join(path)));
+    for name in names(&root().join("examples"), ".rs") {
+        let name = format!("`{}`", name.trim_end_matches(".rs"));
+        // Those with features of their own are in the longer table only.
+        let rare = ["`plots`", "`rerun`"].contains(&name.as_str());
+        assert!(rare || readmes[0].contains(&name), "README.md: {name}");
+        assert!(readmes[1].contains(&name), "examples/README.md: {name}");
+    }
+}

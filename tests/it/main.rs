@@ -88,6 +88,7 @@ mod surfaces;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
+mod trajopt_distances;
 mod trajopt_failures;
 mod trajopt_shooting;
 mod trajopt_solvers;

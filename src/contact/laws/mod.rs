@@ -35,9 +35,9 @@ use crate::scalar::{Over, Scalar};
 pub enum ContactLaw<P = f64> {
     /// Springs, dampers and bristles.
     Soft(SoftContact<P>),
-    /// No penetration but what a convex problem lets through, as in `MuJoCo`.
+    /// Regularised contact: the small penetration of a convex problem, as in `MuJoCo`.
     RelaxedRigid(RelaxedRigid<P>),
-    /// No penetration, Coulomb's friction, impacts; with semi-implicit Euler.
+    /// No penetration, Coulomb's friction, impacts.
     Rigid(Rigid<P>),
 }
 

@@ -16,7 +16,7 @@ const AT_REST: f64 = 1e-9;
 /// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
 /// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
 ///
-/// It acts over a step, so it needs semi-implicit Euler.
+/// It acts over a step, so it needs semi-implicit Euler or the integrator implicit in velocity.
 ///
 /// # At rest
 /// The velocity that is wanted of a point has a kink at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ instead for

@@ -39,6 +39,7 @@ mod mesh_inertia;
 mod naming;
 mod option;
 mod orientation;
+mod pairs;
 mod scene;
 mod sections;
 mod sensor;
@@ -282,11 +283,11 @@ impl<'t, 'c> Beside<'_, 't, 'c> {
     ) -> Result<MjcfContacts, LoadError> {
         let mut contacts = MjcfContacts::default();
         self.read("contact", context, |part, _| {
-            contact::read_pair(part, &mut contacts).map(Some)
+            pairs::read_pair(part, &mut contacts).map(Some)
         })?;
         let paired = contacts.pairs.iter().flatten().map(String::as_str);
         bodies.pair(&paired.collect());
-        contact::exclude_neighbours(bodies, &mut contacts, context);
+        pairs::exclude_neighbours(bodies, &mut contacts, context);
         bodies.note_unmodelled(context);
         Ok(contacts)
     }
