@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
+    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, TendonServo, Weld
 
 __all__ = [
     "Actuation",
@@ -36,6 +36,7 @@ __all__ = [
     "Status",
     "StepGradient",
     "Tendon",
+    "TendonServo",
     "Weld",
     "contact_kinematics",
     "named_inputs",

@@ -76,6 +76,7 @@ mod step_adjoint_derivatives;
 mod step_adjoints;
 mod step_remarks;
 mod stop_signal;
+mod tendon_servos;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;

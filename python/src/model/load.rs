@@ -139,7 +139,9 @@ pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
     let (text, path, keywords): (Option<String>, Option<PathBuf>, Bound<'_, PyDict>) =
         recipe.extract()?;
     let wanted = guarded(|| options_of(&keywords))??;
-    let read = path.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+    let read = path
+        .as_ref()
+        .and_then(|path| std::fs::read_to_string(path).ok());
     let loaded = guarded(|| match (&path, &text) {
         (Some(path), _) if text.is_none() || text == read => wanted.load_mjcf_scene_file(path),
         (path, text) => {
