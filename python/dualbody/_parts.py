@@ -43,7 +43,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named.
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), except the joints that are named.
 
     Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
     Actuation("model").
@@ -197,3 +197,54 @@ class FrameActuator:
         along = [x / length for x in direction]
         wrench = (*along, *(torque_ratio * x for x in along))
         return FrameActuator(name, place, wrench, "body", limits)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor of a robot, on a joint, link or frame that `on` names. Axes and origin are those of the link or frame.
+
+    kind: "joint_position" (rad, m), "joint_velocity", "joint_force" (what the joint transmits along its axes, N·m, N); on a link or frame "gyro" (3),
+    "accelerometer" (3), "magnetometer" (3) of a `field` in the world, "frame_pose" (7: position, quaternion w, x, y, z), "frame_velocity" (6),
+    "frame_acceleration" (6) in a `representation`, "range_finder" along a `direction`, up to a `range`, m; on a link "wrench" (6: the force and torque that
+    hold the link, on it), "touch" (sum of normal forces, N), "contact_force" (6); on nothing "center_of_mass" (3), "center_of_mass_velocity" (3) and
+    "momentum" (6), in the world.
+    """
+
+    kind: Literal[
+        "joint_position",
+        "joint_velocity",
+        "joint_force",
+        "gyro",
+        "accelerometer",
+        "magnetometer",
+        "frame_pose",
+        "frame_velocity",
+        "frame_acceleration",
+        "wrench",
+        "touch",
+        "contact_force",
+        "range_finder",
+        "center_of_mass",
+        "center_of_mass_velocity",
+        "momentum",
+    ]
+    on: str | None = None
+    field: Sequence[float] = (0.0, 0.0, 0.0)
+    direction: Sequence[float] = (0.0, 0.0, 1.0)
+    range: float = 10.0
+    representation: RepresentationName = "body"
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step), and is the reading, a bias and noise, rounded to the `resolution` and
+    within ± the `limit`; it is read after the `delay`, s. white: deviation of the noise of each sample; bias: that of the bias at the start;
+    bias_walk: that of its change over a second. Units are those of the reading."""
+
+    white: float = 0.0
+    bias: float = 0.0
+    bias_walk: float = 0.0
+    resolution: float = 0.0
+    limit: float = float("inf")
+    period: float = 0.0
+    delay: float = 0.0

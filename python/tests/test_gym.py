@@ -15,8 +15,9 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 
 import dualbody as db  # noqa: E402
 import dualbody.gym as gym  # noqa: E402
+from dualbody.gym.draws import keys  # noqa: E402
 
-NAMES = ["dualbody/CartPole-v0", "dualbody/Quadruped-v0"]
+NAMES = ["dualbody/CartPole-v0", "dualbody/PushBlock-v0", "dualbody/Quadruped-v0"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -46,7 +47,7 @@ def test_a_batch_equals_single_environments(name: str, mode: AutoresetMode) -> N
         if mode is AutoresetMode.SAME_STEP and ended.any():
             i = int(np.flatnonzero(ended)[0])
             np.testing.assert_allclose(one[4]["final_obs"][i], other[4]["final_obs"][i], atol=1e-3, rtol=1e-3)
-    assert ends > 0 or "Quadruped" in name
+    assert ends > 0 or "CartPole" not in name
 
 
 def test_seeds_make_episodes_the_same() -> None:
@@ -55,6 +56,29 @@ def test_seeds_make_episodes_the_same() -> None:
     assert not np.array_equal(one.reset()[0], other.reset(seed=9)[0])
     with pytest.raises(ValueError, match="seeds"):
         one.reset(seed=[1, 2])
+
+
+def test_random_numbers_of_a_row_depend_on_its_seed_only() -> None:
+    every, some = gym.Draws(keys(range(10, 5010))), gym.Draws(keys([12, 17]))
+    for size in (1, 4, 3):
+        np.testing.assert_array_equal(every.uniform(-1, 1, size)[[2, 7]], some.uniform(-1, 1, size))
+    x, y = every.uniform(2.0, 4.0, 40), every.normal(40)
+    assert 2.0 <= x.min() < 2.001 and 3.999 < x.max() < 4.0
+    # Means of 200,000 numbers within four deviations; neighbours in a row and in a column are not correlated.
+    assert abs(x.mean() - 3.0) < 4 * np.sqrt(1 / 3 / x.size) and abs(y.mean()) < 4 / np.sqrt(y.size)
+    assert abs(y.std() - 1.0) < 4 / np.sqrt(2 * y.size)
+    for one, other in ((y[:, 1:], y[:, :-1]), (y[1:], y[:-1])):
+        assert abs((one * other).mean()) < 4 / np.sqrt(one.size)
+
+
+def test_seeds_of_none_differ_and_leave_the_others_alone() -> None:
+    one, other = (gym.BatchEnv(gym.cartpole(), 3) for _ in range(2))
+    first, second = one.reset(seed=[5, None, 7])[0], other.reset(seed=[5, None, 7])[0]
+    np.testing.assert_array_equal(first[[0, 2]], second[[0, 2]])
+    assert not np.array_equal(first[1], second[1])
+    again = one.reset(seed=[5, None, None])[0]
+    np.testing.assert_array_equal(again[0], first[0])
+    assert not np.array_equal(again[1:], first[1:])
 
 
 def test_without_autoreset_a_mask_resets() -> None:
@@ -159,3 +183,42 @@ def test_the_example_learns_to_balance(monkeypatch: pytest.MonkeyPatch) -> None:
     import learn_cartpole
 
     assert learn_cartpole.main([]) >= learn_cartpole.SOLVED
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frames_show_the_state(name: str) -> None:
+    env = gymnasium.make(name, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (480, 640, 3) and first.dtype == np.uint8
+    for _ in range(10):
+        env.step(env.action_space.sample())
+    assert not np.array_equal(first, env.render())
+
+
+def test_a_finger_behind_the_block_pushes_it_to_the_goal() -> None:
+    """Walks around the block to the far side of it, then pushes it along its way to the goal."""
+    task = gym.push_block()
+    env = gym.SingleEnv(task)
+    pushed, first = 0, []
+    for seed in range(4):
+        observed, _ = env.reset(seed=seed)
+        first.append(np.hypot(*observed[:2]))
+        for _ in range(task.max_steps):
+            block, finger, speed = observed[:2], observed[7:9], observed[-2:]
+            behind = block + block / np.hypot(*block) * 0.075
+            side = finger - block
+            if np.hypot(*(finger - behind)) > 0.04 and side @ block < 0.8 * np.hypot(*side) * np.hypot(*block):
+                # Around the block at a distance.
+                turn = np.array([-side[1], side[0]]) * np.sign(side[0] * block[1] - side[1] * block[0])
+                goal = block + 0.13 * (side + 0.6 * turn) / np.hypot(*(side + 0.6 * turn))
+            else:
+                goal = block
+            observed, _, over, cut, _ = env.step(np.clip(40.0 * (goal - finger) - 4.0 * speed, -5.0, 5.0).astype(np.float32))
+            if np.hypot(*observed[:2]) < 0.03:
+                pushed += 1
+                break
+            if over or cut:
+                break
+    assert pushed >= 3, pushed
+    assert min(first) > 0.09

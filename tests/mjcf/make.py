@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-NAMES = ["chain", "free", "world", "attach", "servos"]
+NAMES = ["chain", "free", "world", "attach", "servos", "sensors"]
 ACTUATED = ["servos"]
 STATES = 3
 # One second of motion by Runge and Kutta's method.
@@ -115,6 +115,9 @@ def records(model, q, v, tau, ctrl):
     sites = [(model.site(i).name, data.site_xpos[i], data.site_xmat[i]) for i in range(model.nsite)]
     for name, position, matrix in bodies + sites:
         lines.append(record(f"pose:{name}", np.concatenate([position, matrix])))
+    for k in range(model.nsensor):
+        start, n = model.sensor_adr[k], model.sensor_dim[k]
+        lines.append(record(f"sensor:{model.sensor(k).name}", data.sensordata[start : start + n]))
     return lines
 
 

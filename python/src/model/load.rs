@@ -69,7 +69,7 @@ fn with_option(
         "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),
         _ => {
             return Err(type_error(format_args!(
-                "\"{name}\" is no keyword of a loader"
+                "\"{name}\" is not a keyword of a loader"
             )));
         }
     })
@@ -103,14 +103,14 @@ fn from_description(
         _ => {
             let path = description
                 .extract::<PathBuf>()
-                .map_err(|_| type_error("description is no text and no path"))?;
+                .map_err(|_| type_error("description is neither a text nor a path"))?;
             _load_model(py, format, None, Some(path), keywords)
         }
     }
 }
 
 /// Whether it is a description, and not the path of one: XML, after a byte-order mark perhaps.
-fn is_text(text: &str) -> bool {
+pub(crate) fn is_text(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     text.starts_with('<')
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
-use dualbody::sim::{BatchSimulator, Integrator};
+use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
 use dualbody::{Model, Simulator, State};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,6 +13,15 @@ use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of};
 
+/// A simulator of a batch.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Memory for the states of a step, once there was one.
+    pub(super) states: Option<BatchStates>,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    pub(super) is_kept: bool,
+}
+
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
 ///
 /// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
@@ -21,14 +30,14 @@ use crate::model::{PyModel, next_id, scene_of};
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
-    pub(super) id: u64,
+    pub(crate) id: u64,
     pub(super) model: Py<PyModel>,
     /// The robot that it was made with, before `parameters` changed it.
     pub(super) base: Py<PyModel>,
     /// What it was made with, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
-    pub(super) batch: Mutex<Option<BatchSimulator>>,
+    pub(super) batch: Mutex<Option<Batch>>,
 }
 
 const INTEGRATORS: [(&str, Integrator); 4] = [
@@ -263,7 +272,7 @@ impl PySimulator {
         this.get_type().call((model,), Some(&parts))
     }
 
-    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that makes no sense.
+    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that is out of its domain.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters<'py>(

@@ -206,12 +206,17 @@ fn scene(
     let constraints = beside.read("equality", context, |part, context| {
         equality::read(part, &reference, context)
     })?;
+    let measured = sensor::Target {
+        model: &model,
+        sites: &assembly.names.sites,
+        magnetic: settings.magnetic,
+    };
     let scene = MjcfScene {
         reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
         constraints,
         contacts: contacts.placed(&bodies, assembly.floats()),
         sensors: beside.read("sensor", context, |part, context| {
-            Ok(Some(sensor::read(part, context)))
+            sensor::read(part, &measured, context).map(Some)
         })?,
         actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
         tendons,
