@@ -31,6 +31,7 @@ from .sim import (
     SensorNoise,
     StepGradient,
     Tendon,
+    TendonServo,
     Weld,
 )
 from .trajopt import Problem, Term
@@ -303,6 +304,7 @@ class Simulator:
         constraints: Sequence[Weld | Ball | Distance | Coupler | Tendon] | None = None,
         external_forces: Sequence[ExternalForce] | None = None,
         frame_actuators: Sequence[FrameActuator] | None = None,
+        tendon_servos: Sequence[TendonServo] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
         _scene: tuple[str | None, str | None, dict[str, object]] | None = None,

@@ -89,6 +89,7 @@ mod step_adjoints;
 mod step_remarks;
 mod stop_signal;
 mod surfaces;
+mod tendon_servos;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
