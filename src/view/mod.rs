@@ -41,6 +41,7 @@ mod applied;
 mod blob;
 mod bond;
 mod camera;
+mod collisions;
 mod csv;
 mod files;
 mod furnish;
@@ -68,6 +69,7 @@ mod shape;
 mod skeleton;
 #[cfg(test)]
 mod tests;
+mod touches;
 mod track;
 
 pub use crate::error::RecordingError;

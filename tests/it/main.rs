@@ -55,6 +55,8 @@ mod mesh_contact;
 mod mjcf;
 mod named_forces;
 mod own_scalars;
+mod pages_of_contact;
+mod pair_reports;
 mod parameters;
 mod pitfalls;
 mod random_trees;
