@@ -11,8 +11,8 @@
 //!
 //! > J v̇ + ½ (b(v) + b(v⁺)) + (2 / T) (J v − ½ Δt b(v)) + φ / T² = 0  with  b(v) = J̇ v:
 //!
-//! to second order φ changes by Δt (J v⁺ + ½ Δt b(v⁺)) in the step and by Δt (J v − ½ Δt b(v)) in the one before, so that but for what
-//! stabilises it the rule is the same forward and backward in time, as that of [Ryckaert, Ciccotti, Berendsen 1977] is, and constraints neither
+//! to second order φ changes by Δt (J v⁺ + ½ Δt b(v⁺)) in the step and by Δt (J v − ½ Δt b(v)) in the one before, so that, except for the
+//! stabilisation, the rule is the same forward and backward in time, as that of [Ryckaert, Ciccotti, Berendsen 1977] is, and constraints neither
 //! feed a linkage nor brake it; what [`Integrator`](crate::Integrator) says of energy rests on it. In the first steps after a start whose
 //! velocity obeys J v = 0, as [`assemble`](crate::Simulator::assemble) gives it, forces lack up to Δt / T of those that b needs.
 //!
@@ -130,7 +130,7 @@ impl<P: Scalar> Constraint<P> {
     /// Returns the constraint with other numbers of the same kind: over dual numbers, for derivatives in lengths and places.
     ///
     /// # Panics
-    /// If it is of another kind, or a number makes no sense: a distance that is not positive and finite, others that are not finite.
+    /// If it is of another kind, or a value is out of its domain: a distance that is not positive and finite, others that are not finite.
     #[must_use]
     pub fn with_kind<Q: Over<P>>(&self, kind: ConstraintKind<Q>) -> Constraint<Q> {
         let own = self.kind.cast::<Q>();
@@ -209,7 +209,7 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// # Panics
-    /// If it belongs to another model, or a number makes no sense.
+    /// If it belongs to another model, or a value is out of its domain.
     pub(crate) fn check(&self, model: &Model<P>) {
         if let Some(structure) = self.structure {
             structure.check(model, "the joints of a constraint");

@@ -5,15 +5,15 @@
 //!
 //! | what failed | error |
 //! |---|---|
-//! | a description became no model | [`LoadError`] |
+//! | a description is not a model | [`LoadError`] |
 //! | an operation on a description | [`EditError`] |
-//! | nobody has that name | [`UnknownName`] |
-//! | a variant of a robot differs in more than numbers | [`StructureMismatch`] |
-//! | a state from outside is none | [`InvalidState`] |
-//! | nothing resists a joint | [`SingularMassMatrix`] |
+//! | a name is unknown | [`UnknownName`] |
+//! | a variant of a robot differs in structure | [`StructureMismatch`] |
+//! | a state from outside is invalid | [`InvalidState`] |
+//! | the mass matrix is singular: a joint moves without inertia | [`SingularMassMatrix`] |
 //! | a model cannot be written in a format | [`WriteError`] |
 //! | a recording cannot be written or read | [`RecordingError`] |
-//! | a result would need more memory than there is | [`OutOfMemory`] |
+//! | a result would need more memory than the limit | [`OutOfMemory`] |
 
 mod similar;
 mod text;
@@ -59,7 +59,7 @@ pub enum LoadError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file holds no text at all.
+    /// The file is empty.
     #[error("{}", message(format_args!("{file}: is empty")))]
     Empty {
         /// Source of the description.
@@ -165,7 +165,7 @@ pub enum LoadError {
         /// Mass of the link, kg.
         mass: f64,
     },
-    /// Links that move have no inertia, what they carry does not make up for it, and the options refuse such a robot.
+    /// Moving links and all links behind them have no inertia, and the options refuse such a robot.
     #[error("{}", message(format_args!("{file}: {source}")))]
     MissingInertia {
         /// Source of the description.
@@ -215,7 +215,7 @@ pub enum LoadError {
         /// The name.
         name: String,
     },
-    /// A joint or frame hangs on a link that does not exist.
+    /// A joint or frame refers to a link that does not exist.
     #[error("{}", message(format_args!("{at}: the parent \"{link}\" of {element} \"{name}\" does not exist")))]
     UnknownParent {
         /// Where it stands.
@@ -433,7 +433,7 @@ pub struct StructureMismatch {
     pub difference: String,
 }
 
-/// Error for numbers that are no state of a robot.
+/// Error for a state that does not belong to a robot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidState {
@@ -469,7 +469,7 @@ pub enum InvalidState {
         /// The number.
         value: f64,
     },
-    /// A quaternion is not of unit length, so it is no rotation.
+    /// A quaternion is not of unit length.
     #[error("{}", message(format_args!("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)))]
     QuaternionNorm {
         /// Index at which the quaternion starts.
@@ -484,7 +484,7 @@ pub enum InvalidState {
     OtherJoint {
         /// The joint.
         name: String,
-        /// What is different.
+        /// The difference.
         reason: String,
     },
 }
@@ -534,7 +534,7 @@ pub enum EditError {
         /// The link.
         link: String,
     },
-    /// A link has no such number as is to be changed.
+    /// A link does not have the quantity that is to be changed.
     #[error("{}", message(format_args!("link \"{link}\" cannot be scaled: {reason}")))]
     CannotScale {
         /// The link.
@@ -550,7 +550,7 @@ pub enum EditError {
         /// Reason why not.
         reason: String,
     },
-    /// The edited description is no model.
+    /// The edited description is not a model.
     #[error(transparent)]
     Load(#[from] LoadError),
 }
@@ -585,7 +585,7 @@ pub enum RecordingError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The text is no recording.
+    /// The text is not a recording.
     #[error("{}", message(format_args!("{file}:{line}: {reason}")))]
     Malformed {
         /// The path as given.

@@ -1,9 +1,9 @@
 //! Differentiable multibody dynamics and robot simulation: **the physics is written once, over a scalar; everything else is a
 //! choice of scalar.**
 //!
-//! On `f64` the crate simulates, on [`Lanes`] many states at once; on the dual numbers of `num-dual` the very same source gives
-//! exact Jacobians of the very same step, in state, input and the robot's own parameters; LQR, computed torque and trajectory
-//! optimisation stand on top.
+//! On `f64` the crate simulates, on [`Lanes`] many states at once. On dual numbers the same source gives exact derivatives in state, input and the
+//! robot's own parameters. [`Simulator::linearize`] combines those of bodies and forces by the implicit function theorem to the Jacobians of the step. LQR,
+//! computed torque and trajectory optimisation use them.
 //!
 //! ```
 //! use dualbody::{Lqr, Simulator, State, model::samples};
@@ -12,16 +12,16 @@
 //! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01).with_actuated_joints(&["linear"])?;
 //! let upright = State::neutral(simulator.model());
 //! let step = simulator.linearize(&upright, &[0.0]);
-//! let lqr = Lqr::discrete(&step.a, &step.b, &DMatrix::identity(4, 4), &DMatrix::identity(1, 1));
+//! let lqr = Lqr::discrete(&step.a, &step.b, &DMatrix::identity(4, 4), &DMatrix::from_element(1, 1, 0.01));
 //! assert!(lqr.is_stabilized() && lqr.spectral_radius() < 1.0);
 //! # Ok::<(), dualbody::UnknownName>(())
 //! ```
 //!
 //! # Modules, in reading order
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
-//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, [graphs](scalar::traced) of what was computed |
+//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, expression [graphs](scalar::traced) |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`least_squares`] | Levenberg and Marquardt's method: bounds, robust losses, curved variables, covariance |
 //! | [`cone`] | forces of rows: bilateral, unilateral, with friction in a cone; their derivatives |
@@ -29,40 +29,43 @@
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
-//! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
+//! | [`io`] | description files: URDF, SDF and MJCF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm; their derivatives along the tree |
 //! | [`collision`] | distances of convex shapes: nearest features, then distance, points and normal over the scalar |
-//! | [`contact`] | where a robot touches the ground, and bodies each other, and the laws of force there |
-//! | [`constraint`] | closed loops: welds, ball joints, rods between places of a robot, couplers and tendons between joints |
+//! | [`contact`] | contact points on the ground and between bodies, and contact models |
+//! | [`constraint`] | closed loops: welds, ball joints, rods between places of a robot; couplers and tendons between joints |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
 //! | [`linearize`] | A and B of the step in tangent coordinates; vector-Jacobian products of steps, gradients of rollouts |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
-//! | [`identify`] | system identification: logged motion, base parameters, least squares over robots that can be, validation |
-//! | [`memory`] | the limit of memory of what callers ask for |
+//! | [`identify`] | system identification: logged motion, base parameters, physically consistent least squares, validation |
+//! | [`memory`] | the limit of memory of results |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
+//! | `command` | the program `dualbody` (with `cli`) |
 //!
-//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in ten chapters, for who meets the
-//! library for the first time, is in the folder `guide/` of the repository.
+//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide for newcomers, in Rust and Python,
+//! is in the folder `guide/` of the repository.
 //!
 //! # Features
 //!
-//! `default-features = false` leaves the modules from `scalar` to `control`, for robots that are [built](model::ModelBuilder) in code. What is not on by
-//! default is rarer, and would be compiled for every program.
+//! `default-features = false` leaves the modules from `scalar` to `control` without `io`, and `codegen`, for robots that are [built](model::ModelBuilder) in code. Features
+//! that are off by default are rarer, and would be compiled for every program.
 //!
 //! | feature | default | adds |
 //! |---|---|---|
-//! | `formats` | yes | `io`: robots from URDF and SDF files, meshes, files for other engines |
+//! | `formats` | yes | `io`: robots from URDF, SDF and MJCF files, meshes, files for other engines |
 //! | `view` | yes | `view`: recordings, pages, tables (with `formats`) |
 //! | `trajopt` | yes | `trajopt`: trajectory optimisation |
 //! | `parallel` | yes | batches over all cores |
 //! | `identification` | no | `identify`: system identification |
 //! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of steps |
-//! | `graphs` | no | what [`codegen`] records, compiled with the library instead of with each program that calls it |
+//! | `graphs` | no | the recorded functions of [`codegen`], compiled with the library instead of with each program that calls them |
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
 //! | `full` | no | all of the above |
+//! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
+//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `render`) |
 //! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
 //!
 //! # Architecture invariants
@@ -70,10 +73,10 @@
 //! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → collision → constraint → contact → sim → linearize → control →
 //!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
-//! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
+//! * Physics is written once; derivatives of forces and bodies come from the same source over dual numbers. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
-//! * What follows from a model's numbers is kept in working memory, not in the model; a scratch knows the numbers that it was made for.
-//! * Functions of `dynamics` with `_into` and `_at`, and [`Simulator::step_into`], do not allocate after set-up.
+//! * Derived data of a model is in working memory, not in the model; a scratch refuses a model whose parameters differ from those it was made for.
+//! * Functions of `dynamics` with `_into` and `_at`, and [`Simulator::step_into`], do not allocate after set-up, except the first step with fast rotation.
 //! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
 //!   in the result.
 
@@ -90,6 +93,8 @@
 pub mod autodiff;
 pub mod codegen;
 pub mod collision;
+#[cfg(feature = "cli")]
+pub mod command;
 pub mod cone;
 pub mod constraint;
 pub mod contact;
@@ -126,10 +131,10 @@ pub mod trajopt;
 #[cfg(feature = "view")]
 pub mod view;
 
-#[doc = include_str!("conventions.md")]
+#[doc = include_str!("../guide/src/all_conventions.md")]
 pub mod conventions {}
 
-#[doc = include_str!("glossary.md")]
+#[doc = include_str!("../guide/src/glossary.md")]
 pub mod glossary {}
 
 #[doc = include_str!("references.md")]

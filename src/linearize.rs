@@ -13,6 +13,7 @@
 //! | with the base velocity in another representation? | [`Linearization::to_representation`] | O(nv²) | |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | and how these change, along a direction; or of states side by side? | the same, on dual numbers or lanes | as for a step there | [Griewank, Walther 2008, chapter 5] |
+//! | C and D of what sensors read in it? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | an acceleration over dual numbers for every four directions | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
@@ -27,6 +28,7 @@ mod rate;
 mod remarks;
 mod representation;
 mod rollout;
+mod sensors;
 mod vjp;
 
 use std::any::Any;
@@ -45,6 +47,7 @@ pub use rollout::{
 };
 #[cfg(feature = "second-order")]
 pub use rollout::{RolloutDirection, RolloutHessianProduct};
+pub use sensors::SensorLinearization;
 pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.

@@ -69,7 +69,7 @@ pub fn check(what: impl Display, bytes: usize) -> Result<(), OutOfMemory> {
     Err(OutOfMemory { what, bytes, limit })
 }
 
-/// What was checked; a panic with the message of what is refused, for functions without an error.
+/// Returns a checked value; panics with the message of the error, for functions without an error.
 #[track_caller]
 pub(crate) fn granted<T>(checked: Result<T, OutOfMemory>) -> T {
     checked.unwrap_or_else(|error| panic!("{error}"))

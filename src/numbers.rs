@@ -1,4 +1,4 @@
-//! One declaration of the numbers of a type, from which all that goes through them follows.
+//! One declaration of the parameters of a type, from which casts, checks, names and seeds follow.
 //!
 //! [`numbers!`] lists the fields of a struct, or of the variants of an enum, once. The pattern that it makes of them names every field, so that one that is forgotten
 //! does not compile.
@@ -11,7 +11,7 @@
 //! | `part(Type)` | a part that has a declaration of its own, or an `Option`, array or `Vec` of it |
 //! | `part(Type, "stop {}", "{} of a stop")` | with other words around its names and quantities |
 //! | `parameters("quantity")` | a `Vec` of parameters that a user's function takes |
-//! | `hidden()` | numbers that no one may set one by one |
+//! | `hidden()` | parameters that cannot be set one by one |
 //! | `kept()` | no number |
 //!
 //! With `pub` in front the type has the public trait [`Cast`](crate::scalar::Cast).
@@ -269,7 +269,7 @@ pub(crate) const fn most(counts: &[usize]) -> usize {
     out
 }
 
-/// Declares the numbers of a type; see the [module](self).
+/// Declares the parameters of a type; see the [module](self).
 macro_rules! numbers {
     (pub $sort:ident $T:ident $fields:tt) => {
         numbers! { $sort $T $fields }

@@ -1,11 +1,19 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
-//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] a graph of
-//! what was computed, of which code for other machines is made, and [types of your own](Scalar#writing-a-scalar-of-your-own) can be added without touching the
-//! physics. A scalar has *no ordering*: the only door to a
-//! decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
-//! structure of the model alone. What must decide on values all the same is listed there.
+//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] an expression
+//! graph, from which code for other machines is made. [Types of your own](Scalar#writing-a-scalar-of-your-own) need no change of the physics.
+//!
+//! | question | scalar | cost of an operation |
+//! |---|---|---|
+//! | values? | `f64` | 1 |
+//! | several states or robots side by side? | [`Lanes`] of [`BATCH_WIDTH`], [`SingleLanes`] | one vector instruction |
+//! | N derivatives, exact? | [`Dual`], the types of `num-dual` | 1 + N, or a vector instruction for four |
+//! | higher derivatives? | [`Dual`] over [`Dual`], `HyperDual64` | the product of both |
+//! | a graph, for C, CUDA, reverse mode? | [`Traced`] | a look-up when it is recorded |
+//!
+//! A scalar has *no ordering*. The only way to decide on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
+//! structure of the model alone. Algorithms that must decide on values are listed there.
 //!
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data
 //! under dual states, or dual data for derivatives in masses and lengths.
@@ -78,7 +86,7 @@ pub use num_traits::{One, Zero};
 /// | [`HeightField`](crate::contact::HeightField) | in which cell a point is | goes on untouched |
 /// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
 /// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
-/// | friction, shapes of impedance | whether they make sense | goes on untouched |
+/// | friction, shapes of impedance | are they valid? | not checked |
 ///
 /// So intervals through a solver hold its results to first order in their width. A [`Traced`] number, which has no value,
 /// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact, or what a
@@ -256,7 +264,7 @@ pub trait Scalar:
         }
     }
 
-    /// Number of values side by side: 1 but for [`Lanes`] and [`SingleLanes`]. A type of several lanes is nothing but its values.
+    /// Number of values side by side: 1 except for [`Lanes`] and [`SingleLanes`]. A type of several lanes contains only its values.
     const LANES: usize = 1;
 
     /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is
@@ -273,7 +281,7 @@ pub trait Scalar:
     fn value(&self, lane: usize) -> f64;
 
     /// Whether the number has a [`value`](Self::value): not one that is an expression of inputs yet to come, as
-    /// [`Traced`] is. Checks of whether a number makes sense leave out what has none.
+    /// [`Traced`] is. Checks of domains skip such numbers.
     #[inline(always)]
     fn has_value(&self) -> bool {
         true
@@ -287,7 +295,7 @@ pub trait Scalar:
     #[inline(always)]
     fn is_at_most(&self, limit: f64, condition: &str) -> bool {
         let _ = condition;
-        // What is not a number is beyond no limit.
+        // NaN is within all limits.
         !(0..Self::LANES).any(|lane| self.value(lane) > limit)
     }
 
@@ -306,7 +314,7 @@ pub trait Scalar:
         Self::constant(value(0))
     }
 
-    /// The number without its derivatives, where its values are all else that it holds; a recorded one is as it is.
+    /// The number without its derivatives, if it contains only values besides; a recorded one is unchanged.
     #[doc(hidden)]
     #[inline(always)]
     fn detached(self) -> Self {

@@ -35,8 +35,8 @@ if [ -n "$against" ]; then
   trap 'git worktree remove --force "$worktree"' EXIT
 fi
 
-# The command of the README that begins with these words, without its comment.
-command_of() { grep -m1 "^$1" README.md | sed 's/ *#.*//'; }
+# The command of the README, or of CONTRIBUTING, that begins with these words, without its comment.
+command_of() { cat README.md CONTRIBUTING.md | grep -m1 "^$1" | sed 's/ *#.*//'; }
 
 # A program outside of a tree that depends on the library: name, tree, features.
 program() {
@@ -154,7 +154,7 @@ declare -A names=(
   [line]="a changed line in that example"
   [user]="a changed line in a program of 850 lines with Ddp"
   [recorder]="a changed line in a program that records steps"
-  [second]="the second command of the README, clean"
+  [second]="the tests, clean"
   [tests]="of it the run of tests/it, clock"
   [pip]="pip install ./python, clean"
   [ci]=".ci/run, clock"

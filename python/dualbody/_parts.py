@@ -20,7 +20,7 @@ class Actuator:
     """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
     N·m or N; friction: a force that holds the joint at rest, or (Coulomb force, slip velocity), smoothed through rest; position: (lower, upper,
     HuntCrossley) stops; velocity: (speed, damping) beyond; servo: (gear n, gain g, bias b, position gain k, velocity gain d), whose target u is the
-    input: the force n (g u + b - k n q - d n v) of the end of a step."""
+    input: the force n (g u + b - k n q - d n v) of the end of a step; input_range, force_range: (least, largest) u and force before the gear of the servo."""
 
     torque_speed: tuple[float, float, float] | None = None
     effort: float | None = None
@@ -28,8 +28,12 @@ class Actuator:
     position: tuple[float | None, float | None, HuntCrossley | Sequence[float]] | None = None
     velocity: tuple[float, float] | None = None
     servo: tuple[float, float, float, float, float] | None = None
+    input_range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if self.servo is None and not (self.input_range is None and self.force_range is None):
+            raise ValueError("input_range and force_range are those of a servo, and there is none: servo=(1, 1, 0, 0, 0) is a motor")
         if self.position is not None and not isinstance(self.position[2], Sequence):
             lower, upper = self.position[:2]
             stop: Any = self.position[2]
@@ -39,7 +43,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named.
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), except the joints that are named.
 
     Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
     Actuation("model").
@@ -180,3 +184,54 @@ class FrameActuator:
         along = [x / length for x in direction]
         wrench = (*along, *(torque_ratio * x for x in along))
         return FrameActuator(name, place, wrench, "body", limits)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor of a robot, on a joint, link or frame that `on` names. Axes and origin are those of the link or frame.
+
+    kind: "joint_position" (rad, m), "joint_velocity", "joint_force" (what the joint transmits along its axes, N·m, N); on a link or frame "gyro" (3),
+    "accelerometer" (3), "magnetometer" (3) of a `field` in the world, "frame_pose" (7: position, quaternion w, x, y, z), "frame_velocity" (6),
+    "frame_acceleration" (6) in a `representation`, "range_finder" along a `direction`, up to a `range`, m; on a link "wrench" (6: the force and torque that
+    hold the link, on it), "touch" (sum of normal forces, N), "contact_force" (6); on nothing "center_of_mass" (3), "center_of_mass_velocity" (3) and
+    "momentum" (6), in the world.
+    """
+
+    kind: Literal[
+        "joint_position",
+        "joint_velocity",
+        "joint_force",
+        "gyro",
+        "accelerometer",
+        "magnetometer",
+        "frame_pose",
+        "frame_velocity",
+        "frame_acceleration",
+        "wrench",
+        "touch",
+        "contact_force",
+        "range_finder",
+        "center_of_mass",
+        "center_of_mass_velocity",
+        "momentum",
+    ]
+    on: str | None = None
+    field: Sequence[float] = (0.0, 0.0, 0.0)
+    direction: Sequence[float] = (0.0, 0.0, 1.0)
+    range: float = 10.0
+    representation: RepresentationName = "body"
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step), and is the reading, a bias and noise, rounded to the `resolution` and
+    within ± the `limit`; it is read after the `delay`, s. white: deviation of the noise of each sample; bias: that of the bias at the start;
+    bias_walk: that of its change over a second. Units are those of the reading."""
+
+    white: float = 0.0
+    bias: float = 0.0
+    bias_walk: float = 0.0
+    resolution: float = 0.0
+    limit: float = float("inf")
+    period: float = 0.0
+    delay: float = 0.0

@@ -19,6 +19,15 @@ class Linearization(NamedTuple):
     b: Array
 
 
+class SensorLinearization(NamedTuple):
+    """Jacobians of a step and of what sensors read in it:  δx⁺ = a δx + b δu,  δy = c δx + d δu,  δx = (δq, δv, δcontact)."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+
 class PairContact(NamedTuple):
     """A point at which two links are near each other, in the world's axes: half way between both. The normal points out of the second link; the velocity is that of the
     first one less that of the second; the force acts on the first one, and the opposite on the second."""
@@ -86,7 +95,7 @@ class Rollout:
 
     @property
     def n_batch(self) -> int:
-        """Number of trajectories; 1 if it is no batch."""
+        """Number of trajectories; 1 without a batch."""
         return len(self.status) if isinstance(self.status, list) else 1
 
     @property

@@ -1,4 +1,4 @@
-"""Contact: the ground, laws of force there, and what touches."""
+"""Contact: the ground, contact models, and distances of links."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from . import _dualbody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from os import PathLike
     from typing import Any, Literal
 
     from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ __all__ = [
     "Contacts",
     "HeightField",
     "HuntCrossley",
+    "Material",
     "Nearest",
     "Plane",
     "RelaxedRigid",
@@ -31,8 +33,10 @@ __all__ = [
     "Smoothing",
     "SoftContact",
     "SolverOptions",
+    "Surface",
     "Terrain",
     "nearest",
+    "pairs_of_srdf",
 ]
 
 
@@ -80,7 +84,7 @@ class Terrain:
 
     @staticmethod
     def incline(angle: float) -> Plane:
-        """A plane through the origin that rises along x at an angle (rad): what lies on it slides towards -x."""
+        """A plane through the origin that rises along x at an angle (rad): objects on it slide towards -x."""
         import math
 
         return Plane((0.0, 0.0, 0.0), (-math.sin(angle), 0.0, math.cos(angle)))
@@ -158,7 +162,7 @@ class SoftContact:
         return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
 
     def with_restitution(self, restitution: float, speed: float) -> SoftContact:
-        """The contact damped such that what arrives at a speed (m/s) leaves with a part of it, 0 to 1, if nothing else acts; the restitution is
+        """The contact with a restitution of 0 to 1 at a speed of impact (m/s) in free motion; the restitution is
         lower for faster impacts. Sets damping and its exponent."""
         normal = _dualbody._with_restitution(self._normal(), restitution, speed)
         return SoftContact(self.friction, *normal)
@@ -240,16 +244,81 @@ class SolverOptions:
 
 
 @dataclass(frozen=True)
+class Material:
+    """Friction of a surface, and the part of the normal velocity that comes back from an impact, 0 to 1: of a surface against its like.
+
+    Restitution is for rigid contact only.
+    """
+
+    friction: float = 0.5
+    restitution: float = 0.0
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A mesh of triangles that bodies touch from outside: vertices (n, 3), m, and indices (k, 3), counter-clockwise as seen from outside.
+
+    What slides or rolls over it feels no sides between its triangles. It has no inside: a body that is too deep falls through.
+    """
+
+    vertices: Sequence[Vector3] | Array
+    triangles: Sequence[tuple[int, int, int]] | Array
+
+    def __post_init__(self) -> None:
+        import numpy as np
+
+        object.__setattr__(self, "vertices", np.asarray(self.vertices, float).tolist())
+        object.__setattr__(self, "triangles", np.asarray(self.triangles).tolist())
+
+    @staticmethod
+    def grid(heights: ArrayLike, origin: tuple[float, float], spacing: tuple[float, float]) -> Surface:
+        """A grid of heights (ny, nx), m, from the point origin on, (x, y), at a spacing along both, m."""
+        import numpy as np
+
+        z = np.asarray(heights, float)
+        if z.ndim != 2:
+            raise ValueError(f"heights have the shape {z.shape}, expected (ny, nx)")
+        ny, nx = z.shape
+        x, y = np.meshgrid(origin[0] + spacing[0] * np.arange(nx), origin[1] + spacing[1] * np.arange(ny))
+        first = (np.arange(ny - 1)[:, None] * nx + np.arange(nx - 1)).ravel()
+        right, above, both = first + 1, first + nx, first + nx + 1
+        triangles = np.concatenate([np.stack([first, right, both], 1), np.stack([first, both, above], 1)])
+        return Surface(np.stack([x, y, z], -1).reshape(-1, 3), triangles)
+
+
+@dataclass(frozen=True)
 class Collisions:
     """Bodies that touch each other, by their collision shapes; of meshes the convex hulls.
 
-    Robots and objects of a world collide; links of one robot with self_collision, but for those that a joint connects. law: of all bodies, that of the ground if
-    left out; rigid or relaxed rigid, of the kind of that of the ground. excluded: pairs of links that never touch.
+    Robots and objects of a world collide; links of one robot with self_collision, except those that a joint connects. law: of all bodies, that of the ground if
+    left out, and of its kind. Soft contact has no bristles between bodies: friction is that of the damper, and what it holds creeps. excluded: pairs of links
+    that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a b / (a + b). surfaces: meshes of
+    triangles on links that are fixed to the world, by name. speculative: relaxed rigid contact meets what would arrive within a step, so that nothing passes
+    through thin walls; rigid contact always does.
     """
 
-    law: RelaxedRigid | Rigid | Literal["rigid", "relaxed"] | None = None
+    law: SoftContact | RelaxedRigid | Rigid | Literal["rigid", "relaxed", "soft"] | None = None
     self_collision: bool = False
     excluded: Sequence[tuple[str, str]] = ()
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    surfaces: Mapping[str, Surface] = field(default_factory=dict)
+    speculative: bool = False
+
+
+def pairs_of_srdf(
+    model: Model, description: str | PathLike[str], prefix: str = ""
+) -> tuple[list[tuple[str, str]], list[str]]:
+    """The pairs of links of <disable_collisions> in an SRDF, a text or a path, for `Collisions.excluded`; and remarks on what else it holds.
+
+    prefix: in front of the names of links, as in World.add.
+
+    >>> import dualbody as db
+    >>> text = '<robot><disable_collisions link1="link1" link2="link3"/></robot>'
+    >>> db.contact.pairs_of_srdf(db.samples.arm(), text)
+    ([('link1', 'link3')], [])
+    """
+    pairs, rest = _dualbody._srdf(model, description, prefix)
+    return [(first, second) for first, second in pairs], rest
 
 
 class Nearest(NamedTuple):

@@ -4,18 +4,40 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._dualbody import Simulator, set_threads, threads
+from ._dualbody import NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
 from ._points import ContactKinematics, contact_kinematics
-from ._rollout import ContactReport, Linearization, PairContact, Rollout, RolloutGradient, Status, StepGradient
+from ._rollout import (
+    ContactReport,
+    Linearization,
+    PairContact,
+    Rollout,
+    RolloutGradient,
+    SensorLinearization,
+    Status,
+    StepGradient,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
 
-    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
+    from ._parts import (
+        Actuation,
+        Actuator,
+        Anchor,
+        Ball,
+        Coupler,
+        Distance,
+        ExternalForce,
+        FrameActuator,
+        Sensor,
+        SensorNoise,
+        Tendon,
+        Weld,
+    )
 
 __all__ = [
     "Actuation",
@@ -29,9 +51,14 @@ __all__ = [
     "ExternalForce",
     "FrameActuator",
     "Linearization",
+    "NoisySensors",
     "PairContact",
     "Rollout",
     "RolloutGradient",
+    "Sensor",
+    "SensorLinearization",
+    "SensorNoise",
+    "Sensors",
     "Simulator",
     "Status",
     "StepGradient",
@@ -56,7 +83,7 @@ def __getattr__(name: str) -> object:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-#: What the compiled module calls.
+#: Functions that the compiled module calls.
 _CALLED = (_progress, _rollout, _rollout_slopes)
 
 

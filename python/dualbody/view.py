@@ -1,10 +1,10 @@
-"""Recordings, pages, plots."""
+"""Recordings, pages, pictures, plots."""
 
 from __future__ import annotations
 
-from ._dualbody import Plot, Recording
+from ._dualbody import Pictures, Plot, Recording
 
-__all__ = ["Page", "Plot", "Recording"]
+__all__ = ["Page", "Pictures", "Plot", "Recording"]
 
 
 class Page:

@@ -11,7 +11,7 @@
 //! | `compiler` | the C compiler of generated code |
 //! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
 //! | `jax` | how compiled programs of JAX call them |
-//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `spatial`, `view`, `world` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `sensors`, `spatial`, `view`, `world` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -36,6 +36,7 @@ mod native;
 mod options;
 mod raised;
 mod scratch;
+mod sensors;
 mod simulator;
 mod spatial;
 mod threads;
@@ -56,7 +57,7 @@ mod _dualbody {
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{
-        _estimate_soft_contact, _impact_time, _nearest, _restitution, _terrain_surface,
+        _estimate_soft_contact, _impact_time, _nearest, _restitution, _srdf, _terrain_surface,
         _with_restitution,
     };
     #[pymodule_export]
@@ -86,6 +87,8 @@ mod _dualbody {
     #[pymodule_export]
     use super::native::PyNativeFunction;
     #[pymodule_export]
+    use super::sensors::{PyNoisySensors, PySensors};
+    #[pymodule_export]
     use super::simulator::{_simulator, PyNativeSimulator, PySimulator};
     #[pymodule_export]
     use super::spatial::{_pose, _rotation};
@@ -97,9 +100,15 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::view::{_plot, _recording, PyPlot, PyRecording};
+    use super::view::{_plot, _recording, PyPictures, PyPlot, PyRecording};
     #[pymodule_export]
     use super::world::{_build_world, PyWorld, carried_state};
+
+    /// Runs the program `dualbody` with the arguments of a process; its exit status.
+    #[pyfunction]
+    fn _command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
+        py.detach(|| super::errors::guarded(|| dualbody::command::run(arguments)))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -48,8 +48,81 @@ def test_excluded_links_and_unknown_ones():
     unknown = db.contact.Collisions(excluded=[("a", "nobody")])
     with pytest.raises(KeyError, match="nobody"):
         db.Simulator(model, contacts=db.contact.Contacts(law="relaxed", collisions=unknown))
-    with pytest.raises(ValueError, match="soft"):
-        db.Simulator(model, contacts=db.contact.Contacts(law="soft", collisions=True))
+
+
+def test_soft_balls_repel_each_other_by_the_law_of_the_ground():
+    model = two_balls()
+    law = db.contact.SoftContact(friction=0.5, stiffness=1e4, damping=1.0, stiffness_exponent=0.0, damping_exponent=0.0)
+    simulator = db.Simulator(model, contacts=db.contact.Contacts(db.contact.Terrain.flat(-5.0), law, collisions=True))
+    q = model.neutral()
+    q[7] = -0.51  # of b, beside where it was added: 1 cm into a
+    [pair] = simulator.contact_report(q, np.zeros(model.nv)).pairs
+    assert np.allclose(pair.force, [-100.0, 0, 0])
+
+
+def test_materials_of_links_decide_their_restitution():
+    model = two_balls()
+    law = db.contact.Rigid(friction=0.0)
+    materials = {"a": db.contact.Material(0.0, 0.5), "b": db.contact.Material(0.0, 1.0)}
+    collisions = db.contact.Collisions(materials=materials)
+    simulator = db.Simulator(model, time_step=1e-3, contacts=db.contact.Contacts(db.contact.Terrain.flat(-5.0), law, collisions=collisions))
+    q, v = model.neutral(), np.zeros(model.nv)
+    v[0] = 1.6
+    for _ in range(1000):
+        q, v = simulator.step(q, v)[:2]
+    assert abs(v[6] - v[0] - 1.6 * 2 / 3) < 1e-12  # 2 · ½ · 1 / 1½
+    with pytest.raises(KeyError, match="nobody"):
+        unknown = db.contact.Collisions(materials={"nobody": db.contact.Material()})
+        db.Simulator(model, contacts=db.contact.Contacts(law="rigid", collisions=unknown))
+    with pytest.raises(TypeError, match="Material"):
+        db.Simulator(model, contacts=db.contact.Contacts(law="rigid", collisions=db.contact.Collisions(materials={"a": 0.5})))
+
+
+@pytest.mark.parametrize("speculative", [False, True])
+def test_speculative_contact_stops_a_fast_ball_at_a_thin_wall(speculative):
+    world = db.World(gravity=(0.0, 0.0, 0.0))
+    world.add_box("wall", (0.02, 2, 2), fixed=True)
+    world.add_sphere("ball", 0.05, mass=1.0, position=(-1.0, 0, 0))
+    model = world.build()
+    collisions = db.contact.Collisions(speculative=speculative)
+    contacts = db.contact.Contacts(db.contact.Terrain.flat(-5.0), "relaxed", collisions=collisions)
+    simulator = db.Simulator(model, time_step=5e-3, contacts=contacts)
+    q, v = model.neutral(), np.zeros(model.nv)
+    v[0] = 60.0
+    for _ in range(20):
+        q, v = simulator.step(q, v)[:2]
+    assert (v[0] < 1e-6) == speculative
+
+
+def test_a_ball_rests_on_a_surface():
+    world = db.World()
+    world.add_box("ground", (0.1, 0.1, 0.1), fixed=True, position=(0, 0, -5))
+    world.add_sphere("ball", 0.1, mass=1.0, position=(0.02, 0.3, 0.2))
+    model = world.build()
+    trough = db.contact.Surface.grid([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]], (-1.0, -1.0), (1.0, 2.0))
+    assert np.shape(trough.triangles) == (4, 3)
+    lifted = db.contact.Surface(np.array(trough.vertices) + [0, 0, 5], trough.triangles)
+    collisions = db.contact.Collisions(surfaces={"ground": lifted})
+    simulator = db.Simulator(model, time_step=5e-3, contacts=db.contact.Contacts(db.contact.Terrain.flat(-9.0), "rigid", collisions=collisions))
+    q, v = model.neutral(), np.zeros(model.nv)
+    for _ in range(400):
+        q, v = simulator.step(q, v)[:2]
+    height = db.dynamics.frame_pose(model, q, "ball")[2, 3]
+    assert abs(height - 0.1 * np.sqrt(2)) < 1e-6
+    with pytest.raises(ValueError, match="vertex 9"):
+        broken = db.contact.Collisions(surfaces={"ground": db.contact.Surface([(0, 0, 0)], [(0, 0, 9)])})
+        db.Simulator(model, contacts=db.contact.Contacts(law="rigid", collisions=broken))
+
+
+def test_pairs_of_an_srdf():
+    text = '<robot>\n<group name="all"/>\n<disable_collisions link1="link1" link2="link3"/></robot>'
+    pairs, rest = db.contact.pairs_of_srdf(db.samples.arm(), text)
+    assert pairs == [("link1", "link3")] and len(rest) == 1 and "group" in rest[0]
+    db.contact.Collisions(self_collision=True, excluded=pairs)
+    with pytest.raises(ValueError, match="left/link1"):
+        db.contact.pairs_of_srdf(db.samples.arm(), text, prefix="left/")
+    with pytest.raises(FileNotFoundError):
+        db.contact.pairs_of_srdf(db.samples.arm(), "/nowhere/arm.srdf")
 
 
 def test_distances_of_links_have_gradients():

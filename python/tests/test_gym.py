@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 
 import dualbody as db  # noqa: E402
 import dualbody.gym as gym  # noqa: E402
+from dualbody.gym.draws import keys  # noqa: E402
 
 NAMES = ["dualbody/CartPole-v0", "dualbody/PushBlock-v0", "dualbody/Quadruped-v0"]
 
@@ -55,6 +56,29 @@ def test_seeds_make_episodes_the_same() -> None:
     assert not np.array_equal(one.reset()[0], other.reset(seed=9)[0])
     with pytest.raises(ValueError, match="seeds"):
         one.reset(seed=[1, 2])
+
+
+def test_random_numbers_of_a_row_depend_on_its_seed_only() -> None:
+    every, some = gym.Draws(keys(range(10, 5010))), gym.Draws(keys([12, 17]))
+    for size in (1, 4, 3):
+        np.testing.assert_array_equal(every.uniform(-1, 1, size)[[2, 7]], some.uniform(-1, 1, size))
+    x, y = every.uniform(2.0, 4.0, 40), every.normal(40)
+    assert 2.0 <= x.min() < 2.001 and 3.999 < x.max() < 4.0
+    # Means of 200,000 numbers within four deviations; neighbours in a row and in a column are not correlated.
+    assert abs(x.mean() - 3.0) < 4 * np.sqrt(1 / 3 / x.size) and abs(y.mean()) < 4 / np.sqrt(y.size)
+    assert abs(y.std() - 1.0) < 4 / np.sqrt(2 * y.size)
+    for one, other in ((y[:, 1:], y[:, :-1]), (y[1:], y[:-1])):
+        assert abs((one * other).mean()) < 4 / np.sqrt(one.size)
+
+
+def test_seeds_of_none_differ_and_leave_the_others_alone() -> None:
+    one, other = (gym.BatchEnv(gym.cartpole(), 3) for _ in range(2))
+    first, second = one.reset(seed=[5, None, 7])[0], other.reset(seed=[5, None, 7])[0]
+    np.testing.assert_array_equal(first[[0, 2]], second[[0, 2]])
+    assert not np.array_equal(first[1], second[1])
+    again = one.reset(seed=[5, None, None])[0]
+    np.testing.assert_array_equal(again[0], first[0])
+    assert not np.array_equal(again[1:], first[1:])
 
 
 def test_without_autoreset_a_mask_resets() -> None:
@@ -159,6 +183,17 @@ def test_the_example_learns_to_balance(monkeypatch: pytest.MonkeyPatch) -> None:
     import learn_cartpole
 
     assert learn_cartpole.main([]) >= learn_cartpole.SOLVED
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frames_show_the_state(name: str) -> None:
+    env = gymnasium.make(name, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (480, 640, 3) and first.dtype == np.uint8
+    for _ in range(10):
+        env.step(env.action_space.sample())
+    assert not np.array_equal(first, env.render())
 
 
 def test_a_finger_behind_the_block_pushes_it_to_the_goal() -> None:

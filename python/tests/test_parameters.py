@@ -110,6 +110,17 @@ def test_ground_from_a_function_is_that_function() -> None:
         Terrain.function(lambda x, y: x, (1, 0), (0, 1), 0.1)
 
 
+def test_servos_take_ranges_of_input_and_force() -> None:
+    motor = Actuator(servo=(2.0, 3.0, 0.0, 0.0, 0.0), input_range=(-1.0, 2.0), force_range=(-2.0, 5.0))
+    simulator = db.Simulator(db.samples.pendulum(), actuation=Actuation(actuators={"pivot": motor}))
+    assert [bound[0] for bound in simulator.effort_bounds()] == [-1.0, 2.0]
+    still, *pushed = (simulator.acceleration([0.0], [0.0], [u])[0] for u in (0.0, 0.5, 9.0, -9.0))
+    force = np.array(pushed) - still
+    assert np.allclose(force / force[0], [1.0, 10.0 / 3.0, -4.0 / 3.0])
+    with pytest.raises(ValueError, match="there is none"):
+        Actuator(input_range=(-1.0, 1.0))
+
+
 def test_servos_are_stable_and_dry_friction_holds() -> None:
     stiff, held = Actuator(servo=(1.0, 1e4, 0.0, 1e4, 100.0)), Actuator(friction=0.2)
     simulator = db.Simulator(db.samples.cartpole(), time_step=0.01, actuation=Actuation(actuators={"linear": stiff, "pivot": held}))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
 
@@ -136,11 +135,3 @@ def test_work_of_a_lost_worker_is_done_again(tmp_path, monkeypatch) -> None:  # 
 def test_the_example_finds_a_regulator_for_all_masses() -> None:
     found = example.main(["--robots", "256"])
     assert found.history[-1] > found.history[0]
-
-
-def test_the_listing_of_the_guide_runs() -> None:
-    text = (EXAMPLES.parents[1] / "guide/src/many_machines.md").read_text()
-    (listing,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    names: dict[str, object] = {"__name__": "listing"}
-    exec(listing, names)
-    assert names["first"] == 1024 * (10_000 // 1024)

@@ -591,3 +591,22 @@ def test_mjcf_is_read_from_text_and_file() -> None:
     assert "tip" in model.frame_names and "jointpos" in str(model.import_report)
     attached = db.Model.from_mjcf(ASSETS.parent / "tests" / "mjcf" / "attach.xml")
     assert "left/hip" in attached.joint_names
+
+
+def test_simulator_of_an_mjcf_has_its_servos_contacts_and_states() -> None:
+    text = """<mujoco><option timestep="0.01" integrator="implicitfast" gravity="0 0 0"/><worldbody><geom type="plane" size="1 1 1"/>
+      <body name="rod" pos="0 0 2"><joint name="hinge" axis="0 1 0" armature="0.1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.02" mass="1" contype="0" conaffinity="0"/></body>
+      <body name="ball" pos="1 0 3"><freejoint name="free"/><geom size="0.1"/></body></worldbody>
+      <actuator><position joint="hinge" kp="1e4" kv="2e3" ctrlrange="-0.5 0.5"/></actuator>
+      <keyframe><key name="bent" qpos="0.2 1 0 4 1 0 0 0" ctrl="0.3"/></keyframe></mujoco>"""
+    simulator = db.Simulator.from_mjcf(text)
+    assert (simulator.nu, simulator.time_step, simulator.integrator) == (1, 0.01, "implicit_velocity")
+    assert simulator.contacts is not None and simulator.effort_bounds()[1][0] == 0.5
+    q, v, u = simulator.keyframes["bent"]
+    assert q[0] == 0.2 and u[0] == 0.3 and simulator.keyframes["qpos0"][0][0] == 0
+    reached = pickle.loads(pickle.dumps(simulator)).rollout(q, v, inputs=np.tile([9.0], (200, 1)))
+    assert abs(reached.q[-1][0] - 0.5) < 1e-6
+    explicit = simulator.replace(integrator="runge_kutta_4", time_step=1e-4)
+    assert explicit.nu == 1 and explicit.integrator == "runge_kutta_4"
+    assert db.Simulator(simulator.model).keyframes == {}

@@ -2,11 +2,11 @@
 //!
 //! An input is moved up and down on a ladder of steps that starts below the input's own size, so that nothing that must
 //! be positive changes its sign, and ends where rounding has taken over. The central differences are extrapolated to
-//! step zero as in Ridders' method, from any rungs that follow each other: near a kink or a pole those are the small
-//! ones. What is left of an entry is the extrapolation with the least estimated error, and the error is part of the
-//! answer.
+//! step zero as in Ridders' method, from any rungs that follow each other: near a nonsmooth point or a pole those are the small
+//! ones. Each entry keeps the extrapolation with the least estimated error, and the error is part of
+//! the result.
 //!
-//! At a kink, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the
+//! At a nonsmooth point, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the
 //! two sides are extrapolated as well, and where they differ the error says so.
 //!
 //! # References
@@ -23,7 +23,7 @@ const FIRST_STEP: f64 = 1.0 / 32.0;
 const LEVELS: usize = 11;
 const RATIO: f64 = 4.0;
 
-/// Index of a step from which on differences of a smooth function differ by rounding alone.
+/// Index of the step below which differences of a smooth function differ by rounding alone.
 const SMOOTH: usize = 7;
 
 /// Slopes of two sides differ where their difference is so many times its own error.

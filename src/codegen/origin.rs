@@ -8,7 +8,7 @@ use crate::scalar::traced::{Graph, Origin, Tracer, trace};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the graph was made of {}, not of \"{model}\" as it is (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
 pub struct OtherRobot {
-    /// Of which robot the graph is; `None` if nobody said.
+    /// The robot of which the graph was recorded; `None` if unknown.
     pub origin: Option<Origin>,
     /// Name of the robot that it was to be of.
     pub model: String,
@@ -39,10 +39,10 @@ pub(super) fn trace_of<P: Scalar>(model: &Model<P>, work: impl FnOnce(&mut Trace
     trace(work).with_origin(origin(model))
 }
 
-/// Checks that a graph was made of a robot as it is.
+/// Checks that a graph was recorded from a robot, and that the robot has not changed since.
 ///
 /// # Errors
-/// If it is of another one, or a number of the robot has changed.
+/// If it is of another robot, or a parameter of the robot has changed.
 ///
 /// # Examples
 /// ```
@@ -57,7 +57,7 @@ pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), Ot
     check_made_of(graph.origin(), model)
 }
 
-/// Checks that what was made of a graph of some origin is of a robot as it is.
+/// Checks the same of code that was made of a graph with this origin.
 ///
 /// # Errors
 /// As those of [`check_origin`].

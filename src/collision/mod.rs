@@ -9,10 +9,11 @@
 //!
 //! | question | answer |
 //! |---|---|
-//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], half-space |
+//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space |
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
 //! | how far, where, along which normal? | [`witness`] |
+//! | ground of any shape, fixed to the world? | [`Surface`], a mesh of triangles |
 //! | how far from a point, how large, how heavy? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] |
 //! | which pairs can touch at all? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
 //!
@@ -36,6 +37,7 @@ mod search;
 mod segments;
 mod shape;
 mod solid;
+mod surface;
 mod witness;
 
 pub use bounds::Bounds;
@@ -45,4 +47,6 @@ pub use groups::Groups;
 pub use hull::{Hull, HullError};
 pub use nearest::{features, nearest_features};
 pub use shape::Shape;
+pub(crate) use surface::TriangleSides;
+pub use surface::{Surface, SurfaceError};
 pub use witness::{Witness, witness};

@@ -51,6 +51,11 @@ pub enum Shape<P = f64> {
         /// Scale along the axes.
         scale: [P; 3],
     },
+    /// A flat triangle, as of a mesh; its vertices have no derivatives.
+    Triangle {
+        /// The vertices.
+        vertices: [Vector3<f64>; 3],
+    },
     /// The half-space z ≤ 0.
     HalfSpace,
 }
@@ -68,6 +73,7 @@ numbers! { pub enum Shape {
     },
     Ellipsoid { semi_axes: NotNegative(["semi-axis x", "semi-axis y", "semi-axis z"], "semi-axis of an ellipsoid") },
     Hull { hull: kept(), scale: Finite(["scale x", "scale y", "scale z"], "scale of a hull") },
+    Triangle { vertices: kept() },
     HalfSpace {},
 } }
 
@@ -82,6 +88,7 @@ impl<P: Scalar> Shape<P> {
             Self::Ellipsoid { .. } => 7,
             Self::Capsule { .. } | Self::Cylinder { .. } => 2,
             Self::Box { .. } => 8,
+            Self::Triangle { .. } => 3,
             Self::Hull { hull, .. } => hull.vertices().len() as u32,
         }
     }
@@ -110,6 +117,7 @@ impl<P: Scalar> Shape<P> {
                 let vertex = &hull.vertices()[index as usize];
                 Vector3::from_fn(|axis, _| scale[axis] * vertex[axis])
             }
+            Self::Triangle { vertices } => vertices[index as usize].map(P::constant),
         }
     }
 }

@@ -45,10 +45,15 @@ impl<'a> Solid<'a> {
             Shape::Box { half_extents: x }
             | Shape::Ellipsoid { semi_axes: x }
             | Shape::Hull { scale: x, .. } => x,
-            Shape::HalfSpace => &[],
+            Shape::Triangle { .. } | Shape::HalfSpace => &[],
         };
+        let corners = match self.shape {
+            Shape::Triangle { vertices } => vertices.as_slice(),
+            _ => &[],
+        };
+        let corners = corners.iter().flat_map(|v| v.iter());
         let pose = self.X.rotation.iter().chain(self.X.translation.iter());
-        pose.chain(sizes).all(|x| x.abs() <= LARGEST)
+        pose.chain(sizes).chain(corners).all(|x| x.abs() <= LARGEST)
     }
 
     /// A vertex in world axes.
@@ -73,10 +78,9 @@ impl<'a> Solid<'a> {
             Shape::Box { .. } => side(0) | side(1) << 1 | side(2) << 2,
             Shape::Hull { hull, scale } => {
                 let n = Vector3::from_fn(|axis, _| n[axis] * scale[axis]);
-                let reaches = hull.vertices().iter().map(|v| v.dot(&n)).enumerate();
-                let farthest = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
-                reaches.fold((0, f64::NEG_INFINITY), farthest).0 as u32
+                farthest_of(hull.vertices(), &n)
             }
+            Shape::Triangle { vertices } => farthest_of(vertices, n),
         }
     }
 
@@ -133,7 +137,7 @@ impl<'a> Solid<'a> {
                 radius,
                 half_length,
             } => radius.hypot(*half_length),
-            Shape::Hull { .. } => self.farthest_of_vertices(),
+            Shape::Hull { .. } | Shape::Triangle { .. } => self.farthest_of_vertices(),
             shape => shape.vertex(0).norm(),
         };
         self.X.translation.norm() + own
@@ -144,4 +148,11 @@ impl<'a> Solid<'a> {
         let lengths = vertices.map(|k| self.shape.vertex(k).norm());
         lengths.fold(0.0, f64::max)
     }
+}
+
+/// The vertex, by its index, that lies farthest along a direction.
+fn farthest_of(vertices: &[Vector3<f64>], n: &Vector3<f64>) -> u32 {
+    let reaches = vertices.iter().map(|v| v.dot(n)).enumerate();
+    let farthest = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
+    reaches.fold((0, f64::NEG_INFINITY), farthest).0 as u32
 }

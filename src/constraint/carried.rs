@@ -1,7 +1,7 @@
 //! Rows of a constraint from the motions of the two bodies that carry its anchors.
 //!
-//! Seen from its two bodies a row depends on few numbers, whatever the tree of joints is: their poses, velocities and accelerations. What these depend
-//! on, sweeps along the tree know.
+//! A row depends on poses, velocities and accelerations of its two bodies only, in any tree of joints. Sweeps along the tree give the derivatives
+//! of these.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -16,7 +16,7 @@ use crate::spatial::{Force, Motion, Transform};
 pub(crate) struct CarrierMotion<T> {
     pub(crate) X_WB: Transform<T>,
     pub(crate) V: Motion<T>,
-    /// Spatial acceleration while ã = 0; that of the world may stand beside it, for all bodies.
+    /// Spatial acceleration while ã = 0; that of the world may be added, for all bodies.
     pub(crate) bias: Motion<T>,
     /// The motion that the accelerations ã of joints give it.
     pub(crate) U: Motion<T>,

@@ -89,7 +89,7 @@ impl<P: Scalar> ConstraintKind<P> {
     }
 
     /// # Panics
-    /// If a number makes no sense.
+    /// If a value is out of its domain.
     pub(super) fn check(&self) {
         for anchor in self.anchors() {
             anchor.placement.map_numbers(&mut |x| {

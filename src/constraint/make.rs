@@ -116,8 +116,8 @@ impl Constraint<f64> {
     /// rows of angles), damping d in N·s/m (N·m·s/rad); without both there is no force.
     ///
     /// In steps of Euler the force is that of the end of the step, as at joint limits: stable at any stiffness and damping, and dissipative where the
-    /// step does not resolve the spring. Runge–Kutta's method takes it as it is at each instant, explicitly, so that it needs steps that are short
-    /// beside the period of the spring. [`assemble`](crate::Simulator::assemble) does not close it: its force lets φ be what it is.
+    /// step does not resolve the spring. Runge–Kutta takes it explicitly, so that it needs steps that are short compared with the period of the
+    /// spring. [`assemble`](crate::Simulator::assemble) does not close it: its force lets φ be what it is.
     ///
     /// # Panics
     /// If a number is negative or not finite.

@@ -4,6 +4,9 @@ use super::point_state::PointState;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
+/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
+const LARGEST_APPROACH: f64 = 1e3;
+
 /// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). Derivatives of its numbers do not
 /// count.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +25,15 @@ impl<D: Scalar> ActivationMargin<D> {
         Self {
             duration: D::zero(),
             approach: D::zero(),
+            reach: 0.0,
+        }
+    }
+
+    /// The way that points could come down within a step of `dt` (s), also under the forces of others.
+    pub(crate) fn over_step(dt: D) -> Self {
+        Self {
+            duration: dt,
+            approach: dt * LARGEST_APPROACH,
             reach: 0.0,
         }
     }

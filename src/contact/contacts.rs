@@ -43,6 +43,7 @@ pub(crate) enum ContactPart {
     Law(usize),
     Terrain,
     Shape(usize),
+    ShapeMaterial(usize),
     PairLaw,
 }
 
@@ -326,7 +327,8 @@ impl<P: Scalar> Contacts<P> {
             let pair = materials.between(material, ground)?;
             let link = model.find_frame(link)?;
             let is_own = on_link(&self.points, link);
-            self.laws.set_material(pair, is_own);
+            self.laws
+                .set_material(pair.map_numbers(&mut |x| P::constant(x)), is_own);
         }
         self.generation = Generation::next();
         Ok(self)
@@ -369,11 +371,11 @@ impl<P: Scalar> Contacts<P> {
         &self.laws.as_slice()[..self.points.len()]
     }
 
-    /// The law of bodies that touch each other.
+    /// The law of bodies that touch each other, but for their materials.
     ///
     /// # Panics
     /// If there is none.
-    pub(crate) fn pair_law(&self) -> &ContactLaw<P> {
+    pub(super) fn law_of_pairs(&self) -> &ContactLaw<P> {
         &self.laws.as_slice()[self.points.len()]
     }
 
@@ -440,6 +442,9 @@ impl<P: Scalar> Contacts<P> {
             .each_number(&mut of(ContactPart::Terrain, each));
         for (k, own) in self.pairs.shapes.iter_mut().enumerate() {
             (own.shape).each_number(&mut of(ContactPart::Shape(k), each));
+            if own.has_parameters() {
+                (own.material).each_number(&mut of(ContactPart::ShapeMaterial(k), each));
+            }
         }
         self.laws.for_each_mut(|i, law| {
             if i >= n {

@@ -1,5 +1,7 @@
 //! The pairs of link shapes that may touch: groups, excluded pairs, neighbours in the tree, and a broad phase.
 
+use std::collections::HashMap;
+
 use super::link_shapes::{LinkShape, LinkShapes};
 use super::nearest::{nearest_of_shapes, pose};
 use crate::collision::{Bounds, BroadPhase, TooManyPairs};
@@ -15,21 +17,28 @@ pub struct LinkPairs {
 }
 
 impl LinkShapes {
-    /// Excludes pairs of links: they never touch.
+    /// Excludes pairs of links: they never touch. A link without collision shapes may be among them.
     ///
     /// # Errors
-    /// If the model has no such link, or one has no collision shape.
+    /// If the model has no such link.
     ///
     /// # Panics
     /// If the shapes are those of another robot.
     pub fn exclude(&mut self, model: &Model, pairs: &[[&str; 2]]) -> Result<(), UnknownName> {
-        for [first, second] in pairs {
-            let [a, b] = [
-                self.find_link(model, first)?,
-                self.find_link(model, second)?,
-            ];
-            self.excluded.push(in_order([a, b]));
-        }
+        self.check(model);
+        let links = model.links().iter().map(|link| link.frame);
+        let by_name: HashMap<&str, FrameId> = links
+            .map(|frame| (model.frames()[frame.0].name.as_str(), frame))
+            .collect();
+        let find = |name: &str| match by_name.get(name) {
+            Some(frame) => Ok(*frame),
+            None => self.find_link(model, name),
+        };
+        let found = pairs
+            .iter()
+            .map(|[a, b]| Ok(in_order([find(a)?, find(b)?])));
+        let found = found.collect::<Result<Vec<_>, UnknownName>>()?;
+        self.excluded.extend(found);
         self.excluded.sort_unstable();
         self.excluded.dedup();
         Ok(())

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::material::Material;
 use super::relations::Relations;
 use super::shapes::{MeshHulls, NoMeshes, ShapeWithoutPoints};
-use crate::collision::{Groups, Hull, Shape};
+use crate::collision::{Groups, Hull, Shape, Surface, TriangleSides};
 use crate::error::UnknownName;
 use crate::model::{BodyId, Collision, FrameId, Geometry, Model, Structure};
 use crate::spatial::Transform;
@@ -28,6 +29,10 @@ pub struct LinkShape {
     pub groups: Groups,
     /// Distance below which it counts as touching, m; that of a pair is the sum.
     pub margin: f64,
+    /// Friction and restitution of its surface where bodies touch; `None` for those of their contact law.
+    pub material: Option<Material>,
+    /// Where it is a triangle of a surface: how it can be touched.
+    pub(super) sides: Option<Box<TriangleSides>>,
 }
 
 /// The collision shapes of the links of a robot.
@@ -55,9 +60,18 @@ impl LinkShapes {
             relations: Relations::new(model),
             structure: model.structure(),
         };
+        let is_masked = model
+            .links()
+            .iter()
+            .any(|link| !link.collide_bitmasks.is_empty());
+        let unmasked = match is_masked {
+            true => groups_of(u16::MAX),
+            false => Groups::default(),
+        };
         for (number, link) in model.links().iter().enumerate() {
             let frame = &model.frames()[link.frame.0];
-            for collision in &link.collisions {
+            let masks = &link.collide_bitmasks;
+            for (k, collision) in link.collisions.iter().enumerate() {
                 match shape(collision, meshes) {
                     Ok(shape) => own.shapes.push(LinkShape {
                         link: link.frame,
@@ -65,8 +79,10 @@ impl LinkShapes {
                         body: frame.body,
                         placement: frame.placement * collision.placement,
                         shape,
-                        groups: Groups::default(),
+                        groups: masks.get(k).map_or(unmasked, |&mask| groups_of(mask)),
                         margin: 0.0,
+                        material: None,
+                        sides: None,
                     }),
                     Err(reason) => own.missing.push(ShapeWithoutPoints {
                         link: frame.name.clone(),
@@ -83,7 +99,57 @@ impl LinkShapes {
         Self::with_meshes(model, &mut NoMeshes)
     }
 
-    /// The shapes, link by link in the order of the model.
+    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates; O(n) in the triangles, and so is each step with them.
+    ///
+    /// # Errors
+    /// If the model has no link of that name.
+    ///
+    /// # Panics
+    /// If the link moves, or the shapes are those of another robot.
+    pub fn add_surface(
+        &mut self,
+        model: &Model,
+        link: &str,
+        surface: &Surface,
+    ) -> Result<(), UnknownName> {
+        self.check(model);
+        let links = || {
+            let links = model.links().iter().map(|own| own.frame);
+            links.map(|frame| (frame, model.frames()[frame.0].name.as_str()))
+        };
+        let found = links().enumerate().find(|(_, (_, name))| *name == link);
+        let (number, (frame, _)) = found.ok_or_else(|| UnknownName {
+            model: model.name().to_owned(),
+            element: "link".into(),
+            name: link.into(),
+            known: links().map(|(_, name)| name.to_owned()).collect(),
+        })?;
+        let place = &model.frames()[frame.0];
+        assert!(
+            place.body.is_none(),
+            "a surface is fixed to the world, but its link \"{link}\" moves"
+        );
+        let everything = Groups {
+            own: u32::MAX,
+            mask: u32::MAX,
+        };
+        for (vertices, sides) in surface.each() {
+            self.shapes.push(LinkShape {
+                link: frame,
+                number,
+                body: None,
+                placement: place.placement,
+                shape: Shape::Triangle { vertices },
+                groups: everything,
+                margin: 0.0,
+                material: None,
+                sides: Some(Box::new(sides)),
+            });
+        }
+        Ok(())
+    }
+
+    /// The shapes, link by link in the order of the model, then those of [surfaces](Self::add_surface).
     pub fn shapes(&self) -> &[LinkShape] {
         &self.shapes
     }
@@ -138,6 +204,15 @@ impl LinkShapes {
             "the shapes are those of another robot than \"{}\"",
             model.name()
         );
+    }
+}
+
+/// The groups by which shapes touch where their bitmasks have a bit in common.
+fn groups_of(bitmask: u16) -> Groups {
+    let bits = u32::from(bitmask);
+    Groups {
+        own: bits,
+        mask: bits,
     }
 }
 

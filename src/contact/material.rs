@@ -1,17 +1,23 @@
 //! Materials of links and ground, and what holds between two of them.
 
 use crate::error::UnknownName;
-use crate::numbers::Domain;
+use crate::numbers::{Numbers, numbers};
+use crate::scalar::Scalar;
 
 /// Friction and restitution of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+pub struct Material<P = f64> {
     /// μ, the coefficient of friction: of a material, that against itself; infinite where nothing slips. For all laws.
-    pub friction: f64,
+    pub friction: P,
     /// e in 0..1, the part of the normal velocity that comes back from an impact: of a material, that against itself. For
     /// [`Rigid`](super::Rigid) only; how the others bounce follows from their damping.
-    pub restitution: f64,
+    pub restitution: P,
 }
+
+numbers! { pub struct Material {
+    friction: NotNegativeOrInfinite("friction"),
+    restitution: WithinOne("restitution"),
+} }
 
 /// A table of materials by name, and of pairs of them.
 ///
@@ -44,12 +50,13 @@ pub struct Materials {
     pairs: Vec<([String; 2], Material)>,
 }
 
-impl Material {
-    /// # Panics
-    /// If friction is negative or not a number, or restitution is not in 0..1.
-    fn check(&self) {
-        Domain::NotNegativeOrInfinite.check("friction", self.friction);
-        Domain::WithinOne.check("restitution", self.restitution);
+impl<P: Scalar> Material<P> {
+    /// Friction and restitution between two surfaces: harmonic means.
+    pub(super) fn between(&self, other: &Self) -> Self {
+        Self {
+            friction: harmonic_mean(self.friction, other.friction),
+            restitution: harmonic_mean(self.restitution, other.restitution),
+        }
     }
 }
 
@@ -60,7 +67,7 @@ impl Materials {
     /// If its friction is negative or not a number, or its restitution is not in 0..1.
     #[must_use]
     pub fn with_material(mut self, name: &str, material: Material) -> Self {
-        material.check();
+        material.check_numbers();
         self.materials.retain(|(other, _)| other != name);
         self.materials.push((name.into(), material));
         self
@@ -74,7 +81,7 @@ impl Materials {
     /// # Panics
     /// If the friction is negative or not a number, or the restitution is not in 0..1.
     pub fn with_pair(mut self, names: [&str; 2], pair: Material) -> Result<Self, UnknownName> {
-        pair.check();
+        pair.check_numbers();
         for name in names {
             self.find(name)?;
         }
@@ -93,13 +100,7 @@ impl Materials {
             .pairs
             .iter()
             .find(|(names, _)| are_the_same(names, [one, other]));
-        Ok(given.map_or_else(
-            || Material {
-                friction: harmonic_mean(a.friction, b.friction),
-                restitution: harmonic_mean(a.restitution, b.restitution),
-            },
-            |(_, pair)| *pair,
-        ))
+        Ok(given.map_or_else(|| a.between(&b), |(_, pair)| *pair))
     }
 
     fn find(&self, name: &str) -> Result<Material, UnknownName> {
@@ -123,9 +124,16 @@ fn are_the_same(pair: &[String; 2], [a, b]: [&str; 2]) -> bool {
     (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
 }
 
-/// 2 / (1 / a + 1 / b): 0 if one of them is 0, twice the other one if one is infinite.
-fn harmonic_mean(a: f64, b: f64) -> f64 {
-    2.0 / (a.recip() + b.recip())
+/// Numbers above this count as it in a harmonic mean, and their inverse as no part of a sum with that of any friction.
+const LARGEST: f64 = 1e100;
+
+/// 2 a b / (a + b): 0 if one of them is 0, twice the other one if one is infinite, infinite if both are. Of two zeros the derivatives are zero.
+fn harmonic_mean<P: Scalar>(a: P, b: P) -> P {
+    let largest = P::constant(LARGEST);
+    let (x, y) = (a.min(largest), b.min(largest));
+    let sum = (x + y).max(P::constant(f64::MIN_POSITIVE));
+    let mean = x / sum * y * 2.0;
+    mean.select_lt(largest, mean, a.max(b))
 }
 
 #[cfg(test)]

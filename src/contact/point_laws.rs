@@ -76,7 +76,7 @@ impl<P: Scalar> PointLaws<P> {
     }
 
     /// Gives some points the friction, and what else a law has of it, of a pair of materials.
-    pub(super) fn set_material(&mut self, pair: Material, is_chosen: impl Fn(usize) -> bool) {
+    pub(super) fn set_material(&mut self, pair: Material<P>, is_chosen: impl Fn(usize) -> bool) {
         self.for_each_mut(|point, law| {
             if is_chosen(point) {
                 law.set_material(pair);

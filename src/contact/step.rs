@@ -38,6 +38,11 @@ impl<P: Scalar> Contacts<P> {
         self.has(|kind| kind.bristle)
     }
 
+    /// Whether a point has a bristle: one with the ground may, between bodies there is none.
+    pub(crate) fn has_bristle(&self, point: usize) -> bool {
+        self.have_bristles() && point < self.points().len()
+    }
+
     /// Whether rows depend on the Delassus diagonal.
     pub(crate) fn read_delassus(&self) -> bool {
         self.has(|kind| kind.reads_delassus)
@@ -65,6 +70,18 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
+    /// [`activation_margin`](Self::activation_margin) about the shapes of bodies: where contact is speculative, all that could arrive within the step.
+    pub(crate) fn pair_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
+        let own = self.activation_margin(dt);
+        if self.shape_pairs().speculative {
+            return ActivationMargin {
+                reach: own.reach,
+                ..ActivationMargin::over_step(dt)
+            };
+        }
+        own
+    }
+
     /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; `None` for the exact law.
     pub(crate) fn kappa_over_step<D: Scalar>(&self, dt: D) -> Option<D> {
         self.smoothing().map(|s| D::constant(s.kappa()) / dt)
@@ -83,7 +100,7 @@ impl<P: Scalar> Contacts<P> {
         }
         PointRows {
             rows,
-            friction: law.bounded_friction(),
+            friction: law.friction_at(at.state.depth, at.speculative),
         }
     }
 }
@@ -169,6 +186,7 @@ mod tests {
                     delassus: 1.0,
                     dt: 0.01,
                     kappa: contacts.kappa_over_step(0.01),
+                    speculative: false,
                 },
             );
             rows.rows[0].compliance

@@ -36,7 +36,7 @@ pub(super) struct Working<T> {
     pub(super) A: Vec<Motion<T>>,
     /// Per degree of freedom: D⁻¹ u, how the joint would accelerate if its parent did not; of a body on the world how it does.
     pub(super) pushed: Vec<T>,
-    /// Inertia of each coordinate by itself, added to D: armature and what stands beside it, kg·m² or kg.
+    /// Inertia of each coordinate by itself, added to D: armature and added resistance, kg·m² or kg.
     resistance: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }

@@ -7,7 +7,7 @@ use crate::model::{Body, Model};
 use crate::scalar::{Additive, Linear, Scalar};
 use crate::spatial::{Force, Transform};
 
-/// The forces of single degrees of freedom on the body that the sweep has come to: one column for each that a body has, followers
+/// The forces of single degrees of freedom on the body that the sweep has come to: one column for each that a body has, mimic joints
 /// too, in the order of bodies, so that those of a subtree lie side by side. They do not depend on one another, other than the steps
 /// of one of them towards the world.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Forward dynamics of robots whose joints follow one another.
 //!
-//! A follower ties bodies together that are not neighbours in the tree, so joints cannot be eliminated one after the
+//! A mimic joint ties bodies together that are not neighbours in the tree, so joints cannot be eliminated one after the
 //! other. The mass matrix in the remaining coordinates is formed and factorised instead, in O(nv³).
 
 use nalgebra::DMatrix;
@@ -21,7 +21,7 @@ pub(super) struct CoupledScratch<T> {
 }
 
 impl<T: Scalar> CoupledScratch<T> {
-    /// Memory for a model with followers; nothing for others, which do not need it.
+    /// Memory for a model with mimic joints; nothing for others, which do not need it.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
         model.has_coupling().then(|| {
             let identity = DMatrix::identity(model.nv(), model.nv());

@@ -1,4 +1,4 @@
-//! Forward dynamics on a scalar as it is: body by body, level by level of a packed tree, or by the mass matrix.
+//! Forward dynamics on a scalar without splitting it into values and derivatives: body by body, level by level of a packed tree, or by the mass matrix.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -50,7 +50,7 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     of_armature.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
-/// Hands each velocity coordinate k with the slopes of the kinetic energy T in that rate, the momentum (M v)ₖ, and in that tangent direction of q at
+/// Hands each velocity coordinate k with the derivatives of the kinetic energy T in that rate, the momentum (M v)ₖ, and in that tangent direction of q at
 /// fixed v, the term of Lagrange's equation, to `each`, in parts that add up; those of armature are left out. Does not allocate.
 ///
 /// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the

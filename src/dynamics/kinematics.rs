@@ -62,6 +62,20 @@ impl<T: Scalar> Kinematics<T> {
         self.V_WB_B.copy_from_slice(V);
     }
 
+    /// [`place`](Self::place) for some bodies, ascending, each with all of its ancestors.
+    pub(crate) fn place_some<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        bodies: &[usize],
+        (X_PB, V): (&[Transform<T>], &[Motion<T>]),
+    ) {
+        for &i in bodies {
+            let parent = model.bodies()[i].parent;
+            self.X_WB[i] = parent.map_or(X_PB[i], |p| self.X_WB[p.0] * X_PB[i]);
+            self.V_WB_B[i] = V[i];
+        }
+    }
+
     pub(crate) fn check<P: Scalar>(&self, model: &Model<P>) {
         assert_eq!(
             self.X_WB.len(),

@@ -80,8 +80,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.refactor_filled(|factors| factors.copy_from(mass_matrix));
     }
 
-    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is
-    /// of no use.
+    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; previous values are
+    /// overwritten.
     pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
         fill(&mut self.factors);
         vectorized_over::<T, _>(
@@ -98,7 +98,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
             for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
-                // M_ij −= M_ki M_kj / M_kk for all j up to i, zeros of those that are no ancestors of k among them
+                // M_ij −= M_ki M_kj / M_kk for all j up to i, including zeros of those that are not ancestors of k
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
                 subtract_scaled(&mut column[..=i], ratio, &own[..=i]);
@@ -144,7 +144,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 
     /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the
-    /// world. What has just been solved comes last.
+    /// world. The newest solution comes last.
     #[inline(always)]
     pub(crate) fn back_substitute<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in self.groups.iter().rev() {
@@ -244,7 +244,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 /// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint,
 /// then in the parent's.
 ///
-/// A follower ties branches together, so with followers every coordinate counts as an ancestor of all after it.
+/// A mimic joint ties branches together, so with mimic joints every coordinate counts as an ancestor of all after it.
 pub(crate) struct Ancestors {
     /// Lists of all coordinates, one after the other.
     pub(crate) lists: Vec<usize>,

@@ -19,7 +19,7 @@
 //! | how does it move? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
 //! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | [Orin, Goswami, Lee 2013] |
 //! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | [Orin, Goswami, Lee 2013] |
-//! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | how does it move as a single body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
 //! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |
@@ -164,8 +164,8 @@ pub(crate) use passive::add_passive_forces;
 pub(crate) use passive::{Passive, each_passive};
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
-pub(crate) use rnea::world_acceleration;
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
+pub(crate) use rnea::{motions_of_some, transmitted_forces, world_acceleration};

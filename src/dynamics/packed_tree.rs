@@ -19,7 +19,7 @@ pub(crate) use crate::scalar::LEVEL as WIDTH;
 pub(crate) struct PackedTree {
     /// Number of bodies in the unbranched prefix.
     pub(crate) prefix: usize,
-    /// Levels, those nearer to the world first. The first one repeats the last body of the prefix, or stands for the world, in all lanes.
+    /// Levels, those nearer to the world first. The first one repeats the last body of the prefix, or represents the world, in all lanes.
     pub(crate) levels: Vec<Level>,
     /// Levels as bodies of a tree, with the numbers of the bodies in their lanes.
     pub(crate) bodies: Vec<Body<Lanes<WIDTH>>>,
@@ -135,7 +135,7 @@ impl PackedTree {
         }
     }
 
-    /// Adds the level that repeats the last body of the prefix, or stands for the world.
+    /// Adds the level that repeats the last body of the prefix, or represents the world.
     fn push_root(&mut self, tip: Option<usize>) {
         self.push(
             [tip.unwrap_or(0); WIDTH],

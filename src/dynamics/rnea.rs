@@ -37,6 +37,11 @@ impl<T: Scalar> RneaScratch<T> {
     pub(crate) fn motions(&self) -> (&[Transform<T>], &[Motion<T>]) {
         (&self.X_PB, &self.V)
     }
+
+    /// The acceleration of each body in its own frame, with that of the world against gravity, and the force that its joint transmits to it.
+    pub(crate) fn loads(&self) -> (&[Motion<T>], &[Force<T>]) {
+        (&self.A, &self.F)
+    }
 }
 
 /// The motion for which forces are asked; what is `None` is zero.
@@ -240,23 +245,46 @@ fn outward<P: Scalar, T: Over<P>>(
     let A_W = world_acceleration(model);
     T::sin_cos_each(desired.q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = body.place_turned(desired.q, &s.sin_cos);
-        let carried = match body.parent {
-            Some(p) => Accelerated {
-                V: X.motion_inverse(&s.V[p.0]),
-                A: X.motion_inverse(&s.A[p.0]),
-            },
-            None => Accelerated {
-                V: Motion::zero(),
-                A: X.motion_inverse(&A_W),
-            },
-        };
-        let Accelerated { V, A } = joint_motion(body, desired.v, desired.a, carried);
-        s.F[i] = body.inertia.force(&V, &A);
-        if let Some(&F_ext) = desired.external.get(i) {
-            s.F[i] = s.F[i] - F_ext;
-        }
-        (s.X_PB[i], s.V[i], s.A[i]) = (X, V, A);
+        accelerate(body, i, desired, &A_W, s);
+        load(body, i, desired, s);
+    }
+}
+
+/// Finds pose, velocity and acceleration of a body from those of its parent.
+#[inline(always)]
+fn accelerate<P: Scalar, T: Over<P>>(
+    body: &Body<P>,
+    i: usize,
+    desired: &DesiredMotion<'_, T>,
+    A_W: &Motion<T>,
+    s: &mut RneaScratch<T>,
+) {
+    let X = body.place_turned(desired.q, &s.sin_cos);
+    let carried = match body.parent {
+        Some(p) => Accelerated {
+            V: X.motion_inverse(&s.V[p.0]),
+            A: X.motion_inverse(&s.A[p.0]),
+        },
+        None => Accelerated {
+            V: Motion::zero(),
+            A: X.motion_inverse(A_W),
+        },
+    };
+    let Accelerated { V, A } = joint_motion(body, desired.v, desired.a, carried);
+    (s.X_PB[i], s.V[i], s.A[i]) = (X, V, A);
+}
+
+/// Finds the force that a body needs to move as it does, less what acts on it from outside.
+#[inline(always)]
+fn load<P: Scalar, T: Over<P>>(
+    body: &Body<P>,
+    i: usize,
+    desired: &DesiredMotion<'_, T>,
+    s: &mut RneaScratch<T>,
+) {
+    s.F[i] = body.inertia.force(&s.V[i], &s.A[i]);
+    if let Some(&F_ext) = desired.external.get(i) {
+        s.F[i] = s.F[i] - F_ext;
     }
 }
 
@@ -327,9 +355,63 @@ fn add_armature<P: Scalar, T: Over<P>>(
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut RneaScratch<T>, tau: &mut [T]) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
         body.add_projection(&s.F[i], tau);
-        if let Some(p) = body.parent {
-            let F_P = s.X_PB[i].force(&s.F[i]);
-            s.F[p.0] += F_P;
-        }
+        propagate(body, i, s);
+    }
+}
+
+/// `F_P += X* F` at one joint.
+#[inline(always)]
+fn propagate<P: Scalar, T: Over<P>>(body: &Body<P>, i: usize, s: &mut RneaScratch<T>) {
+    if let Some(p) = body.parent {
+        let F_P = s.X_PB[i].force(&s.F[i]);
+        s.F[p.0] += F_P;
+    }
+}
+
+/// Computes the motions of some bodies for given accelerations; they stay in the scratch. Does not allocate.
+///
+/// * `bodies` – indices, ascending, each with all of its ancestors
+pub(crate) fn motions_of_some<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    bodies: &[usize],
+    [q, v, a]: [&[T]; 3],
+    s: &mut RneaScratch<T>,
+) {
+    let desired = DesiredMotion {
+        q,
+        v: Some(v),
+        a: Some(a),
+        external: &[],
+    };
+    let A_W = world_acceleration(model);
+    if !bodies.is_empty() {
+        T::sin_cos_each(q, &mut s.sin_cos);
+    }
+    for &i in bodies {
+        accelerate(&model.bodies()[i], i, &desired, &A_W, s);
+    }
+}
+
+/// Computes the force that each joint transmits to its body, in the body, for the motions of all bodies that are in the scratch; it stays there. Does not
+/// allocate.
+///
+/// * `external` – force on each body in its body frame, length `n_bodies`
+pub(crate) fn transmitted_forces<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    external: &[Force<T>],
+    s: &mut RneaScratch<T>,
+) {
+    let desired = DesiredMotion {
+        q: &[],
+        v: None,
+        a: None,
+        external,
+    };
+    for (i, body) in model.bodies().iter().enumerate() {
+        load(body, i, &desired, s);
+    }
+    add_spared(model, &s.X_PB, &mut s.F);
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        propagate(body, i, s);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Joints are eliminated from the leaves to the root, as the articulated-body algorithm does. The pivot of an axis is the inertia that resists
 //! it while all joints behind it move freely, so a pivot that vanishes names the joint. Everything happens on values, at one configuration
-//! that is nothing special: whether the pivot vanishes there decides for all configurations but for exceptional ones, at which axes line up
+//! that is nothing special: whether the pivot vanishes there decides for all configurations except some, at which axes line up
 //! (a universal joint with a massless cross at a right angle).
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -30,7 +30,7 @@ const VANISHING: f64 = 1e-100;
 /// Part of the moments about the origin above which moments about the centre of mass are not the rounding of their difference.
 const CLEARLY_SOLID: f64 = 1e-9;
 
-/// Most coordinates of a robot with followers whose mass matrix is formed to decide: a third of a billion products.
+/// Most coordinates of a robot with mimic joints whose mass matrix is formed to decide: a third of a billion products.
 const MAX_DENSE: usize = 1000;
 
 impl<P: Scalar> Model<P> {
@@ -42,7 +42,7 @@ impl<P: Scalar> Model<P> {
     /// all the same.
     ///
     /// Cost: linear in the number of bodies, and without allocation if all are solid; where some are not and joints follow one another as well,
-    /// O(nv³). In robots of more than 1,000 degrees of freedom of the last kind, followers are taken to move by themselves.
+    /// O(nv³). In robots of more than 1,000 degrees of freedom of the last kind, mimic joints are taken to move by themselves.
     ///
     /// # Errors
     /// Lists all joints that nothing resists, or only negative inertia.
@@ -100,7 +100,7 @@ impl<P: Scalar> Model<P> {
 
     /// The joints that nothing resists in one lane, each once.
     fn unresisted(&self, lane: usize) -> Vec<Unresisted> {
-        // What is still to come cannot be checked.
+        // Later joints cannot be checked.
         let known = self.bodies().iter().all(|body| has_values(&body.inertia));
         let solid = |body: &Body<P>| is_solid(&body.inertia, lane);
         if !known || self.bodies().iter().all(solid) {
@@ -122,7 +122,7 @@ impl<P: Scalar> Model<P> {
     }
 }
 
-/// Eliminates joint after joint; followers move by themselves, which they would have to if nothing resisted them.
+/// Eliminates joint after joint; mimic joints move by themselves, which they would have to if nothing resisted them.
 fn eliminate(model: &Model) -> Vec<Unresisted> {
     let mut found = Vec::new();
     // Of each body with all behind it: locked, and moving freely.
@@ -225,7 +225,7 @@ fn eliminate_axis(I: &mut Matrix6<f64>, S: &Vector6<f64>, rotor: f64, noise: f64
     if resists(d, noise) {
         *I -= column * column.transpose() / d;
     } else {
-        // What is left along the axis is rounding.
+        // The remainder along the axis is rounding.
         let across = Matrix6::identity() - S * S.transpose() / S.norm_squared();
         *I = across * *I * across;
     }
@@ -416,7 +416,7 @@ mod tests {
         assert_eq!(lanes.check_mass_matrix(), Err(error));
     }
 
-    // A rod turns about its own axis without resistance, however that lies in the link.
+    // A rod turns about its own axis without resistance, for any direction of the axis in the link.
     #[test]
     fn tilted_rod_on_its_own_axis_is_found() {
         use crate::ModelOptions;
@@ -437,7 +437,7 @@ mod tests {
         assert_eq!(model.check_mass_matrix(), Ok(()));
     }
 
-    // A massless finger that follows a heavy one is moved by it; one that leads is not moved by anything but its follower.
+    // A massless finger that follows a heavy one is moved by it; one that leads is not moved by anything but its mimic joint.
     #[test]
     fn followers_without_inertia_are_resisted_by_their_leaders() {
         let mut builder = ModelBuilder::new("gripper");

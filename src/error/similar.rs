@@ -1,6 +1,6 @@
 //! Names that a wrong one may have been meant for.
 
-/// Characters of a name that are compared: longer names are no slips of the pen.
+/// Characters of a name that are compared: longer names are not typing errors.
 const MAX_CHARACTERS: usize = 64;
 
 /// Share of the characters that may differ.
@@ -20,7 +20,7 @@ pub(super) fn similar_first<'a>(name: &str, known: &'a [String]) -> Vec<&'a Stri
     ranked.into_iter().map(|(_, name)| name).collect()
 }
 
-/// A name as it is compared: without regard to case.
+/// A name in the form in which it is compared: without regard to case.
 struct Name(Vec<char>);
 
 impl Name {

@@ -35,7 +35,7 @@ const EQUATIONS: usize = 4;
 /// [Gautier 1991; Golub, Van Loan 2013, section 5.4].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
-    /// Unknowns that stand for themselves, by index.
+    /// Independent unknowns, by index.
     independent: Vec<usize>,
     /// Unknowns that go into them, by index.
     dependent: Vec<usize>,
@@ -122,7 +122,7 @@ impl BaseParameters {
         self.independent.len()
     }
 
-    /// Indices of the unknowns that stand for themselves, one for each base parameter.
+    /// Indices of the independent unknowns, one for each base parameter.
     pub fn independent(&self) -> &[usize] {
         &self.independent
     }

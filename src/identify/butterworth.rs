@@ -175,7 +175,7 @@ mod tests {
             let mut x: Vec<f64> = (0..900).map(line).collect();
             filter.filter(&mut x);
             for (k, x) in x.iter().enumerate() {
-                // What the continuation forgets: 0.2 % of the slope over a decay.
+                // Error of the continuation: 0.2 % of the slope over a decay.
                 assert!((x - line(k)).abs() < 2e-3, "order {order}, {k}: {x}");
             }
             let mut constant = vec![7.0; 50];

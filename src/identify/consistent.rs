@@ -1,4 +1,4 @@
-//! Physical consistency: the estimate among robots that can be.
+//! Physical consistency: the estimate among physically consistent robots.
 //!
 //! Least squares knows nothing of bodies: where the motion tells little of a small moment of inertia, its estimate is often that of no body. Here the
 //! pseudo-inertia of every body stays positive definite, and damping, rotors and dry friction not negative: a semidefinite program. The data enter by the
@@ -39,7 +39,7 @@ impl Default for ConsistencyOptions {
     }
 }
 
-/// A robot that can be, as near to the data as such a robot comes.
+/// The physically consistent robot nearest to the data.
 #[derive(Clone, Debug)]
 pub struct ConsistentEstimate {
     /// Values of all unknowns.

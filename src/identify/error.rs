@@ -4,7 +4,7 @@ use crate::error::UnknownName;
 use crate::numbers::Domain;
 use crate::sim::AssemblyError;
 
-/// Error for an identification that cannot be made, with the name of what stands in its way.
+/// Error for an identification that is impossible, with the name of the cause.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
@@ -16,7 +16,7 @@ pub enum IdentifyError {
     Clock {
         /// Name of the experiment.
         experiment: String,
-        /// Which number is wrong, and why.
+        /// Name of the wrong value, and the reason.
         reason: String,
     },
     /// A channel that cannot be used.
@@ -39,7 +39,7 @@ pub enum IdentifyError {
         /// Quantity and joint of the channel.
         channel: String,
     },
-    /// A number of a filter that is out of its range.
+    /// A parameter of a filter is out of its range.
     #[error("filter: {reason}")]
     Filter {
         /// The number, and its range.

@@ -123,7 +123,7 @@ impl Experiment {
 
     /// Makes an experiment of a rollout: positions, velocities and the inputs that acted at the joints, which are held from each sample to the next.
     ///
-    /// Without inputs on frames, contact and external forces, of which the joint forces know nothing. The last state, after which there is no input, is
+    /// Without inputs on frames, contact and external forces, which the joint forces do not contain. The last state, after which there is no input, is
     /// left out.
     ///
     /// * `actuated` – the velocity coordinate of each input, [`Simulator::actuated`](crate::Simulator::actuated)

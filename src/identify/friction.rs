@@ -34,7 +34,7 @@ impl DryFriction {
         }
     }
 
-    /// Whether the force at a velocity is known but for its factor.
+    /// Whether the force at a velocity is known up to a factor.
     pub(super) fn is_known(self, v: f64) -> bool {
         match self {
             Self::Smooth { .. } => true,
@@ -42,7 +42,7 @@ impl DryFriction {
         }
     }
 
-    /// The number of the shape: its name and whether it is in its range.
+    /// The parameter of the shape: its name and whether it is in its range.
     pub(super) fn number(self) -> (&'static str, f64, bool) {
         match self {
             Self::Smooth { slip_velocity: v } => ("slip velocity", v, v > 0.0 && v.is_finite()),

@@ -7,14 +7,14 @@
 //! | which forces depend on which unknowns? | [`Regressor`]: inertias, damping, rotors, dry friction, offsets |
 //! | which combinations can be known at all? | [`BaseParameters`] |
 //! | their values, and how certain they are | [`estimate()`], [`Estimate::intervals`] |
-//! | a robot that can be, for simulation | [`Estimate::consistent`] |
-//! | which motion tells most? | [`excite`] |
+//! | a physically consistent robot, for simulation | [`Estimate::consistent`] |
+//! | the most informative motion | [`excite`] |
 //! | does it predict other motions? | [`Robot::validate`] |
 //! | numbers in which forces are not linear, and friction on the ground | [`shoot`]: through the simulator |
 //! | all of it in words, and as a page | [`Report`], `view::identification_page` |
 //!
 //! Joint forces are linear in masses, moments and friction, so that the best of these are found at once, without a first guess, and with their covariance
-//! \[Atkeson, An, Hollerbach 1986\]. What forces leave open, as the mass of a link that only turns, is told by the nominal robot.
+//! \[Atkeson, An, Hollerbach 1986\]. Parameters without effect on forces, such as the mass of a link that only rotates, come from the nominal robot.
 //!
 //! # Examples
 //!

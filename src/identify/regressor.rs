@@ -147,7 +147,7 @@ impl Regressor {
     /// Adds the dry friction of all joints. Nominally there is none.
     ///
     /// # Errors
-    /// If the number of the shape is out of its range.
+    /// If the parameter of the shape is out of its range.
     pub fn with_dry_friction(mut self, shape: DryFriction) -> Result<Self, IdentifyError> {
         let (name, value, is_good) = shape.number();
         if !is_good {

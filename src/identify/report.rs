@@ -30,7 +30,7 @@ pub struct Report {
     pub base: Vec<Interval>,
     /// Each velocity coordinate.
     pub coordinates: Vec<CoordinateReport>,
-    /// Flaws of inertias that no body has, link by link; empty for a robot that can be.
+    /// Flaws of inertias, link by link; empty for a physically consistent robot.
     pub flaws: Vec<String>,
     /// Measured and predicted forces of the data for validation.
     pub traces: Vec<Trace>,

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
 
-/// Exponent of the norm that stands for the largest of many numbers: smooth, never below it, and for a hundred numbers at most a fourth above.
+/// Exponent of the norm that approximates the largest of many numbers: smooth, never below it, and for a hundred numbers at most a fourth above.
 const POWER: i32 = 20;
 /// Moments in a period of the fastest harmonic.
 const MOMENTS: usize = 20;

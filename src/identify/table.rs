@@ -20,13 +20,13 @@ pub(super) struct Table {
     pub(super) v: DMatrix<f64>,
     pub(super) a: DMatrix<f64>,
     pub(super) tau: DMatrix<f64>,
-    /// Which quantities of each body are measured, in the order of [`Quantity::ALL`].
+    /// Measured quantities of each body, in the order of [`Quantity::ALL`].
     measured: Vec<[bool; 4]>,
 }
 
 impl Table {
     /// # Errors
-    /// If something is missing, or makes no sense.
+    /// If something is missing or invalid.
     pub(super) fn read(model: &Model, experiment: &Experiment) -> Result<Self, IdentifyError> {
         check_names(model, experiment)?;
         let n = n_samples(model, experiment)?;
@@ -161,13 +161,13 @@ impl Table {
     }
 }
 
-/// Time between two samples, in usual ones, from which on something is missing between them.
+/// Time between two samples, in usual intervals, above which samples are missing between them.
 const GAP: f64 = 1.5;
 /// Largest error of the time between two samples, in usual ones, that counts as none.
 const JITTER: f64 = 0.1;
 
 /// # Errors
-/// If a channel or a passive joint has the name of nobody, or that of a follower.
+/// If a channel or a passive joint has an unknown name, or that of a mimic joint.
 fn check_names(model: &Model, experiment: &Experiment) -> Result<(), IdentifyError> {
     let known: Vec<String> = (model.independent_with_ids())
         .map(|(id, _)| model.joint_name(id))

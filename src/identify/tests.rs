@@ -277,7 +277,7 @@ fn estimate_of_no_body_becomes_one_of_bodies_at_hardly_any_cost() {
         assert_eq!(mended.robot.model.inertia_flaws(), [], "{seed}");
         assert!(mended.robot.dry_friction.iter().all(|&f| f >= 0.0));
         assert!(mended.robot.model.armature().iter().all(|&x| x >= 0.0));
-        // As far as chance goes: the truth itself is a robot that can be, at a distance of χ² of as many degrees.
+        // As far as chance goes: the truth itself is physically consistent, at a distance of χ² of as many degrees.
         let truth = found.base.of(&values(&regressor, &robot)) - &found.values;
         let distance = truth.dot(&(&found.information * &truth));
         assert!(

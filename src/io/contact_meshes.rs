@@ -40,11 +40,11 @@ impl Contacts<f64> {
     /// * `law` – of all pairs, of the kind of the law of the ground
     ///
     /// # Errors
-    /// If the model has no link of an excluded name.
+    /// If the model has no link of a name in the options, or a link with a material has no shape.
     ///
     /// # Panics
-    /// If the law is of another kind than those of points with the ground or is soft, if a number of it makes no sense, or if the contacts are those of
-    /// another robot.
+    /// If the law is of another kind than those of points with the ground, if a number of it or of a material makes no sense, if a link with a surface moves, or if
+    /// the contacts are those of another robot.
     ///
     /// # Examples
     /// ```

@@ -181,7 +181,7 @@ impl ModelOptions {
     }
 
     /// The name of a file, as errors and the report call it, and its text.
-    fn read_file(&self, path: &Path) -> Result<(String, String), LoadError> {
+    pub(super) fn read_file(&self, path: &Path) -> Result<(String, String), LoadError> {
         let file = path.display().to_string();
         let text = self.read_text(&file, path)?;
         Ok((file, text))

@@ -17,6 +17,7 @@
 //! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
 //! | links that move and have no inertia? | [`MasslessLinks`] | |
 //! | write it? | [`Model::to_urdf`](crate::Model::to_urdf), [`Model::to_mjcf`](crate::Model::to_mjcf) | linear in the robot; the latter reads its meshes |
+//! | which links do not collide, by an SRDF? | [`CollisionOptions::with_srdf_file`](crate::contact::CollisionOptions::with_srdf_file) | linear in the text |
 //! | meshes in contact with the ground? | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
 //!
 //! # What a description can do
@@ -74,6 +75,7 @@ mod rotation;
 mod schema;
 mod sdf;
 mod shapes;
+mod srdf;
 #[cfg(test)]
 pub(crate) mod temporary;
 mod urdf;
@@ -86,7 +88,7 @@ mod xml;
 pub use massless::MasslessLinks;
 pub use mjcf::{
     MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon,
+    MjcfTendon, MjcfTransmission,
 };
 pub use options::ModelOptions;
 pub use place::ImportNote;

@@ -162,7 +162,7 @@ fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
 }
 
 /// Reason why an element is not read.
-fn reason(element: &str) -> &'static str {
+pub(super) fn reason(element: &str) -> &'static str {
     match element {
         "transmission" => "transmissions are not modelled: efforts act at the joints",
         "gazebo" | "plugin" => "settings of another simulator",

@@ -14,7 +14,7 @@ const FIRST_ANGLE: usize = 3;
 
 /// Advance of a screw joint per angle, m/rad; positive for a right-handed thread.
 ///
-/// A constant of the description, as the ratio of a follower: derivatives in the parameters of a model do not reach it.
+/// A constant of the description, as the ratio of a mimic joint: derivatives in the parameters of a model do not reach it.
 #[derive(Clone, Copy, Debug)]
 pub struct Pitch(f64);
 
@@ -50,7 +50,7 @@ impl Hash for Pitch {
     }
 }
 
-/// Quantity that a number of a configuration measures.
+/// Quantity of an entry of a configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coordinate {
     /// m.
@@ -83,7 +83,7 @@ impl Axis {
         self.coordinate
     }
 
-    /// Advance along z per angle about z, m/rad; 0 but for a screw.
+    /// Advance along z per angle about z, m/rad; 0 except for a screw.
     #[inline(always)]
     pub fn pitch(self) -> f64 {
         self.pitch

@@ -9,7 +9,7 @@ use super::{Axis, Coordinate};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
-/// A joint kind; without data but for the pitch of a screw. Each is one file, and one line of [`with_joint!`]. [`JointKind`](super::JointKind)
+/// A joint kind; without data except the pitch of a screw. Each is one file, and one line of [`with_joint!`]. [`JointKind`](super::JointKind)
 /// is one as well, of which is known only at run time which it is: algorithms are compiled once for all kinds that are rare.
 ///
 /// The velocity is that of the body frame B with respect to the joint frame J, expressed in B, where the motion subspace S is constant:
@@ -31,7 +31,7 @@ pub(crate) trait Joint: Copy {
     /// The coordinates of the spatial vector that the columns of S are along.
     fn coordinates(self) -> &'static [usize];
 
-    /// Advance along z beside a turn about z, m/rad; 0 but for a screw.
+    /// Advance along z beside a turn about z, m/rad; 0 except for a screw.
     #[inline(always)]
     fn pitch(self) -> f64 {
         0.0

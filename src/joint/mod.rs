@@ -6,7 +6,7 @@
 //! screw a fixed sum of two of them ([`JointKind::axes`]). `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the
 //! tangent space of every kind is a Lie algebra whose exponential is that of [`Model::integrate`](crate::Model::integrate).
 //!
-//! No such frame exists for a universal joint: its two axes do not commute, so its configurations are no Lie group. It is one joint with
+//! No such frame exists for a universal joint: its two axes do not commute, so its configurations are not a Lie group. It is one joint with
 //! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
 //!
 //! Each kind is a type in a file of its own, which implements `Joint` (`kind.rs`), and a line of `with_joint!`, which runs a piece of code
@@ -20,7 +20,7 @@
 //! | how many coordinates, and degrees of freedom? | [`JointKind::nq`], [`JointKind::nv`] | |
 //! | in which directions does it move (S)? | [`JointKind::axes`] | [Featherstone 2008, table 4.1] |
 //!
-//! What a joint does to a body is not public: poses, velocities and the manifold of a whole robot are in [`dynamics`](crate::dynamics) and
+//! The effect of a joint on a body is not public: poses, velocities and the manifold of a whole robot are in [`dynamics`](crate::dynamics) and
 //! [`Model`](crate::Model). Their sources are [Featherstone 2008, 4.4], [Murray, Li, Sastry 1994, chapter 2] and, for random rotations, [Shoemake 1992].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -416,7 +416,7 @@ impl JointKind {
         /// Coefficients B₁ = ½ and B₂ / 2! = ¹⁄₁₂ of the series of x / (1 − e⁻ˣ).
         const SERIES: [f64; 2] = [0.5, 1.0 / 12.0];
         out.copy_from_slice(v);
-        // What moves by one coordinate, or by two that do not know of each other, has no brackets.
+        // One coordinate, or two independent ones, have no brackets.
         if self.nv() <= 1 || self == Self::Universal {
             return;
         }

@@ -2,8 +2,8 @@
 
 /// Cost ρ(s) of the square s = r² of a residual: for small residuals s, for large ones less.
 ///
-/// A parameter δ is the residual from which on it counts less, positive, in the unit of the residual. All but the first are of use where some
-/// residuals are outliers; the solution depends on δ, twice the noise of good residuals say.
+/// A parameter δ is the residual above which it counts less, positive, in the unit of the residual. All but the first are for data with
+/// outliers; the solution depends on δ, twice the noise of good residuals say.
 ///
 /// # References
 /// [Huber 1964; Triggs et al. 2000, section 4.3].

@@ -12,7 +12,7 @@ pub enum Status {
     Converged,
     /// All iterations were used; the variables are the best so far.
     IterationLimit,
-    /// No step lowers the cost, however short, although its gradient promises one: the Jacobian is wrong, or residuals have kinks or noise.
+    /// No step lowers the cost, however short, although its gradient promises one: the Jacobian is wrong, or residuals are nonsmooth or noisy.
     Stalled,
     /// A [`StopSignal`](crate::StopSignal) was set; the variables are the best so far.
     Stopped,

@@ -8,7 +8,7 @@ use crate::stop::is_stopped;
 
 /// Share of the predicted fall of the cost that a step must reach.
 const ACCEPTABLE: f64 = 1e-4;
-/// λ, beside the squared columns of the Jacobian, from which on a step is nothing but rounding.
+/// λ, beside the squared columns of the Jacobian, above which a step is only rounding.
 const LARGEST_DAMPING: f64 = 1e20;
 /// λ below which damping is nothing but rounding.
 const LEAST_DAMPING: f64 = 1e-18;
@@ -199,7 +199,7 @@ impl<'a> Run<'a> {
             .retract(&self.x, self.system.d(), &mut self.trial_x);
         into_bounds(&mut self.trial_x, self.options);
         self.residuals.residuals(&self.trial_x, &mut self.trial_r);
-        // What residuals are once they are to stop is not what they are.
+        // Residuals returned after a stop signal are not valid.
         if is_stopped() {
             return None;
         }

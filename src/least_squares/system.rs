@@ -23,7 +23,7 @@ pub(super) struct System {
     d: Vec<f64>,
 }
 
-/// The damped model in variables without units, each over its scale: what its solver calls small does not depend on anybody's units.
+/// The damped model in variables without units, each over its scale: what its solver calls small does not depend on units.
 #[derive(Clone, Debug)]
 struct Scaled {
     /// Unit of each variable.

@@ -3,7 +3,7 @@
 //! min ½ dᵀ H d + gᵀ d  over  lower ≤ d ≤ upper  by the projected Newton method: what is at a bound and pushed against
 //! it is clamped, the rest takes a Newton step, a line search along the projected arc decides how far. It lands on
 //! bounds exactly: an entry that only comes near one counts as free, pushes on, and leaves room for tiny steps alone.
-//! Without active bounds it is one Cholesky solve. Whatever the numbers, it ends after a fixed number of steps.
+//! Without active bounds it is one Cholesky solve. It ends after a fixed number of steps for any values.
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 

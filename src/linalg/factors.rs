@@ -10,7 +10,7 @@ pub(crate) trait Factors<T> {
     /// A column of the matrix that is to be factorised.
     fn column_mut(&mut self, j: usize) -> &mut [T];
 
-    /// Factorises what stands in the columns.
+    /// Factorises the columns.
     fn factorize(&mut self);
 
     /// x ← A⁻¹ x.

@@ -25,7 +25,7 @@ pub(crate) struct Lu {
     n: usize,
     /// Column after column, each filled up with zeros.
     a: Vec<[f64; GROUP]>,
-    /// Which column comes when: Q, and the exchanges that made it.
+    /// Order of the columns: Q, and its exchanges.
     order: Vec<usize>,
     exchanges: Vec<usize>,
     reciprocals: Vec<f64>,
@@ -72,7 +72,7 @@ impl Lu {
         &mut self.a[groups * j..groups * (j + 1)].as_flattened_mut()[..n]
     }
 
-    /// Factorises what stands in the columns.
+    /// Factorises the columns.
     pub(crate) fn factorize(&mut self) {
         vectorized(
             #[inline(always)]

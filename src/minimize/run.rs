@@ -142,7 +142,7 @@ impl Run<'_> {
                 watch.run::<_, Vec<Vec<f64>>>(method.expect("radii are positive"))
             }
         };
-        // An error is no loss: the watch has the best point.
+        // An error loses nothing: the watch has the best point.
         drop(end);
     }
 }

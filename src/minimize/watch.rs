@@ -13,7 +13,7 @@ use crate::stop::is_stopped;
 const ROUNDING: f64 = 1e-15;
 /// Values that one iteration may ask for; a line search that needs more goes nowhere.
 const MOST_VALUES: usize = 200;
-/// Factor on 1 + |best cost| that stands for a value that is not finite in a line search. Infinity would make its
+/// Factor on 1 + |best cost| that replaces a value that is not finite in a line search. Infinity would make its
 /// interpolation not a number; a much larger value would make it too cautious.
 const NOT_FINITE: f64 = 1e3;
 
@@ -131,7 +131,7 @@ impl<'a> Watch<'a> {
     /// Takes note of an iterate.
     fn note(&self, z: Option<&Vec<f64>>, cost: f64) {
         self.values.set(0);
-        // What a function gives once it is to stop is not its value.
+        // Values returned after a stop signal are not valid.
         if is_stopped() {
             return;
         }

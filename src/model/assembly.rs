@@ -229,6 +229,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             frame: FrameId(self.frames.len()),
             visuals: link.visuals.clone(),
             collisions: link.collisions.clone(),
+            collide_bitmasks: link.collide_bitmasks.clone(),
         });
         self.frames.push(Frame {
             name: link.name.clone(),

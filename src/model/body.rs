@@ -29,9 +29,9 @@ pub struct Body<P> {
     pub placement: Transform<P>,
     /// Inertia of all links merged into the body, in the body frame.
     pub inertia: Inertia<P>,
-    /// Index of the joint's first configuration coordinate; of a follower, that of its leader.
+    /// Index of the joint's first configuration coordinate; of a mimic joint, that of its leader.
     pub q: usize,
-    /// Index of the joint's first velocity coordinate; of a follower, that of its leader.
+    /// Index of the joint's first velocity coordinate; of a mimic joint, that of its leader.
     pub v: usize,
     /// Coupling to the joint that this one follows; `None` for a joint with coordinates of its own.
     pub coupling: Option<Coupling<P>>,
@@ -44,7 +44,7 @@ numbers! { struct Body {
     q: kept(), v: kept(), coupling: part(Coupling), subtree_end: kept(),
 } }
 
-/// The position of a follower is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.
+/// The position of a mimic joint is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling<P = f64> {
     /// Ratio of the rates.

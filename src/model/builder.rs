@@ -26,6 +26,8 @@ pub struct LinkSpec {
     pub visuals: Vec<Visual>,
     /// Collision shapes, to touch.
     pub collisions: Vec<Collision>,
+    /// A bitmask of each collision shape, in their order, all bits where there is none: two shapes collide where these have a bit in common.
+    pub collide_bitmasks: Vec<u16>,
     /// Whether gravity acts on the link.
     pub has_gravity: bool,
 }
@@ -40,6 +42,7 @@ impl LinkSpec {
             inertia: Inertia::zero(),
             visuals: Vec::new(),
             collisions: Vec::new(),
+            collide_bitmasks: Vec::new(),
             has_gravity: true,
         }
     }
@@ -338,8 +341,8 @@ pub struct ModelBuilder {
     pub(super) overrides: Vec<Override>,
 }
 
-/// Where links, joints and frames stand in the files that they were read from. A robot is the same wherever it comes from: they have no part in
-/// comparisons.
+/// Positions of links, joints and frames in their files. They are not
+/// compared: a robot is the same from any file.
 #[derive(Clone, Default)]
 pub(super) struct Positions {
     links_and_frames: HashMap<String, SourcePosition>,
@@ -429,7 +432,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Sets how the robot stands in the world.
+    /// Sets the base of the robot: fixed or floating.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;

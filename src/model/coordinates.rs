@@ -43,7 +43,7 @@ impl Along {
     }
 }
 
-/// Numbers the coordinates of all joints in the order of the bodies; followers share those of their leaders.
+/// Numbers the coordinates of all joints in the order of the bodies; mimic joints share those of their leaders.
 ///
 /// * `joints`, `specs` – the named joints and what they were built from, in the same order
 pub(super) fn assign<T: Scalar>(
@@ -91,7 +91,7 @@ impl Coordinates {
         self.springs.resize(n, along.spring);
     }
 
-    /// Adds what acts along a follower to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.
+    /// Adds what acts along a mimic joint to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.
     fn couple(&mut self, v: usize, spec: &JointSpec, Coupling { ratio, offset }: Coupling) {
         self.damping[v] += ratio * ratio * spec.damping;
         self.armature[v] += ratio * ratio * spec.armature;
@@ -109,7 +109,7 @@ impl Coordinates {
     }
 }
 
-/// Leaders: the joint with coordinates that each joint follows in the end, and how; found once for every joint on a chain of followers.
+/// Leaders: the joint with coordinates that each joint follows in the end, and how; found once for every joint on a chain of mimic joints.
 struct Leaders<'a> {
     builder: &'a ModelBuilder,
     specs: &'a [&'a JointSpec],

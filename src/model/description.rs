@@ -66,7 +66,7 @@ impl ModelBuilder {
         self.mimicry
     }
 
-    /// `true` if the axes of a joint (`None`: of the floating base) have numbers of their own.
+    /// `true` if the axes of a joint (`None`: of the floating base) have parameters of their own.
     pub(crate) fn has_override(&self, joint: Option<&str>) -> bool {
         let of_joint = |edit: &Override| edit.joint.as_deref() == joint;
         self.overrides.iter().any(of_joint)
@@ -153,7 +153,7 @@ impl Model<f64> {
         }
     }
 
-    /// Puts what acts along edited coordinates on the joints that have them; followers then add nothing.
+    /// Puts what acts along edited coordinates on the joints that have them; mimic joints then add nothing.
     fn describe_coordinates(&self, builder: &mut ModelBuilder, described: &Self) {
         builder.overrides.clear();
         if self.has_floating_base() {

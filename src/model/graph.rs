@@ -105,7 +105,7 @@ impl Graph {
     }
 
     /// Checks that a walk from the root reached every link: with one root and one carrier a link, what was not reached
-    /// hangs on a loop.
+    /// depends on a loop.
     pub(super) fn check_reached(
         &self,
         builder: &ModelBuilder,
@@ -166,7 +166,7 @@ impl Graph {
 
 /// Start of the walk.
 pub(super) struct Start {
-    /// The link that stands in the world or floats.
+    /// The root link, fixed to the world or floating.
     pub(super) link: usize,
     pub(super) floating: bool,
     /// A link called `world` above it that is left out of the tree.

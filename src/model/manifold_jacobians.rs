@@ -1,4 +1,4 @@
-//! Derivatives of moves and differences of configurations, in the numbers of the configuration.
+//! Derivatives of moves and differences of configurations, in the entries of the configuration.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,7 @@ use crate::autodiff::Dual;
 use crate::scalar::Scalar;
 
 impl<P: Scalar> Model<P> {
-    /// Computes how the numbers of a configuration change in tangent directions, `nq` × `nv`: the derivative of
+    /// Computes the change of the entries of a configuration in tangent directions, `nq` × `nv`: the derivative of
     /// [`integrate`](Self::integrate)(q, dv) in dv at zero. So q̇ = J v. Allocates.
     ///
     /// # Panics
@@ -31,7 +31,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Computes the tangent vector of a change of the numbers of a configuration, `nv` × `nq`: the derivative of
+    /// Computes the tangent vector of a change of the entries of a configuration, `nv` × `nq`: the derivative of
     /// [`difference`](Self::difference)(q, q1) in q1 at q. So v = J q̇ for rates that keep quaternions of unit norm. Allocates.
     ///
     /// # Panics

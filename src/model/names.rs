@@ -16,7 +16,7 @@ pub(crate) fn numbered(prefix: &str, n: usize) -> impl Iterator<Item = String> +
 }
 
 impl<P: Scalar> Model<P> {
-    /// The name of the joint of a body, with the number of the axis where it has two bodies; `None` for a floating base.
+    /// The name of the joint of a body, with the index of the axis if it has two bodies; `None` for a floating base.
     pub(crate) fn part_name(&self, body: BodyId) -> Option<String> {
         let joint = &self.joints[self.body_joint(body)?.0];
         let bodies = joint.bodies();

@@ -1,4 +1,4 @@
-//! The numbers of a description that a tree is built from, over any scalar.
+//! Parameters of a description from which a tree is built, over any scalar.
 
 use super::ModelBuilder;
 use crate::scalar::Scalar;

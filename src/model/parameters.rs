@@ -11,11 +11,11 @@
 //! | placement of each frame on its body | shift x, y, z, then turn x, y, z | m, rad |
 //!
 //! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)) with the pose `X_PJ` that the model has, shifted by p and turned
-//! by φ, both along the axes of the joint, whose z axis is that of its motion; that of a frame likewise, along its own axes. So zero is the robot as it is, the derivative at zero
+//! by φ, both along the axes of the joint, whose z axis is that of its motion; that of a frame likewise, along its own axes. So zero is the unchanged robot, the derivative at zero
 //! is that in calibration errors, and no number is redundant as those of a rotation matrix are.
 //!
-//! Ratio and offset of a follower say how it moves; what it adds to damping, armature and spring of the coordinate that it follows is in the numbers
-//! of these, and does not change with its ratio.
+//! Ratio and offset of a mimic joint say how it moves; its share of damping, armature and spring of the leading coordinate is part of
+//! these, and does not change with its ratio.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -148,8 +148,8 @@ impl ParameterLayout {
 
 impl<P: Scalar> Model<P> {
     /// Collects all numbers that the dynamics depend on: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad;
-    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, ratios and offsets of followers, placements of frames; see [`ParameterLayout`] for where each
-    /// stands. Allocates.
+    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, ratios and offsets of mimic joints, placements of frames; see [`ParameterLayout`] for the position of
+    /// each. Allocates.
     ///
     /// [`Simulator::parameters`](crate::Simulator::parameters) adds limits, friction and contact.
     ///
@@ -170,11 +170,11 @@ impl<P: Scalar> Model<P> {
 
     /// The robot with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
     ///
-    /// Placements are relative to this model's; with `self.parameters()` it stays as it is.
+    /// Placements are relative to this model's; with `self.parameters()` it does not change.
     ///
     /// Negative masses, damping, rotors and stiffnesses are taken, though no robot has them: finite differences step over zero, where the damping
-    /// and the rotors of many robots are. What an optimiser or an identification ends with is to be asked for
-    /// [inertias that no body has](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`](crate::spatial::Inertia::from_log_cholesky).
+    /// and the rotors of many robots are. Check the result of an optimiser or an identification for
+    /// [inconsistent inertias](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`](crate::spatial::Inertia::from_log_cholesky).
     ///
     /// # Panics
     /// If there are not as many as [`parameters`](Self::parameters) gives, or if one is not finite; the message names it.

@@ -25,7 +25,7 @@ pub struct Limits {
 /// A spring along one velocity coordinate: τ = −stiffness (q − rest).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Spring<P> {
-    /// N·m/rad or N/m; zero is no spring.
+    /// N·m/rad or N/m; zero means no spring.
     pub stiffness: P,
     /// Position without force, rad or m.
     pub rest: P,
@@ -143,6 +143,8 @@ pub struct Link {
     pub visuals: Vec<Visual>,
     /// Collision shapes, to touch.
     pub collisions: Vec<Collision>,
+    /// A bitmask of each collision shape, in their order, all bits where there is none: two shapes collide where these have a bit in common.
+    pub collide_bitmasks: Vec<u16>,
 }
 
 /// A shape in its own frame, centred at the origin; lengths along z, in m.
@@ -175,7 +177,7 @@ pub enum Geometry {
     },
     /// A mesh from a file.
     Mesh {
-        /// The reference as it stands in the description.
+        /// The reference as written in the description.
         uri: String,
         /// The file, where it was found.
         path: Option<PathBuf>,
@@ -218,7 +220,7 @@ pub enum Base {
     Auto,
     /// The root link does not move.
     Fixed,
-    /// The root link moves freely. If it is called `world`, what is fixed to it does, by the one fixed joint that it carries: the frame of the
+    /// The root link moves freely. If it is called `world`, the link fixed to it moves freely, by its one fixed joint: the frame of the
     /// floating base is then that of the link `world` on the moving robot, and that joint's placement stays between the two.
     Floating,
 }

@@ -1,9 +1,9 @@
-//! Sizes of shapes that make no sense.
+//! Invalid sizes of shapes.
 
 use super::Geometry;
 
-/// The size of a shape that makes no sense, if there is one: its name, its value and why. What is only shown may be as
-/// small as nothing.
+/// The invalid size of a shape, if there is one: its name, its value and the reason. Visuals may have zero
+/// size.
 pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64, &'static str)> {
     let sizes = match *shape {
         Geometry::Box { size } => size.map(|x| ("size", x)).to_vec(),

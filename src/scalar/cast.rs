@@ -2,7 +2,7 @@
 
 use super::{Over, Scalar};
 
-/// Something made of numbers over the scalar `P`, that can be had over another one: laws of contact, motors, constraints, poses, states.
+/// A value with parameters over the scalar `P`, to be converted to another one: laws of contact, motors, constraints, poses, states.
 ///
 /// [`Model`](crate::Model::cast) and [`Simulator`](crate::Simulator::cast) have methods of the same name.
 ///

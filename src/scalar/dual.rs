@@ -48,7 +48,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
         DualNumber::variable(re, direction)
     }
 
-    /// A number of the scalar inside, without derivatives.
+    /// A value of the inner scalar, without derivatives.
     #[inline(always)]
     pub fn constant_of(re: T) -> Self {
         Self::new(re, each(|_| T::zero()))

@@ -1,4 +1,4 @@
-//! Numbers that stand in a lane: in double or in single precision.
+//! Numbers of a lane: in double or in single precision.
 
 use super::sin_cos::sin_cos;
 use super::single_sin_cos::single_sin_cos;

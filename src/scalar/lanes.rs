@@ -46,7 +46,7 @@ pub struct Lanes<const N: usize>(pub [f64; N]);
 pub struct SingleLanes<const N: usize>(pub [f32; N]);
 
 impl<const N: usize> Lanes<N> {
-    /// Whether the dynamics run over lanes on this CPU: always, but for optimised programs for x86-64 on a CPU without AVX2, where they panic. There
+    /// Whether the dynamics run over lanes on this CPU: always, except in optimised programs for x86-64 on a CPU without AVX2, where they panic. There
     /// [`BatchSimulator`](crate::sim::BatchSimulator) takes its states one by one, with the same bits.
     pub fn is_supported() -> bool {
         has_lanes()
@@ -249,7 +249,7 @@ mod tests {
 
     #[track_caller]
     fn assert_lanes(lanes: Lanes<5>, single: impl Fn(f64, f64) -> f64) {
-        // What is not a number has a sign that depends on when it is computed.
+        // The sign of NaN depends on when it is computed.
         let bits = |x: [f64; 5]| x.map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() });
         let singles = std::array::from_fn(|i| single(X[i], Y[i]));
         assert_eq!(bits(lanes.0), bits(singles), "{lanes:?}, not {singles:?}");

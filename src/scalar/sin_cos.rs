@@ -11,7 +11,7 @@
 
 use super::widths::ANGLES;
 
-/// Defines `reduced(x)`, sine and cosine by those of the remainder, for numbers of a type whose `HALF_PI`, `TO_INTEGER` and `kernel` are where it stands.
+/// Defines `reduced(x)`, sine and cosine by those of the remainder, for numbers of a type whose `HALF_PI`, `TO_INTEGER` and `kernel` are in scope.
 macro_rules! reduction {
     ($float:ident, $bits:ident) => {
         #[inline(always)]
@@ -81,7 +81,7 @@ pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
     for i in 0..N {
         (sin[i], cos[i]) = reduced(x[i]);
     }
-    // What is not a number is not within, either.
+    // NaN is not within, either.
     let within = x
         .iter()
         .fold(true, |within, x| within & (x.abs() <= LARGEST));
@@ -137,7 +137,7 @@ fn kernel(r: f64) -> (f64, f64) {
     let sin = r + r * z * polynomial(&SIN, z);
     let half = z * 0.5;
     let w = 1.0 - half;
-    // What rounding took from 1 − z/2 comes back with the higher powers.
+    // The higher powers restore the rounding of 1 − z/2.
     let cos = w + (((1.0 - w) - half) + z * z * polynomial(&COS, z));
     (sin, cos)
 }

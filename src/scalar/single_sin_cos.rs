@@ -34,7 +34,7 @@ pub(super) fn single_sin_cos<const N: usize>(x: [f32; N]) -> ([f32; N], [f32; N]
     for i in 0..N {
         (sin[i], cos[i]) = reduced(x[i]);
     }
-    // What is not a number is not within, either.
+    // NaN is not within, either.
     let within = x.iter().fold(true, |all, x| all & (x.abs() <= LARGEST));
     if !within {
         by_library(&x, &mut sin, &mut cos);

@@ -1,7 +1,7 @@
 //! Vector instructions that are found when the program runs.
 //!
 //! A program that is compiled for every CPU of its kind knows only the narrowest vectors, two numbers wide on `x86_64`.
-//! What runs under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits
+//! Code under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits
 //! is called; over [`Lanes`](super::Lanes) there is none for any CPU, since work on them pays only where registers hold several numbers. Only what is inlined into it is, so the functions on the way are marked to be. Products are fused only
 //! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs. Builds with debug
 //! assertions, as those of tests are, have one copy: without the optimisations that make vector instructions the others would only

@@ -1,33 +1,40 @@
-//! Bounds of inputs by the effort limits of a robot.
+//! Bounds of inputs by the limits of motors and servos.
 
 use super::Simulator;
+use super::actuation::Interval;
 use crate::model::manifold::v_range;
 use crate::model::{JointPart, Model};
 
+/// Bounds of an input without limits.
+const NONE: Interval = Interval {
+    lower: f64::NEG_INFINITY,
+    upper: f64::INFINITY,
+};
+
 impl Simulator {
-    /// The effort limits of the actuated joints, then those of frame actuators, lower and upper, length `nu`, infinite where there are none, and where the
-    /// input is the target of a servo: for `Problem::with_input_bounds` of trajectory optimisation.
+    /// The effort limits of the actuated joints, of servos the ranges of their inputs, then those of frame actuators: lower and upper, length `nu`, infinite
+    /// where there are none. For `Problem::with_input_bounds` of trajectory optimisation.
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
-        let mut largest = vec![f64::INFINITY; self.model().nv()];
+        let mut bounds = vec![NONE; self.model().nv()];
         for joint in own_joints(self.model()) {
             let range = v_range(self.model().body(joint.body));
             if let Some(effort) = joint.limits.effort {
-                largest[range].fill(effort);
+                bounds[range].fill(Interval::symmetric(effort));
             }
         }
         let actuators = self.actuation().into_iter().flat_map(|own| own.actuators());
-        for (limit, _) in (largest.iter_mut().zip(actuators)).filter(|(_, own)| own.servo.is_some())
-        {
-            *limit = f64::INFINITY;
+        for (own, actuator) in bounds.iter_mut().zip(actuators) {
+            if let Some(servo) = &actuator.servo {
+                *own = servo.input_range.unwrap_or(NONE);
+            }
         }
-        let efforts = self.actuated().iter().map(|&k| largest[k]);
-        let frames = self.frame_actuators().iter();
-        let lower = frames
-            .clone()
-            .map(|f| f.lower().unwrap_or(f64::NEG_INFINITY));
-        let upper = frames.map(|f| f.upper().unwrap_or(f64::INFINITY));
-        let below = efforts.clone().map(|limit| -limit).chain(lower);
-        (below.collect(), efforts.chain(upper).collect())
+        let joints = self.actuated().iter().map(|&k| bounds[k]);
+        let frames = self.frame_actuators().iter().map(|own| Interval {
+            lower: own.lower().unwrap_or(NONE.lower),
+            upper: own.upper().unwrap_or(NONE.upper),
+        });
+        let all = joints.chain(frames);
+        all.map(|own| (own.lower, own.upper)).unzip()
     }
 }
 

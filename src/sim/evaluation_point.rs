@@ -115,9 +115,11 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
-    /// `true` if a step finds forces by a solver.
+    /// `true` if a step finds forces by a solver, or may have to say that it left out pairs of bodies.
     pub(crate) fn needs_solver(&self) -> bool {
-        self.solved_contacts(self.at_end()).is_some() || !self.constraints().is_empty()
+        self.solved_contacts(self.at_end()).is_some()
+            || !self.constraints().is_empty()
+            || self.contacts().is_some_and(Contacts::have_pairs)
     }
 
     /// The most rows of joints, each a block: joint limits and bounded forces.

@@ -1,7 +1,6 @@
 //! Simulation: state, actuation, external forces, integrators, one step, a rollout, and batches of them.
 //!
-//! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
-//! running the very same step on dual numbers.
+//! One step holds the input constant and is a function of state and input over any scalar. [`linearize`](crate::linearize) gives its exact Jacobians.
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
@@ -16,6 +15,7 @@
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
+//! | sensors: encoders, inertial units, force and torque, touch, range finders? | [`Sensors`], [`Sensor`] | a few per cent of a step; see there | |
 //! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
 //! | is the step short enough, for springs, dampers, limits, soft contact, rotations? | [`Simulator::remarks`], [`Simulator::remarks_at`] | O(nv³ + points · nv²) | |
@@ -56,6 +56,7 @@ mod remarks;
 mod report;
 mod rollout;
 mod rows;
+mod sensors;
 mod simulator;
 mod state;
 mod status;
@@ -64,8 +65,8 @@ mod terms;
 
 pub use crate::contact::reason::ContactReason;
 pub use actuation::{
-    Actuation, Actuator, CoulombFriction, FrictionLaw, PositionLimits, Servo, TorqueSpeed,
-    VelocityLimit,
+    Actuation, Actuator, CoulombFriction, FrictionLaw, Interval, PositionLimits, Servo,
+    TorqueSpeed, VelocityLimit,
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
@@ -93,6 +94,7 @@ pub use rollout::Rollout;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
 pub(crate) use rollout::{most_states, write_row};
+pub use sensors::{NoisySensors, Sensor, SensorNoise, SensorScratch, Sensors};
 pub use simulator::Simulator;
 pub use state::State;
 pub use status::{RolloutStatus, SolverFailure};

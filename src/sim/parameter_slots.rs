@@ -22,7 +22,7 @@ pub enum SimulatorParameterGroup {
     ContactLaw(usize),
     /// The ground.
     Terrain,
-    /// The sizes of a collision shape that can touch others.
+    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if it has one.
     CollisionShape(usize),
     /// The law of bodies that touch each other.
     PairLaw,
@@ -48,7 +48,7 @@ pub(crate) struct PartSlots {
     /// Of the law of each point.
     pub(crate) laws: Vec<Range<usize>>,
     pub(crate) terrain: Range<usize>,
-    /// Of the sizes of each shape that can touch others.
+    /// Of the sizes and the material of each shape that can touch others.
     pub(crate) shapes: Vec<Range<usize>>,
     /// Of the law of bodies that touch each other.
     pub(crate) pair_law: Range<usize>,

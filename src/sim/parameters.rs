@@ -128,7 +128,9 @@ impl<P: Scalar> Simulator<P> {
                     ContactPart::Point(i) => Group::ContactPoint(i),
                     ContactPart::Law(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
-                    ContactPart::Shape(k) => Group::CollisionShape(k),
+                    ContactPart::Shape(k) | ContactPart::ShapeMaterial(k) => {
+                        Group::CollisionShape(k)
+                    }
                     ContactPart::PairLaw => Group::PairLaw,
                 };
                 each(group, own, x);

@@ -19,7 +19,7 @@ use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
 
-/// Speed from which on a rollout has diverged where nothing else is said, rad/s or m/s: ten million turns a minute, and three thousand times the
+/// Default divergence threshold, rad/s or m/s: ten million turns a minute, and three thousand times the
 /// speed of sound. The fastest rotors of all reach a fiftieth of it, and forces of such motion are still far from overflow.
 const DEFAULT_DIVERGENCE_BOUND: f64 = 1e6;
 
@@ -208,7 +208,8 @@ impl<P: Scalar> Simulator<P> {
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         contacts.check(&self.model);
         memory::granted(contacts.check_memory());
-        self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
+        let touches = !contacts.points().is_empty() || contacts.have_pairs();
+        self.contacts = Some(contacts).filter(|_| touches);
         self.check_integrator();
         self
     }

@@ -315,7 +315,7 @@ mod tests {
     fn motion_of_an_offset_frame_equals_omega_cross_r() {
         let X_AB = Transform::from_translation(Vector3::new(2.0, 0.0, 0.0));
         let V_B = Motion::from_array([0.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
-        // The point of the body at A's origin lies at (−2, 0, 0) from the axis: ω × r = (0, −6, 0).
+        // The point of the body at A's origin is at (−2, 0, 0) from the axis: ω × r = (0, −6, 0).
         assert_eq!(X_AB.motion(&V_B).linear, Vector3::new(0.0, -6.0, 0.0));
     }
 

@@ -1,4 +1,4 @@
-//! What motions and forces share as vectors of six coordinates.
+//! Common operations of motions and forces as vectors of six coordinates.
 
 /// Coordinates, sums and negatives of a spatial vector with the fields `linear` and `angular`.
 macro_rules! spatial_vector {

@@ -30,8 +30,10 @@
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
 //! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//! | what sensors read? | [`Recording::add_readings`] | an evaluation of each moment |
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
+//! the feature `render`, `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With
 //! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
 //! writes a file that the viewer opens.
 //!
@@ -46,6 +48,8 @@ mod csv;
 mod files;
 mod furnish;
 mod ground;
+#[cfg(feature = "cli")]
+mod hold;
 mod html;
 #[cfg(feature = "identification")]
 mod identification;
@@ -53,12 +57,15 @@ mod json;
 mod mesh;
 mod meshes;
 mod motion;
+#[cfg(feature = "render")]
+mod pictures;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
 mod plots;
-#[cfg(feature = "plot")]
+#[cfg(any(feature = "plot", feature = "render"))]
 mod png;
+mod readings;
 mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
@@ -78,6 +85,8 @@ pub use ground::Heights;
 pub use html::model_page;
 #[cfg(feature = "identification")]
 pub use identification::identification_page;
+#[cfg(feature = "render")]
+pub use pictures::{Picture, PictureOptions, Pictures};
 #[cfg(feature = "plot")]
 pub use plot::{Plot, PlotLine, PlotScale};
 pub use recording::{Recording, Series};

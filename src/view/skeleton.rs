@@ -60,7 +60,7 @@ fn on(body: usize, X: Transform<f64>, geometry: Geometry) -> Shape {
 }
 
 /// A rotation that turns z to a direction.
-fn turned_to(direction: &Vector3<f64>) -> Matrix3<f64> {
+pub(super) fn turned_to(direction: &Vector3<f64>) -> Matrix3<f64> {
     let z = Vector3::z();
     // Opposite to z every axis across is as good as another.
     let rotation = Rotation3::rotation_between(&z, direction);

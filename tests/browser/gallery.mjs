@@ -52,7 +52,7 @@ for (const [name, time, camera, file = "index.html"] of PICTURES.filter(([name])
   await page.evaluate(([time, camera]) => {
     const { player, scene, camera: own, data } = window.dualbody;
     if (camera) own.set(camera);
-    if (!data.camera && !camera?.distance) own.fit(scene.bounds);
+    if (!data.camera && !camera?.distance) own.fit(scene.bounds.framed);
     player?.seek(time);
   }, [time, camera]);
   await drawn(page);

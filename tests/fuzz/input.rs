@@ -19,10 +19,11 @@ pub(crate) enum Kind {
     Dae,
     Csv,
     Json,
+    Pairs,
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::Urdf,
         Self::Sdf,
         Self::Mjcf,
@@ -31,6 +32,7 @@ impl Kind {
         Self::Dae,
         Self::Csv,
         Self::Json,
+        Self::Pairs,
     ];
 
     /// How often it is tried beside the others: descriptions are the largest language.
@@ -52,6 +54,7 @@ impl Kind {
             Self::Dae => "dae",
             Self::Csv => "csv",
             Self::Json => "json",
+            Self::Pairs => "pairs",
         }
     }
 

@@ -1,4 +1,4 @@
-//! Mutation fuzzer over everything that the library reads: descriptions, meshes, recordings.
+//! Mutation fuzzer over everything that the library reads: descriptions, meshes, recordings; and over distances of shapes.
 //!
 //! `cargo test --test fuzz` runs a few thousand cases. A long run:
 //!
@@ -16,7 +16,7 @@
 //! | `--executions N` | number of cases |
 //! | `--jobs N` | processes side by side |
 //! | `--seed N` | another seed makes other cases; the same one makes the same on every machine |
-//! | `--kinds a,b` | some of urdf, sdf, mjcf, stl, obj, dae, csv, json |
+//! | `--kinds a,b` | some of urdf, sdf, mjcf, stl, obj, dae, csv, json, pairs (of convex shapes) |
 
 mod check;
 mod child;

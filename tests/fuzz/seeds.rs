@@ -140,6 +140,8 @@ impl Seeds {
             ' ',
         ));
         seeds.push(Seed::new(Kind::Stl, Content::Bytes(binary_stl())));
+        let pairs = include_str!("seeds/pairs.txt");
+        seeds.push(lines(Kind::Pairs, pairs.into(), ' '));
         for models in recorded_models() {
             let recording = recording(&models);
             seeds.push(lines(Kind::Csv, recording.to_csv(), ','));

@@ -18,7 +18,7 @@ type V = Vector3<f64>;
 type Pose = Transform<f64>;
 
 /// Kinds of shapes that [`shape`] makes.
-const KINDS: usize = 7;
+const KINDS: usize = 8;
 /// Distances by other formulas.
 const DISTANCE: f64 = 1e-9;
 
@@ -65,6 +65,13 @@ fn shape(kind: usize, rng: &mut Xoshiro256PlusPlus) -> Shape {
                 scale: [a, b, -c],
             }
         }
+        // About the origin, as the other shapes are.
+        6 => {
+            let (a, b) = (vector(rng, 1.0), vector(rng, 1.0));
+            Shape::Triangle {
+                vertices: [a, b, -(a + b)],
+            }
+        }
         _ => Shape::HalfSpace,
     }
 }
@@ -90,6 +97,10 @@ fn reach(shape: &Shape, at: &Pose, n: &V) -> f64 {
                 .iter()
                 .map(|v| v.component_mul(&V::from(*scale)));
             scaled.map(|v| v.dot(&m)).fold(f64::NEG_INFINITY, f64::max)
+        }
+        Shape::Triangle { vertices } => {
+            let reaches = vertices.map(|v| v.dot(&m));
+            reaches.into_iter().fold(f64::NEG_INFINITY, f64::max)
         }
         _ if (m - V::z()).norm() < 1e-12 => 0.0,
         _ => f64::INFINITY,

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
-const FLOORS: [&[&str]; 19] = [
+const FLOORS: [&[&str]; 20] = [
     &["error", "stop"],
     &["scalar"],
     &[
@@ -27,6 +27,7 @@ const FLOORS: [&[&str]; 19] = [
     &["io"],
     &["view"],
     &["codegen"],
+    &["command"],
 ];
 
 fn sources(folder: &Path, out: &mut Vec<PathBuf>) {

@@ -4,8 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Addresses of links to the library's documentation, from a chapter as from the page that it becomes.
-const DOCUMENTATION: &str = "../../target/doc/dualbody/";
+/// Beginning of links to the sources.
+const SOURCES: &str = "../../src/";
+
+/// Texts that are part of the library's documentation too, where names in brackets are links.
+const SHARED: [&str; 2] = ["all_conventions.md", "glossary.md"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -66,70 +69,30 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(slug).collect()
 }
 
-/// All sources of a module.
-fn sources_of(module: &str) -> String {
-    fn collect(folder: &Path, out: &mut String) {
-        for entry in fs::read_dir(folder).into_iter().flatten() {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                collect(&path, out);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                out.push_str(&read(&path));
-            }
-        }
-    }
-    let file = root().join("src").join(module).with_extension("rs");
-    let mut out = fs::read_to_string(file).unwrap_or_default();
-    collect(&root().join("src").join(module), &mut out);
-    out
-}
-
 /// `true` if the text holds a word that begins so, to its end.
 fn declares(source: &str, declaration: &str) -> bool {
     let mut after = source.split(declaration).skip(1);
     after.any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
 }
 
-/// Checks a link to the documentation against the sources: `module/kind.Name.html#method.name`, or a module.
-fn is_documented(link: &str) -> bool {
-    let (page, anchor) = link.split_once('#').unwrap_or((link, ""));
-    let (modules, page) = page.rsplit_once('/').unwrap_or(("", page));
-    let is_module = |path: &str| {
-        path.is_empty() || {
-            let (parent, name) = path.rsplit_once('/').unwrap_or(("", path));
-            let parent = if parent.is_empty() { "lib" } else { parent };
-            declares(&sources_of(parent), &format!("pub mod {name}"))
-        }
+/// `true` if a source is, or declares, what a label names: `` `Type::method` ``, `` `module` ``; a label in other words names nothing.
+fn has_named(target: &str, source: &str, label: &str) -> bool {
+    let inner = label
+        .strip_prefix('`')
+        .and_then(|rest| rest.strip_suffix('`'));
+    let Some(name) = inner.and_then(|inner| inner.rsplit("::").next()) else {
+        return true;
     };
-    if page == "index.html" {
-        return is_module(modules);
-    }
-    let Some((kind, name)) = page.trim_end_matches(".html").split_once('.') else {
-        return false;
-    };
-    let source = sources_of(modules);
-    let keyword = kind.replace("constant", "const");
-    let has_anchor = match anchor.split_once('.') {
-        Some(("method" | "tymethod", name)) => declares(&source, &format!("fn {name}")),
-        Some(_) => false,
-        None => anchor.is_empty() || source.contains(anchor),
-    };
-    // Functions of a simulator stand where they belong, above it too.
-    let inherent = || anchor.strip_prefix("method.");
-    let elsewhere =
-        || inherent().is_some_and(|name| declares(&sources_of(""), &format!("pub fn {name}")));
-    is_module(modules)
-        && declares(&source, &format!("pub {keyword} {name}"))
-        && (has_anchor || elsewhere())
+    let kinds = ["fn", "const fn", "struct", "enum", "trait", "const", "type"];
+    let is_item = |kind: &str| declares(source, &format!("pub {kind} {name}"));
+    let modules = [format!("/{name}.rs"), format!("/{name}/mod.rs")];
+    kinds.iter().any(|kind| is_item(kind)) || modules.iter().any(|end| target.ends_with(end))
 }
 
 /// The reason why a link of a chapter leads nowhere.
 fn flaw(file: &Path, target: &str) -> Option<String> {
     if target.starts_with("https://") {
         return None;
-    }
-    if let Some(link) = target.strip_prefix(DOCUMENTATION) {
-        return (!is_documented(link)).then(|| format!("no such item: {target}"));
     }
     let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
     let path = if path.is_empty() {
@@ -151,7 +114,9 @@ fn every_link_of_the_guide_leads_somewhere() {
         .iter()
         .map(|name| folder.join(name))
         .collect();
-    files.push(root().join("guide/README.md"));
+    let others = ["guide", "python", "examples", "assets", "."];
+    files.extend(others.map(|folder| root().join(folder).join("README.md")));
+    files.push(root().join("CONTRIBUTING.md"));
     let (mut flaws, mut links) = (Vec::new(), 0);
     for file in &files {
         let prose = prose(&read(file));
@@ -172,26 +137,66 @@ fn links_that_lead_nowhere_are_found() {
         "nowhere.md",
         "pictures/nothing.svg",
         "#no-such-heading",
-        "../../target/doc/dualbody/contact/struct.Nothing.html",
-        "../../target/doc/dualbody/contact/enum.Contacts.html",
-        "../../target/doc/dualbody/contact/struct.Contacts.html#method.nothing",
-        "../../target/doc/dualbody/nothing/index.html",
+        "../../src/contact/nothing.rs",
     ] {
         assert!(flaw(&file, target).is_some(), "{target}");
     }
-    for target in [
-        "#gradients",
-        "../../README.md",
-        "../../target/doc/dualbody/contact/index.html",
-    ] {
+    for target in ["#gradients", "../../README.md", "../../src/contact/mod.rs"] {
         assert_eq!(flaw(&file, target), None);
     }
 }
 
 #[test]
+fn links_to_sources_lead_to_what_they_name() {
+    let folder = chapters_folder();
+    let mut links = 0;
+    for name in names(&folder, ".md") {
+        let prose = prose(&read(&folder.join(&name)));
+        let own = definitions(&prose).filter(|(_, target)| target.starts_with(SOURCES));
+        for (label, target) in own {
+            links += 1;
+            let source = read(&folder.join(target));
+            assert!(
+                has_named(target, &source, label),
+                "{name}: {label} is not in {target}"
+            );
+        }
+    }
+    assert!(links > 100, "only {links} links were found");
+    let (target, source) = ("../../src/a/b.rs", "pub fn of() {}");
+    assert!(has_named(target, source, "`B::of`") && has_named(target, source, "`a::b`"));
+    assert!(!has_named(target, source, "`B::o`") && !has_named(target, source, "`B`"));
+}
+
+#[test]
+fn each_listing_in_rust_has_one_in_python_or_says_that_there_is_none() {
+    let folder = chapters_folder();
+    let mut pairs = 0;
+    for name in names(&folder, ".md") {
+        let text = read(&folder.join(&name));
+        let parts: Vec<&str> = text.split("```").collect();
+        for part in parts
+            .windows(3)
+            .filter(|part| part[0].starts_with("rust\n"))
+        {
+            let is_pair = part[1].trim().is_empty() && part[2].starts_with("python\n");
+            let after = part[1].trim_start();
+            assert!(
+                is_pair || after.starts_with("*Rust only"),
+                "{name}: {}",
+                part[0]
+            );
+            pairs += usize::from(is_pair);
+        }
+    }
+    assert!(pairs > 30, "only {pairs} pairs");
+}
+
+#[test]
 fn names_in_brackets_are_links() {
     let folder = chapters_folder();
-    for name in names(&folder, ".md") {
+    let own = |name: &String| !SHARED.contains(&name.as_str());
+    for name in names(&folder, ".md").into_iter().filter(own) {
         let prose = prose(&read(&folder.join(&name)));
         let defined: Vec<&str> = definitions(&prose).map(|(label, _)| label).collect();
         for rest in prose.split("[`").skip(1) {
@@ -216,8 +221,6 @@ fn contents_equal_the_chapters_and_the_listings_that_run() {
     let mut there = names(&folder, ".md");
     there.remove("SUMMARY.md");
     assert_eq!(listed, there);
-    let numbered = summary.lines().filter(|line| line.starts_with("- "));
-    assert!(numbered.count() <= 10, "ten chapters at most");
     let run = read(&root().join("src/guide.rs"));
     for name in &there {
         let has_listings = read(&folder.join(name)).contains("```rust");
@@ -253,7 +256,7 @@ fn pictures_of_the_guide_are_shown_and_equal_those_of_the_examples() {
 // Where it is, rustdoc checks: the places are links in the library's documentation.
 #[test]
 fn every_entry_of_the_glossary_has_a_meaning_and_a_place() {
-    let glossary = read(&root().join("src/glossary.md"));
+    let glossary = read(&chapters_folder().join("glossary.md"));
     let rows = glossary.lines().filter(|line| line.starts_with("| "));
     let entries = rows.filter(|row| !row.starts_with("| term "));
     let mut terms = BTreeSet::new();
@@ -267,4 +270,16 @@ fn every_entry_of_the_glossary_has_a_meaning_and_a_place() {
         assert!(!meaning.is_empty() && is_linked, "{entry}");
     }
     assert!(terms.len() > 60, "{} terms", terms.len());
+}
+
+#[test]
+fn every_example_is_in_the_tables() {
+    let readmes = ["README.md", "examples/README.md"].map(|path| read(&root().join(path)));
+    for name in names(&root().join("examples"), ".rs") {
+        let name = format!("`{}`", name.trim_end_matches(".rs"));
+        // Those with features of their own are in the longer table only.
+        let rare = ["`plots`", "`rerun`"].contains(&name.as_str());
+        assert!(rare || readmes[0].contains(&name), "README.md: {name}");
+        assert!(readmes[1].contains(&name), "examples/README.md: {name}");
+    }
 }

@@ -4,9 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use dualbody::constraint::ConstraintKind;
+use dualbody::contact::{ContactLaw, Reference};
 use dualbody::dynamics::{bias_forces, forward_dynamics, frame_pose, mass_matrix};
 use dualbody::io::{ImportReport, MjcfScene};
 use dualbody::model::samples;
+use dualbody::sim::{Actuation, Actuator, Interval};
 use dualbody::spatial::Quaternion;
 use dualbody::{Base, Integrator, Model, ModelOptions, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -15,6 +17,9 @@ use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA};
 
 /// Descriptions with golden values, made by `tests/mjcf/make.py`.
 const DESCRIPTIONS: [&str; 4] = ["chain", "free", "world", "attach"];
+
+/// One with actuators, which act.
+const SERVOS: &str = "servos";
 
 /// Numbers are compared relative to the largest of a record, or to this if all are smaller.
 const NEGLIGIBLE: f64 = 1e-3;
@@ -25,7 +30,7 @@ fn path(file: &str) -> PathBuf {
         .collect()
 }
 
-fn file(name: &str) -> MjcfScene {
+pub(crate) fn file(name: &str) -> MjcfScene {
     let loaded = ModelOptions::default().load_mjcf_scene_file(path(&format!("{name}.xml")));
     loaded.unwrap_or_else(|error| panic!("{error}")).0
 }
@@ -42,10 +47,10 @@ fn rod(more: &str) -> String {
     )
 }
 
-type Record = (String, DMatrix<f64>);
+pub(crate) type Record = (String, DMatrix<f64>);
 
 /// The records of golden values: those of each state, and of the motion at the end.
-fn golden(name: &str) -> Vec<Vec<Record>> {
+pub(crate) fn golden(name: &str) -> Vec<Vec<Record>> {
     let text = fs::read_to_string(path(&format!("{name}.txt"))).expect("golden values");
     let mut out: Vec<Vec<Record>> = Vec::new();
     for line in text.lines() {
@@ -67,7 +72,7 @@ fn matrix(text: &str) -> DMatrix<f64> {
     DMatrix::from_row_slice(numbers[0] as usize, numbers[1] as usize, &numbers[2..])
 }
 
-fn find<'a>(records: &'a [Record], name: &str) -> &'a [f64] {
+pub(crate) fn find<'a>(records: &'a [Record], name: &str) -> &'a [f64] {
     let found = records.iter().find(|(key, _)| key == name);
     found.unwrap_or_else(|| panic!("no {name}")).1.as_slice()
 }
@@ -170,6 +175,52 @@ fn a_second_of_motion_equals_that_of_mujoco() {
     assert!(error < OTHER_ALGORITHM, "{error:e}");
 }
 
+/// The simulator of the scene of actuators, by Runge and Kutta's method, and its states.
+fn servos() -> (MjcfScene, Simulator, Vec<Vec<Record>>) {
+    let scene = file(SERVOS);
+    let model = scene.model.clone();
+    // Limits and friction losses are switched off there.
+    let actuators = scene.simulator().actuation().expect("servos").clone();
+    let unlimited: Vec<Actuator> = (actuators.actuators().iter())
+        .map(|own| Actuator {
+            position: None,
+            ..*own
+        })
+        .collect();
+    let simulator = scene
+        .simulator()
+        .with_actuation(Actuation::ideal(&model).with_actuators(&unlimited))
+        .with_time_step(1e-4);
+    (scene, simulator, golden(SERVOS))
+}
+
+#[test]
+fn accelerations_under_controls_equal_those_of_mujoco() {
+    let (scene, simulator, states) = servos();
+    assert_eq!(scene.options.integrator, Integrator::RungeKutta4);
+    for (k, records) in states[..states.len() - 1].iter().enumerate() {
+        let [q, v, control] = ["q", "v", "control"].map(|key| find(records, key));
+        let a = simulator.acceleration(&simulator.state(q, v), &scene.inputs(control));
+        let a = DMatrix::from_column_slice(a.len(), 1, a.as_slice());
+        check(&a, find(records, "acceleration"), &format!("state {k}: a"));
+    }
+}
+
+// Runge and Kutta's method in both, one second in steps of 0.1 ms, while inputs and forces are at their limits and within.
+#[test]
+fn a_second_of_motion_under_controls_equals_that_of_mujoco() {
+    let (scene, simulator, mut states) = servos();
+    let records = states.pop().expect("a motion");
+    let [q, v, control] = ["q", "v", "control"].map(|key| find(&records, key));
+    let (mut state, u) = (simulator.state(q, v), scene.inputs(control));
+    for _ in 0..10_000 {
+        state = simulator.step(&state, &u);
+    }
+    let [q, v] = ["end_q", "end_v"].map(|key| DVector::from_column_slice(find(&records, key)));
+    let error = (state.q - q).amax().max((state.v - v).amax());
+    assert!(error < OTHER_ALGORITHM, "{error:e}");
+}
+
 #[test]
 fn reference_is_where_the_file_has_its_bodies() {
     for name in ["chain", "world"] {
@@ -198,7 +249,7 @@ fn a_free_body_alone_floats_and_options_hold_it() {
 #[test]
 fn what_is_not_used_is_in_the_report_with_its_line() {
     let xml = rod(
-        "\n<option wind='1 0 0' colour='red'/>\n<actuator><position joint='hinge' kp='3'/></actuator>\n<sensor>\n<jointpos joint='hinge'/></sensor><thing/>",
+        "\n<option wind='1 0 0' colour='red'/>\n<actuator><muscle joint='hinge'/></actuator>\n<sensor>\n<jointpos joint='hinge'/></sensor><thing/>",
     );
     let (scene, report) = text(&xml);
     let notes: Vec<(&str, u32)> = report
@@ -209,8 +260,7 @@ fn what_is_not_used_is_in_the_report_with_its_line() {
     let expected = [
         ("mujoco/option@wind", 4),
         ("mujoco/option@colour", 4),
-        ("mujoco/actuator/position", 5),
-        ("mujoco/sensor/jointpos", 7),
+        ("mujoco/actuator/muscle", 5),
         ("mujoco/thing", 7),
     ];
     for note in expected {
@@ -224,7 +274,7 @@ fn what_is_not_used_is_in_the_report_with_its_line() {
         ),
         ("jointpos", "hinge")
     );
-    assert!(!scene.actuation[0].is_motor());
+    assert!(scene.actuation[0].servo.is_none());
 }
 
 // q₁ − 0.2 = 0.1 + 3 (q₂ − 0.5)
@@ -329,10 +379,11 @@ fn motors_limit_the_effort_of_their_joints_and_are_the_inputs() {
     assert!(report.ignored.is_empty(), "{report}");
     let joint = scene.model.joint("hinge").expect("a joint");
     assert_eq!(scene.model.limits(joint).effort, Some(20.0));
-    assert_eq!(
-        (scene.simulator().nu(), scene.actuation[0].force(-0.5)),
-        (1, -10.0)
-    );
+    assert_eq!(scene.simulator().effort_bounds(), (vec![-2.0], vec![2.0]));
+    let pushed = scene.simulator().acceleration(&scene.reference, &[-0.5])[0];
+    let weighed = scene.simulator().acceleration(&scene.reference, &[0.0])[0];
+    let inertia = mass_matrix(&scene.model, &[0.0])[(0, 0)];
+    assert!((pushed - weighed + 10.0 / inertia).abs() < OTHER_ALGORITHM * 100.0);
 }
 
 #[test]
@@ -533,6 +584,14 @@ fn broken_descriptions_are_errors_that_name_the_place() {
         ),
         (rod("<actuator><motor joint='none'/></actuator>"), "none"),
         (
+            rod("<actuator><position joint='hinge' kv='1' dampratio='1'/></actuator>"),
+            "stands beside kv",
+        ),
+        (
+            rod("<actuator><position joint='hinge' kp='-1'/></actuator>"),
+            "is negative",
+        ),
+        (
             rod("<equality><connect body1='rod' body2='none' anchor='0 0 0'/></equality>"),
             "there is no body of that name",
         ),
@@ -619,4 +678,169 @@ fn hostile_descriptions_neither_hang_nor_overflow_the_stack() {
         .map(|_| ())
         .unwrap_err();
     assert!(error.to_string().contains("deep in one another"), "{error}");
+}
+
+/// Height of the upper of two balls over one another after it has fallen on the lower one, or through it.
+fn height_of_upper(upper: &str, more: &str) -> f64 {
+    let (scene, _) = text(&format!(
+        "<mujoco><option timestep='0.002'/><worldbody><geom name='floor' type='plane' size='1 1 1'/>
+         <body name='lower' pos='0 0 0.1'><freejoint/><geom name='lower' size='0.1'/></body>
+         <body name='upper' pos='0 0 0.35'><freejoint/><geom name='upper' size='0.1' {upper}/></body></worldbody>{more}</mujoco>"
+    ));
+    let end = scene
+        .simulator()
+        .rollout(&scene.reference, 500, |_, _, _| {});
+    let upper = scene.model.frame("upper").expect("a ball");
+    frame_pose(&scene.model, end.last().q.as_slice(), upper)
+        .translation
+        .z
+}
+
+#[test]
+fn bodies_touch_as_types_pairs_and_exclusions_say() {
+    let pair = "<contact><pair geom1='lower' geom2='upper'/></contact>";
+    let exclude = "<contact><exclude body1='lower' body2='upper'/></contact>";
+    for (upper, more, expected) in [
+        ("", "", 0.3),
+        ("", exclude, 0.1),
+        // Types of one side are enough.
+        ("contype='2' conaffinity='1'", "", 0.3),
+        ("contype='2' conaffinity='2'", "", f64::NEG_INFINITY),
+        ("contype='0' conaffinity='0'", "", f64::NEG_INFINITY),
+        ("contype='0' conaffinity='0'", pair, 0.3),
+    ] {
+        let height = height_of_upper(upper, more);
+        let right = match expected.is_finite() {
+            true => (height - expected).abs() < 5e-3,
+            false => height < -1.0,
+        };
+        assert!(right, "{upper} {more}: {height}");
+    }
+}
+
+// The mean of both by the weights 1 and 3, the larger friction; the geom of priority alone.
+#[test]
+fn laws_have_the_mixed_numbers_of_both_geoms() {
+    let law = |geom: &str| {
+        let (scene, _) = text(&format!(
+            "<mujoco><option impratio='7'/><worldbody><geom type='plane' size='1 1 1' friction='0.3' solref='0.04 0.8' solimp='0.8 0.9 0.002 0.4 3'/>
+             <body><freejoint/><geom size='0.1' {geom}/></body></worldbody></mujoco>"
+        ));
+        let simulator = scene.simulator();
+        let ContactLaw::RelaxedRigid(law) = simulator.contacts().expect("a ground").laws()[0]
+        else {
+            panic!("another law")
+        };
+        law
+    };
+    let mixed = law("friction='0.6' solmix='3' solref='0.08 0.4'");
+    let Reference::TimeConstant {
+        time_constant,
+        damping_ratio,
+    } = mixed.reference
+    else {
+        panic!("{mixed:?}")
+    };
+    let numbers = [
+        (mixed.friction, 0.6),
+        (mixed.friction_impedance_ratio, 7.0),
+        (time_constant, 0.07),
+        (damping_ratio, 0.5),
+        (mixed.impedance.least, 0.875),
+        (mixed.impedance.largest, 0.9375),
+        (mixed.impedance.width, 0.00125),
+        (mixed.impedance.sigmoid.midpoint(), 0.475),
+        (mixed.impedance.sigmoid.power(), 2.25),
+    ];
+    for (own, expected) in numbers {
+        assert!(
+            (own - expected).abs() < SAME_ALGEBRA,
+            "{mixed:?}: {expected}"
+        );
+    }
+    let first = law("friction='0.1' priority='1' condim='1' solref='-900 -40'");
+    let direct = Reference::Direct {
+        stiffness: 900.0,
+        damping: 40.0,
+    };
+    assert_eq!((first.friction, first.reference), (0.0, direct));
+    // Time constants are not below two steps.
+    let Reference::TimeConstant { time_constant, .. } =
+        law("priority='1' solref='0.001 1'").reference
+    else {
+        panic!("another reference")
+    };
+    assert_eq!(time_constant, 0.004);
+}
+
+#[test]
+fn bodies_on_several_joints_do_not_touch_their_neighbours() {
+    let (scene, _) = text(
+        "<mujoco><option gravity='0 0 0'/><worldbody><body name='a'><joint name='a' armature='1'/><geom size='0.1'/>
+         <body name='pad'><geom size='0.12'/></body>
+         <body name='b'><joint name='x'/><joint name='y' axis='0 1 0'/><geom size='0.1'/></body></body></worldbody></mujoco>",
+    );
+    assert_eq!(scene.contacts.excluded, [["a", "b"], ["pad", "b"]]);
+    let still = scene.simulator().acceleration(&scene.reference, &[]);
+    assert_eq!(still.amax(), 0.0);
+}
+
+#[test]
+fn short_forms_of_servos_are_general_ones() {
+    let servo = |defaults: &str, actuator: &str| {
+        let (scene, report) = text(&rod(&format!(
+            "<default>{defaults}</default><actuator><{actuator} joint='hinge'/></actuator>"
+        )));
+        assert!(report.ignored.is_empty(), "{report}");
+        scene.actuation[0].servo.expect("a servo")
+    };
+    let gains = |s: dualbody::sim::Servo| [s.gain, s.bias, s.position_gain, s.velocity_gain];
+    // As MuJoCo 4.0 compiles them.
+    for (defaults, actuator, expected) in [
+        ("", "position", [1.0, 0.0, 1.0, 0.0]),
+        ("", "position kp='3' kv='2'", [3.0, 0.0, 3.0, 2.0]),
+        ("<velocity kv='7'/>", "velocity", [7.0, 0.0, 0.0, 7.0]),
+        ("<velocity kv='7'/>", "position", [1.0, 0.0, 1.0, 0.0]),
+        (
+            "<general gainprm='5' biasprm='0 -1 -1' biastype='affine'/>",
+            "motor",
+            [1.0, 0.0, 0.0, 0.0],
+        ),
+        (
+            "<general gainprm='5' biasprm='0 -1 -1'/>",
+            "position",
+            [5.0, 0.0, 5.0, 1.0],
+        ),
+        ("<position kp='5' kv='2'/>", "general", [5.0, 0.0, 5.0, 2.0]),
+        (
+            "<position kv='9'/>",
+            "position kp='3' kv='0'",
+            [3.0, 0.0, 3.0, 0.0],
+        ),
+        (
+            "<general biastype='affine'/>",
+            "general gainprm='100' biasprm='2 -100 -1'",
+            [100.0, 2.0, 100.0, 1.0],
+        ),
+    ] {
+        assert_eq!(
+            gains(servo(defaults, actuator)),
+            expected,
+            "{defaults} {actuator}"
+        );
+    }
+    let inherits = servo("", "position inheritrange='0.5'");
+    assert_eq!(inherits.input_range, None); // the joint has no range
+    let (scene, _) = text(
+        "<mujoco><compiler angle='radian'/><worldbody><body><joint name='j' range='-1 2'/><geom size='0.1'/></body></worldbody>
+         <actuator><position joint='j' inheritrange='0.5'/></actuator></mujoco>",
+    );
+    let range = scene.actuation[0].servo.and_then(|own| own.input_range);
+    assert_eq!(
+        range,
+        Some(Interval {
+            lower: -0.25,
+            upper: 1.25
+        })
+    );
 }

@@ -41,11 +41,11 @@ fn servo(servo: Servo) -> Actuator {
 #[test]
 fn gains_act_at_the_end_of_the_step_whatever_they_are() {
     let general = Servo {
-        gear: -3.0,
         gain: 0.7,
         bias: 0.4,
         position_gain: 50.0,
         velocity_gain: 2.0,
+        ..Servo::torque(-3.0)
     };
     for law in [
         Servo::position(1e4, 0.0),
@@ -67,6 +67,7 @@ fn gains_act_at_the_end_of_the_step_whatever_they_are() {
                 bias,
                 position_gain: kp,
                 velocity_gain: kv,
+                ..
             } = law;
             let force = n * (gain * u + bias - kp * n * q);
             let expected = (MASS * v + dt * force) / (MASS + n * n * dt * (kv + dt * kp));
@@ -106,13 +107,34 @@ fn position_servo_of_ten_thousand_newtons_a_metre_is_stable_at_ten_milliseconds(
 // The force is that of the end of the step where that is within the range, else the end of the range.
 #[test]
 fn force_range_holds_at_the_end_of_the_step_also_beside_a_solver() {
-    let (kp, kv, effort, dt) = (1e4, 20.0, 7.0, 0.01);
-    let (mut within, mut beyond) = (0, 0);
-    for integrator in EULER {
-        let actuator = Actuator {
-            effort: Some(effort),
-            ..servo(Servo::position(kp, kv))
-        };
+    let (kp, kv, dt) = (1e4, 20.0, 0.01);
+    let (mut within, mut beyond) = (0, [0; 2]);
+    let symmetric = Actuator {
+        effort: Some(7.0),
+        ..servo(Servo::position(kp, kv))
+    };
+    // Gains and range of the motor: behind the gear they are kp and kv, and -3 to 9; the effort limit is beyond one end.
+    let geared = Servo::position(4.0 * kp, 4.0 * kv)
+        .with_gear(-0.5)
+        .with_force_range(-18.0, 6.0);
+    let uneven = Actuator {
+        effort: Some(20.0),
+        ..servo(geared)
+    };
+    let shortened = Actuator {
+        effort: Some(4.0),
+        ..servo(geared)
+    };
+    let cases = [
+        (symmetric, [-7.0, 7.0], 1.0),
+        (servo(geared), [-3.0, 9.0], -2.0),
+        (uneven, [-3.0, 9.0], -2.0),
+        (shortened, [-3.0, 4.0], -2.0),
+    ];
+    for (integrator, (actuator, [lower, upper], by_input)) in EULER
+        .into_iter()
+        .flat_map(|by| cases.map(|case| (by, case)))
+    {
         let simulator = driven(actuator, dt, integrator);
         let solved = with_solver(&simulator);
         for k in 0..60 {
@@ -120,9 +142,10 @@ fn force_range_holds_at_the_end_of_the_step_also_beside_a_solver() {
             let state = State::new(&[q], &[v]);
             let free = (MASS * v - dt * kp * q) / (MASS + dt * (kv + dt * kp));
             let force = MASS * (free - v) / dt;
-            let expected = v + dt * force.clamp(-effort, effort) / MASS;
-            within += usize::from(force.abs() < effort);
-            beyond += usize::from(force.abs() > effort);
+            let expected = v + dt * force.clamp(lower, upper) / MASS;
+            let is_within = (lower..upper).contains(&force);
+            within += usize::from(is_within);
+            beyond[usize::from(force > upper)] += usize::from(!is_within);
             for simulator in [&simulator, &solved] {
                 let next = simulator.step(&state, &[0.0]);
                 assert!(
@@ -131,15 +154,18 @@ fn force_range_holds_at_the_end_of_the_step_also_beside_a_solver() {
                     next.v[0]
                 );
                 let b = simulator.linearize(&state, &[0.0]).b[(1, 0)];
-                let slope = match force.abs() < effort {
-                    true => dt * kp / (MASS + dt * (kv + dt * kp)),
+                let slope = match is_within {
+                    true => by_input * dt * kp / (MASS + dt * (kv + dt * kp)),
                     false => 0.0,
                 };
                 assert!((b - slope).abs() < OTHER_ALGORITHM, "{k}: {b}, not {slope}");
             }
         }
     }
-    assert!(within > 10 && beyond > 10, "{within} {beyond}");
+    assert!(
+        within > 50 && beyond.iter().all(|&n| n > 50),
+        "{within} {beyond:?}"
+    );
 }
 
 /// A step of an arm with servos and friction, as a function of state and input.
@@ -165,7 +191,10 @@ fn jacobians_with_servos_and_friction_equal_finite_differences() {
     let n = model.nv();
     let all = (0..n).map(|k| Actuator {
         servo: Some(match k % 3 {
-            0 => Servo::velocity(30.0),
+            0 => Servo::velocity(30.0).with_force_range(-9.0, 14.0),
+            1 => Servo::position(1e4, 10.0)
+                .with_gear(-1.5)
+                .with_force_range(-3.0, 5.0),
             _ => Servo::position(1e4, 10.0),
         }),
         effort: (k % 2 == 0).then_some(20.0),
@@ -195,6 +224,31 @@ fn jacobians_with_servos_and_friction_equal_finite_differences() {
             assert!(error < 1e-6 * largest, "{found}, not {expected}");
         }
     }
+}
+
+// An input beyond its range is its end, and moves nothing.
+#[test]
+fn inputs_beyond_their_range_are_its_end() {
+    for integrator in [EULER[0], Integrator::RungeKutta4] {
+        let law = Servo::position(30.0, 2.0).with_input_range(-0.5, 0.2);
+        let simulator = driven(servo(law), 0.01, integrator);
+        let state = State::new(&[0.1], &[0.3]);
+        for (u, end) in [(3.0, 0.2), (-0.7, -0.5)] {
+            assert_eq!(simulator.step(&state, &[u]), simulator.step(&state, &[end]));
+            assert_eq!(simulator.linearize(&state, &[u]).b.amax(), 0.0);
+            assert!(simulator.linearize(&state, &[end]).b[(1, 0)] > 0.0);
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "not in order")]
+fn ranges_whose_ends_are_not_in_order_are_refused() {
+    let _ = driven(
+        servo(Servo::torque(1.0).with_force_range(2.0, -2.0)),
+        0.01,
+        EULER[0],
+    );
 }
 
 #[test]

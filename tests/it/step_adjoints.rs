@@ -115,8 +115,15 @@ fn with_dry_friction(model: Model) -> Simulator {
         torque_speed: None,
         servo: match k % 4 {
             0 => None,
-            _ if actuator.position.is_none() => Some(Servo::velocity(20.0)),
-            _ => Some(Servo::position(1e3, 20.0).with_gear(0.3)),
+            _ if actuator.position.is_none() => {
+                Some(Servo::velocity(20.0).with_force_range(-30.0, 2.0))
+            }
+            _ => Some(
+                Servo::position(1e3, 20.0)
+                    .with_gear(0.3)
+                    .with_input_range(-0.5, 2.0)
+                    .with_force_range(-40.0, 60.0),
+            ),
         },
         effort: (k % 4 < 3).then_some(3.0),
         ..*actuator

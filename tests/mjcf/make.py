@@ -10,7 +10,8 @@ Run by hand, and only when a description changes. Each text file is one descript
     state 0                              the records up to the next state belong to this state
     name rows columns number number ...  row by row
 
-Contacts, limits, friction losses, equalities and actuators are switched off; springs and dampers are in the accelerations, not in the bias. Numbers are in the
+Contacts, limits, friction losses and equalities are switched off, and actuators but in `servos`, where each state has a control (in the order of the file) and no
+applied force; springs and dampers are in the accelerations, not in the bias. Numbers are in the
 conventions of the crate: the velocity of a free body is in the body, [linear; angular].
 """
 
@@ -20,7 +21,8 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-NAMES = ["chain", "free", "world", "attach"]
+NAMES = ["chain", "free", "world", "attach", "servos", "sensors"]
+ACTUATED = ["servos"]
 STATES = 3
 # One second of motion by Runge and Kutta's method.
 TIME_STEP = 1e-4
@@ -31,16 +33,24 @@ def main():
     for name in NAMES:
         model = mujoco.MjModel.from_xml_path(str(HERE / f"{name}.xml"))
         off = mujoco.mjtDisableBit
-        model.opt.disableflags |= off.mjDSBL_CONSTRAINT | off.mjDSBL_ACTUATION
+        model.opt.disableflags |= off.mjDSBL_CONSTRAINT
+        if name not in ACTUATED:
+            model.opt.disableflags |= off.mjDSBL_ACTUATION
         rng = np.random.default_rng(sum(name.encode()))
         lines = [f"# mujoco {mujoco.__version__}", "joints " + " ".join(joint_names(model)), f"mass {model.body_mass.sum()!r}"]
         for k in range(STATES):
             q = model.qpos0.copy()
             if k > 0:
                 mujoco.mj_integratePos(model, q, rng.uniform(-1, 1, model.nv), 1.0)
-            lines += [f"state {k}"] + records(model, q, rng.uniform(-1, 1, model.nv), rng.uniform(-1, 1, model.nv))
-        lines += motion(model, rng.uniform(-0.5, 0.5, model.nv))
+            v, tau = rng.uniform(-1, 1, model.nv), rng.uniform(-1, 1, model.nv)
+            lines += [f"state {k}"] + records(model, q, v, tau, control(name, model, rng))
+        lines += motion(model, rng.uniform(-0.5, 0.5, model.nv), control(name, model, rng))
         (HERE / f"{name}.txt").write_text("\n".join(lines) + "\n")
+
+
+def control(name, model, rng):
+    """Beyond the ranges, too."""
+    return rng.uniform(-2, 2, model.nu) if name in ACTUATED else np.zeros(0)
 
 
 def joint_names(model):
@@ -83,8 +93,10 @@ def mass_matrix(model, data):
     return np.array(columns).T
 
 
-def records(model, q, v, tau):
+def records(model, q, v, tau, ctrl):
     data = mujoco.MjData(model)
+    if len(ctrl):
+        data.ctrl[:], tau = ctrl, np.zeros(model.nv)
     T = turned(model, q)
     data.qpos[:], data.qvel[:], data.qfrc_applied[:] = q, T @ v, T @ tau
     mujoco.mj_forward(model, data)
@@ -94,6 +106,7 @@ def records(model, q, v, tau):
         record("q", q),
         record("v", v),
         record("tau", tau),
+        *controls(ctrl),
         record("mass_matrix", T.T @ M @ T),
         record("bias_forces", T.T @ (bias + M @ rate)),
         record("acceleration", T.T @ (data.qacc - rate)),
@@ -102,14 +115,23 @@ def records(model, q, v, tau):
     sites = [(model.site(i).name, data.site_xpos[i], data.site_xmat[i]) for i in range(model.nsite)]
     for name, position, matrix in bodies + sites:
         lines.append(record(f"pose:{name}", np.concatenate([position, matrix])))
+    for k in range(model.nsensor):
+        start, n = model.sensor_adr[k], model.sensor_dim[k]
+        lines.append(record(f"sensor:{model.sensor(k).name}", data.sensordata[start : start + n]))
     return lines
 
 
-def motion(model, v):
+def controls(ctrl):
+    return [record("control", ctrl)] if len(ctrl) else []
+
+
+def motion(model, v, ctrl):
     data = mujoco.MjData(model)
+    if len(ctrl):
+        data.ctrl[:] = ctrl
     model.opt.timestep, model.opt.integrator = TIME_STEP, mujoco.mjtIntegrator.mjINT_RK4
     data.qvel[:] = turned(model, data.qpos) @ v
-    lines = [f"motion {STEPS}", record("q", data.qpos), record("v", v)]
+    lines = [f"motion {STEPS}", record("q", data.qpos), record("v", v), *controls(ctrl)]
     for _ in range(STEPS):
         mujoco.mj_step(model, data)
     return lines + [record("end_q", data.qpos), record("end_v", turned(model, data.qpos).T @ data.qvel)]

@@ -12,12 +12,13 @@ from typing import Any
 
 import gymnasium
 
+from .draws import Draws
 from .environments import BatchEnv, SingleEnv
 from .push_block import push_block
 from .robots import cartpole, quadruped, quadruped_model
 from .task import Task
 
-__all__ = ["BatchEnv", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
+__all__ = ["BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
 
 
 def _make_cartpole(render_mode: str | None = None) -> SingleEnv:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from .. import samples
 from ..contact import Contacts, Rigid, Terrain
 from ..model import Box, JointSpec, Limits, LinkSpec, Model, ModelBuilder, Sphere
 from ..sim import Simulator
+from .draws import Draws
 from .task import Array, Task
 
 
@@ -22,14 +21,14 @@ def cartpole() -> Task:
         x = generator.uniform(-0.05, 0.05, 4)
         return x[:2], x[2:]
 
-    def starts(generators: Sequence[np.random.Generator]) -> tuple[Array, Array]:
-        x = np.array([generator.uniform(-0.05, 0.05, 4) for generator in generators])
+    def starts(draws: Draws) -> tuple[Array, Array]:
+        x = draws.uniform(-0.05, 0.05, 4)
         return x[:, :2], x[:, 2:]
 
     return Task(
         simulator,
         start,
-        observe=lambda q, v: np.concatenate([q, v], axis=1),
+        observe=lambda q, v: np.concatenate([q, v], axis=1, dtype=np.float32, casting="same_kind"),
         reward=lambda q, v, u: np.ones(len(q)),
         is_over=lambda q, v: (np.abs(q[:, 0]) > reach) | (np.abs(q[:, 1]) > angle),
         max_steps=500,
@@ -79,6 +78,11 @@ def quadruped() -> Task:
         q[7:] += generator.uniform(-0.05, 0.05, 12)
         return q, generator.uniform(-0.05, 0.05, model.nv)
 
+    def starts(draws: Draws) -> tuple[Array, Array]:
+        q = np.tile(stand, (len(draws), 1))
+        q[:, 7:] += draws.uniform(-0.05, 0.05, 12)
+        return q, draws.uniform(-0.05, 0.05, model.nv)
+
     def up(q: Array) -> Array:
         x, y = q[:, 4], q[:, 5]
         upright: Array = 1.0 - 2.0 * (x * x + y * y)
@@ -92,4 +96,5 @@ def quadruped() -> Task:
         is_over=lambda q, v: (q[:, 2] < 0.18) | (up(q) < 0.5),
         max_steps=500,
         steps_per_action=5,
+        starts=starts,
     )

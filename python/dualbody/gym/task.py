@@ -1,17 +1,19 @@
-"""What is to be learned, and the states of a batch on the way."""
+"""Tasks of reinforcement learning, and the states of a batch during episodes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from ..sim import Simulator
-from ..view import Recording
+from ..view import Pictures, Recording
+from .draws import Draws, keys
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -19,7 +21,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be learned. q (n, nq), v (n, nv), u (n, nu) are the states and inputs of a batch."""
+    """A task of reinforcement learning. q (n, nq), v (n, nv), u (n, nu) are the states and inputs of a batch."""
 
     simulator: Simulator
     #: State (nq,), (nv,) from which an episode starts, by a generator of its own
@@ -36,8 +38,8 @@ class Task:
     steps_per_action: int = 1
     #: Least and largest input; the effort limits of the joints if they are left out
     bounds: tuple[Sequence[float], Sequence[float]] | None = None
-    #: States (n, nq), (n, nv) from which episodes start, by a generator each, as `start` gives them: one call for all that begin
-    starts: Callable[[Sequence[np.random.Generator]], tuple[Array, Array]] | None = None
+    #: States (n, nq), (n, nv) from which n episodes start, in place of `start`: one call for all that begin, hundreds of times as fast
+    starts: Callable[[Draws], tuple[Array, Array]] | None = None
     #: Least and largest observation; unbounded if they are left out
     observation_bounds: tuple[Sequence[float], Sequence[float]] | None = None
 
@@ -54,44 +56,59 @@ class Task:
         return spaces.Box(np.asarray(low, np.float32), np.asarray(high, np.float32), dtype=np.float32)
 
 
-@dataclass
 class States:
-    """The states of a task while they are stepped."""
+    """The states of a task while they are stepped. They start by `Task.starts` on random numbers of all at once, or by `Task.start` on a generator each."""
 
-    task: Task
-    generators: list[np.random.Generator]
-    q: Array = field(init=False)
-    v: Array = field(init=False)
-    contact: Array = field(init=False)
-    steps: NDArray[np.int64] = field(init=False)
-    #: What the first state has gone through since its start: for pictures.
-    history: list[tuple[Array, Array]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        simulator, n = self.task.simulator, len(self.generators)
+    def __init__(self, task: Task, seeds: Sequence[int | None], generators: Sequence[np.random.Generator] | None = None) -> None:
+        simulator, n = task.simulator, len(seeds)
+        self.task, self.n = task, n
+        #: Draws the first state; made with the first picture.
+        self._pictures: Pictures | None = None
         self.q, self.v = np.zeros((n, simulator.model.nq)), np.zeros((n, simulator.model.nv))
-        self.contact = np.zeros((n, simulator.n_contact))
+        self._neutral = simulator.neutral_contact()
+        self.contact = np.zeros((n, len(self._neutral)))
         self.steps = np.zeros(n, np.int64)
+        #: History of the first state since its start, for pictures
+        self.history: list[tuple[Array, Array]] = []
+        self._keys = np.zeros(n, np.uint64)
+        self._generators = list(generators or [])
+        if not self._generators:
+            self.seed(seeds)
         self.start(np.ones(n, np.bool_))
+
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Seeds the environments whose seed is not None, and at first all."""
+        if self.task.starts is not None:
+            given = np.array([s is not None for s in seeds]) | (self._keys == 0)
+            self._keys = np.where(given, keys(seeds), self._keys)
+        else:
+            known = self._generators
+            new = [known[i] if s is None and known else seeding.np_random(s)[0] for i, s in enumerate(seeds)]
+            self._generators = new
 
     def start(self, which: Flags) -> None:
         """Begins new episodes."""
         begins = np.flatnonzero(which)
-        if self.task.starts is not None and len(begins):
-            self.q[begins], self.v[begins] = self.task.starts([self.generators[i] for i in begins])
+        if not len(begins):
+            return
+        if self.task.starts is not None:
+            own = self._keys[begins]
+            self.q[begins], self.v[begins] = self.task.starts(Draws(own))
+            self._keys[begins] = own
         else:
             for i in begins:
-                self.q[i], self.v[i] = self.task.start(self.generators[i])
-        self.contact[which] = self.task.simulator.neutral_contact()
-        self.steps[which] = 0
-        if which[0]:
+                self.q[i], self.v[i] = self.task.start(self._generators[i])
+        if len(self._neutral):
+            self.contact[begins] = self._neutral
+        self.steps[begins] = 0
+        if begins[0] == 0:
             self.history = [(self.q[0].copy(), self.v[0].copy())]
 
     def step(self, actions: Any) -> tuple[Array, Flags, Flags]:
         """Takes a step with each action: rewards, ends, cuts. A state that diverges stays where it was, and its episode is over."""
         task = self.task
         u = np.asarray(actions, np.float64)
-        expected = (len(self.generators), task.simulator.nu)
+        expected = (self.n, task.simulator.nu)
         if u.shape != expected:
             raise ValueError(f"the actions have the shape {u.shape}, expected {expected}")
         if not np.isfinite(u).all():
@@ -130,7 +147,7 @@ class States:
         return going
 
     def observe(self) -> NDArray[np.float32]:
-        return self.task.observe(self.q, self.v).astype(np.float32)
+        return self.task.observe(self.q, self.v).astype(np.float32, copy=False)
 
     def recording(self) -> Recording:
         """The episode of the first state."""
@@ -139,3 +156,11 @@ class States:
         for k, state in enumerate(self.history):
             recording.push(k * task.steps_per_action * task.simulator.time_step, state)
         return recording
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The first state, from where its episode's start is in the middle: (height, width, 3)."""
+        if self._pictures is None:
+            recording = Recording(self.task.simulator.model)
+            recording.push(0.0, self.history[0])
+            self._pictures = Pictures(recording)
+        return self._pictures.of(self.q[0])

@@ -2,6 +2,7 @@
 //!
 //! Each class has a method `_numbers` that gives its kind and numbers in the order of the fields here.
 
+mod collisions;
 mod law;
 mod motors;
 mod nearest;
@@ -9,6 +10,7 @@ mod parts;
 mod points;
 mod terrain;
 
+pub(crate) use collisions::_srdf;
 pub(crate) use law::{_estimate_soft_contact, _impact_time, _restitution, _with_restitution};
 pub(crate) use motors::actuation_of;
 pub(crate) use nearest::_nearest;

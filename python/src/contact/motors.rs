@@ -3,7 +3,8 @@
 use dualbody::Model;
 use dualbody::contact::HuntCrossley;
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, PositionLimits, Servo, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed,
+    VelocityLimit,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -48,6 +49,12 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
         .getattr("torque_speed")?
         .extract::<Option<(f64, f64, f64)>>()?;
     let servo: Option<[f64; 5]> = value.getattr("servo")?.extract()?;
+    let range = |name: &str| -> PyResult<Option<Interval>> {
+        let ends: Option<(f64, f64)> = value.getattr(name)?.extract()?;
+        Ok(ends.map(|(lower, upper)| Interval { lower, upper }))
+    };
+    let [input_range, force_range] = ["input_range", "force_range"].map(range);
+    let (input_range, force_range) = (input_range?, force_range?);
     let friction = value.getattr("friction")?;
     let friction = match friction.extract::<Option<f64>>() {
         Ok(force) => force.map(CoulombFriction::exact),
@@ -67,6 +74,8 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
             bias,
             position_gain,
             velocity_gain,
+            input_range,
+            force_range,
         }),
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
             torque,

@@ -2,13 +2,14 @@
 
 use dualbody::Model;
 use dualbody::contact::{
-    CollisionOptions, ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing,
-    SolverOptions,
+    ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing, SolverOptions,
 };
 use dualbody::model::{BodyId, FrameId};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
+use super::collisions::with_collisions;
 use super::law::law_of;
 use super::terrain::terrain_of;
 use crate::counts::{whole, whole_of};
@@ -82,7 +83,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         let links: Vec<&str> = links.iter().map(String::as_str).collect();
         contacts = contacts.with_links(model, &links).or_raise()?;
     }
-    for (link, law) in value.getattr("laws")?.cast::<pyo3::types::PyDict>()? {
+    for (link, law) in value.getattr("laws")?.cast::<PyDict>()? {
         let link: String = link.extract()?;
         let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
         contacts = guarded(|| contacts.with_law(model, &link, law))?.or_raise()?;
@@ -119,25 +120,4 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     }
     contacts.check_memory().or_raise()?;
     Ok(contacts)
-}
-
-/// Lets bodies touch each other, where that is asked for.
-fn with_collisions(
-    contacts: Contacts,
-    model: &Model,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<Contacts> {
-    let collisions = value.getattr("collisions")?;
-    if collisions.is_none() {
-        return Ok(contacts);
-    }
-    let law = match collisions.getattr("law")? {
-        own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
-        own => law_of("collisions.law", &own, model)?,
-    };
-    let options = CollisionOptions {
-        self_collision: collisions.getattr("self_collision")?.extract()?,
-        excluded: collisions.getattr("excluded")?.extract()?,
-    };
-    guarded(|| contacts.with_collisions(model, law, &options))?.or_raise()
 }

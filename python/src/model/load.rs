@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dualbody::io::MasslessLinks;
+use dualbody::io::{MasslessLinks, MjcfScene};
 use dualbody::model::{Base, BodyId, UpAxis};
 use dualbody::{ImportReport, Model, ModelOptions};
 use pyo3::prelude::*;
@@ -69,7 +69,7 @@ fn with_option(
         "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),
         _ => {
             return Err(type_error(format_args!(
-                "\"{name}\" is no keyword of a loader"
+                "\"{name}\" is not a keyword of a loader"
             )));
         }
     })
@@ -103,16 +103,52 @@ fn from_description(
         _ => {
             let path = description
                 .extract::<PathBuf>()
-                .map_err(|_| type_error("description is no text and no path"))?;
+                .map_err(|_| type_error("description is neither a text nor a path"))?;
             _load_model(py, format, None, Some(path), keywords)
         }
     }
 }
 
 /// Whether it is a description, and not the path of one: XML, after a byte-order mark perhaps.
-fn is_text(text: &str) -> bool {
+pub(crate) fn is_text(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     text.starts_with('<')
+}
+
+impl PyModel {
+    /// The robot of an MJCF.
+    pub(crate) fn of_mjcf(
+        description: &Bound<'_, PyAny>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        from_description("mjcf", description, keywords)
+    }
+
+    /// Text, path and keywords of the MJCF that it was loaded from.
+    pub(crate) fn mjcf_recipe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.recipe.1.bind(py);
+        let parts = (own.get_item(1)?, own.get_item(2)?, own.get_item(3)?);
+        Ok(parts.into_pyobject(py)?.into_any())
+    }
+}
+
+/// Reads the scene of an MJCF again.
+///
+/// * `recipe` – text, path and keywords
+pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
+    let (text, path, keywords): (Option<String>, Option<PathBuf>, Bound<'_, PyDict>) =
+        recipe.extract()?;
+    let wanted = guarded(|| options_of(&keywords))??;
+    let read = path
+        .as_ref()
+        .and_then(|path| std::fs::read_to_string(path).ok());
+    let loaded = guarded(|| match (&path, &text) {
+        (Some(path), _) if text.is_none() || text == read => wanted.load_mjcf_scene_file(path),
+        (path, text) => {
+            beside(wanted, path.as_ref()).load_mjcf_scene_str(text.as_deref().unwrap_or_default())
+        }
+    })?;
+    Ok(loaded.or_raise()?.0)
 }
 
 /// Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.

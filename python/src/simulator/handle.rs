@@ -3,15 +3,24 @@
 use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
-use dualbody::sim::{BatchSimulator, Integrator};
-use dualbody::{Model, Simulator};
+use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
+use dualbody::{Model, Simulator, State};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
-use crate::model::{PyModel, next_id};
+use crate::model::{PyModel, next_id, scene_of};
+
+/// A simulator of a batch.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Memory for the states of a step, once there was one.
+    pub(super) states: Option<BatchStates>,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    pub(super) is_kept: bool,
+}
 
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
 ///
@@ -21,14 +30,14 @@ use crate::model::{PyModel, next_id};
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
-    pub(super) id: u64,
+    pub(crate) id: u64,
     pub(super) model: Py<PyModel>,
     /// The robot that it was made with, before `parameters` changed it.
     pub(super) base: Py<PyModel>,
     /// What it was made with, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
-    pub(super) batch: Mutex<Option<BatchSimulator>>,
+    pub(super) batch: Mutex<Option<Batch>>,
 }
 
 const INTEGRATORS: [(&str, Integrator); 4] = [
@@ -40,15 +49,21 @@ const INTEGRATORS: [(&str, Integrator); 4] = [
 
 fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     let get = |name: &str| parts.as_any().get_item(name);
-    let mut simulator = guarded(|| Simulator::new(model.clone()))?;
+    let scene = get("_scene")?;
+    let mut simulator = match scene.is_none() {
+        true => guarded(|| Simulator::new(model.clone()))?,
+        false => of_scene(model, &scene)?,
+    };
     if let Some(time_step) = get("time_step")?.extract()? {
         simulator = guarded(|| simulator.with_time_step(time_step))?;
     }
     if let Some(bound) = get("divergence_bound")?.extract()? {
         simulator = guarded(|| simulator.with_divergence_bound(bound))?;
     }
-    let integrator: String = get("integrator")?.extract()?;
-    simulator = simulator.with_integrator(choice("integrator", &integrator, &INTEGRATORS)?);
+    if let Some(integrator) = get("integrator")?.extract::<Option<String>>()? {
+        let integrator = choice("integrator", &integrator, &INTEGRATORS)?;
+        simulator = guarded(|| simulator.with_integrator(integrator))?;
+    }
     if let Some(names) = get("actuated")?.extract::<Option<Vec<String>>>()? {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         simulator = guarded(|| simulator.with_actuated_joints(&names))?.or_raise()?;
@@ -65,6 +80,16 @@ fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
         simulator = guarded(|| simulator.with_contacts(contacts))?;
     }
     with_parts(simulator, parts.as_any())
+}
+
+/// Makes the simulator of everything that an MJCF holds.
+fn of_scene(model: &Model, recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
+    let scene = scene_of(recipe)?;
+    let simulator = guarded(|| scene.simulator())?;
+    match scene.model == *model {
+        true => Ok(simulator),
+        false => simulator.with_model(model.clone()).or_raise(),
+    }
 }
 
 /// Warns of a robot that touches nothing although contacts were given, and of shapes that touch nothing.
@@ -102,12 +127,12 @@ impl PySimulator {
     #[new]
     #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
         constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None,
-        parameters=None))]
+        parameters=None, _scene=None))]
     pub(super) fn new(
         py: Python<'_>,
         model: &Bound<'_, PyModel>,
         time_step: Option<f64>,
-        integrator: &str,
+        integrator: Option<&str>,
         actuated: Option<Bound<'_, PyAny>>,
         contacts: Option<Bound<'_, PyAny>>,
         actuation: Option<Bound<'_, PyAny>>,
@@ -116,8 +141,10 @@ impl PySimulator {
         frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
         divergence_bound: Option<f64>,
         parameters: Option<Bound<'_, PyAny>>,
+        _scene: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let parts = PyDict::new(py);
+        parts.set_item("_scene", _scene)?;
         parts.set_item("time_step", time_step)?;
         parts.set_item("integrator", integrator)?;
         parts.set_item("actuated", actuated)?;
@@ -145,6 +172,51 @@ impl PySimulator {
             parts: parts.unbind(),
             batch: Mutex::new(None),
         })
+    }
+
+    /// Makes a simulator of everything that an MJCF, the XML of MuJoCo, holds and this library can use: a text that begins with "<", or the path of a file.
+    ///
+    /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
+    /// is modelled: its control, those of joints first, then those of sites. What is not used is in model.import_report. The keywords are those of
+    /// Model.from_mjcf; `replace` changes parts. keyframes has its named states.
+    #[staticmethod]
+    #[pyo3(signature = (description, **keywords))]
+    fn from_mjcf<'py>(
+        description: &Bound<'py, PyAny>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = description.py();
+        let model = PyModel::of_mjcf(description, keywords)?;
+        let parts = PyDict::new(py);
+        parts.set_item("integrator", py.None())?;
+        parts.set_item("_scene", model.mjcf_recipe(py)?)?;
+        let class = py.get_type::<Self>();
+        class.call((Bound::new(py, model)?,), Some(&parts))
+    }
+
+    /// Named states of the MJCF of the simulator: {name: (q, v, u)}, first "qpos0", where the file has the bodies, at rest and without inputs; empty for others.
+    #[getter]
+    fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        let scene = self.parts.bind(py).as_any().get_item("_scene")?;
+        if scene.is_none() {
+            return Ok(out);
+        }
+        let scene = scene_of(&scene)?;
+        let state_of = |state: &State, u: Vec<f64>| {
+            let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
+            (q, v, vector(py, u))
+        };
+        let still = vec![0.0; self.simulator.nu()];
+        out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;
+        for key in &scene.keyframes {
+            let u = match key.control.is_empty() {
+                true => still.clone(),
+                false => scene.inputs(key.control.as_slice()),
+            };
+            out.set_item(&key.name, state_of(&key.state, u))?;
+        }
+        Ok(out)
     }
 
     /// The robot.
@@ -197,7 +269,7 @@ impl PySimulator {
         this.get_type().call((model,), Some(&parts))
     }
 
-    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that makes no sense.
+    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that is out of its domain.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters<'py>(
@@ -230,7 +302,8 @@ impl PySimulator {
     fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
         let (py, own) = (this.py(), this.get());
         let parts = own.parts.bind(py).copy()?;
-        if let Some(contacts) = own.simulator.contacts() {
+        let has_described = !parts.as_any().get_item("contacts")?.is_none();
+        if let Some(contacts) = own.simulator.contacts().filter(|_| has_described) {
             // Points of meshes travel with the simulator: their files may be missing elsewhere.
             let points: Vec<_> = contacts.points().iter().map(point_numbers).collect();
             let described = parts

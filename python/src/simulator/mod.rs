@@ -35,9 +35,9 @@ mod trajectories;
 mod weighted;
 
 pub(crate) use contact_frames::entries;
-pub(crate) use given::check_finite;
 #[cfg(feature = "cuda")]
-pub(crate) use given::{Given, row};
+pub(crate) use given::row;
+pub(crate) use given::{Given, check_finite};
 #[cfg(feature = "cuda")]
 pub(crate) use gradient::stack;
 pub(crate) use handle::{_simulator, PySimulator};

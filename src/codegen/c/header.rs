@@ -9,7 +9,7 @@ use crate::scalar::traced::{Graph, Port};
 /// Text of the header.
 ///
 /// # Errors
-/// If a name is no identifier of C, or two names would be one.
+/// If a name is not an identifier of C, or two names would be one.
 pub(super) fn header(graph: &Graph, name: &str, precision: Precision) -> Result<String, CodeError> {
     let (prefix, real) = (name.to_ascii_uppercase(), precision.real());
     let (version, operations) = (env!("CARGO_PKG_VERSION"), graph.counts().operations());
@@ -99,7 +99,7 @@ pub(super) fn ports<'a>(
     Ok(out)
 }
 
-/// A text that can stand in a comment of C, in ASCII.
+/// A text that is valid in a comment of C, in ASCII.
 fn plain(text: &str) -> String {
     let replaced = text
         .replace('×', "x")

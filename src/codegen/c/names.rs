@@ -4,8 +4,8 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CodeError {
-    /// A name is no identifier of C, or means something there already.
-    #[error("the name \"{name}\" of {of} is no identifier of C: {reason}")]
+    /// A name is not an identifier of C, or is reserved there.
+    #[error("the name \"{name}\" of {of} is not an identifier of C: {reason}")]
     Name {
         /// The name.
         name: String,
@@ -28,9 +28,9 @@ pub enum CodeError {
         /// Names of the inputs.
         known: Vec<String>,
     },
-    /// A graph is no step, whose outputs are the next state.
+    /// A graph is not a step: its outputs are not the next state.
     #[error(
-        "the {outputs} numbers of the outputs are not the next values of the first inputs, so that the graph is no step that can be repeated"
+        "the {outputs} numbers of the outputs are not the next values of the first inputs, so the graph is not a step that can be repeated"
     )]
     NoStep {
         /// Number of the outputs.

@@ -1,6 +1,6 @@
 //! The parts of a long function, and which numbers they hand to each other.
 //!
-//! Equal runs of operations, as legs leave, stand in the text as often as they occur. Functions for them, with arrays of
+//! Equal runs of operations, as legs leave, appear in the text as often as they occur. Functions for them, with arrays of
 //! what goes in and out, were tried: the longest equal runs were found in the order of recording, numbers with the
 //! opposite sign taken as the same. They leave 90 % of the statements of a quadruped's step, 83 % of its A and B and 76 %
 //! of the step of a hand with four fingers, for a leg hands over a hundred numbers, and legs share what depends on the
@@ -70,7 +70,7 @@ impl Parts {
                 self.slots[i] = Some(slot);
                 ends[end].push(slot);
             }
-            // Read at the start of their last part, so that it may use them anew, but for what it has written itself.
+            // Read at the start of their last part, so that it may use them anew, except for its own results.
             if let Some(done) = ends.get_mut(part) {
                 free.append(done);
             }

@@ -54,7 +54,7 @@ impl Graph {
     /// * `name` – of the function; all other names begin with it
     ///
     /// # Errors
-    /// If a name is no identifier of C, or two names would be one in the header.
+    /// If a name is not an identifier of C, or two names would be one in the header.
     pub fn to_c(&self, name: &str, precision: Precision) -> Result<Source, CodeError> {
         check(name, "the function")?;
         let prefix = name.to_ascii_uppercase();

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`numbers!`](crate::numbers) | which numbers does it have, and which values may they take? |
 //! | [`KIND`](PointLaw::KIND) | who finds the forces, in which cone, and with which state? |
-//! | [`friction`](PointLaw::friction), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
+//! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
 //! | [`activation_margin`](PointLaw::activation_margin) | from which height on does a point take part in a step? |
 //! | [`rows`](PointLaw::rows) | which accelerations does the solver steer for, and how far does the point give way? |
 //! | [`least_velocity`](PointLaw::least_velocity) | how fast must a point be that needs no force? |
@@ -81,6 +81,8 @@ pub(crate) struct PointKinematics<'a, D, T> {
     pub(crate) dt: D,
     /// κ over the step, N·m/s²; `None` for the exact law.
     pub(crate) kappa: Option<D>,
+    /// Whether a law that meets points in the ground only meets those that would arrive within the step, too.
+    pub(crate) speculative: bool,
 }
 
 /// Force that a law gives by itself, and the rate of its bristle.
@@ -138,11 +140,11 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     /// Properties of the law whatever its parameters are.
     const KIND: LawKind;
 
-    /// μ, the coefficient of friction; may be infinite.
-    fn friction(&self) -> P;
+    /// Friction μ, which may be infinite, and restitution: none where it follows from other numbers.
+    fn material(&self) -> Material<P>;
 
     /// Takes friction, and what else the law has of it, from a pair of materials.
-    fn set_material(&mut self, pair: Material);
+    fn set_material(&mut self, pair: Material<P>);
 
     /// Region about the ground in which points take part in a step of `dt` (s). Too large a one does no harm but to speed.
     fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D>;
@@ -249,6 +251,7 @@ pub(super) struct SamplePoint {
     pub(super) delassus: f64,
     pub(super) dt: f64,
     pub(super) kappa: f64,
+    pub(super) speculative: bool,
 }
 
 #[cfg(test)]
@@ -271,6 +274,7 @@ impl SamplePoint {
             delassus: self.delassus,
             dt: self.dt,
             kappa: Some(self.kappa).filter(|kappa| *kappa > 0.0),
+            speculative: self.speculative,
         })
     }
 }

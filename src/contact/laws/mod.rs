@@ -35,9 +35,9 @@ use crate::scalar::{Over, Scalar};
 pub enum ContactLaw<P = f64> {
     /// Springs, dampers and bristles.
     Soft(SoftContact<P>),
-    /// No penetration but what a convex problem lets through, as in `MuJoCo`.
+    /// Regularised contact: the small penetration of a convex problem, as in `MuJoCo`.
     RelaxedRigid(RelaxedRigid<P>),
-    /// No penetration, Coulomb's friction, impacts; with semi-implicit Euler.
+    /// No penetration, Coulomb's friction, impacts.
     Rigid(Rigid<P>),
 }
 
@@ -81,10 +81,24 @@ impl<P: Scalar> ContactLaw<P> {
 
     /// μ as solvers can work with it, finite.
     pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
-        bounded_friction(with_law!(self, law => law.friction()))
+        bounded_friction(self.material().friction)
     }
 
-    pub(crate) fn set_material(&mut self, pair: Material) {
+    /// [`bounded_friction`](Self::bounded_friction) of a point at a depth (m): none of one that is met before it arrives.
+    pub(crate) fn friction_at<T: Over<P>>(&self, depth: T, speculative: bool) -> T {
+        let friction = self.bounded_friction();
+        if speculative {
+            return depth.select_lt(T::zero(), T::zero(), friction);
+        }
+        friction
+    }
+
+    /// Friction and restitution.
+    pub(crate) fn material(&self) -> Material<P> {
+        with_law!(self, law => law.material())
+    }
+
+    pub(crate) fn set_material(&mut self, pair: Material<P>) {
         with_law!(self, law => law.set_material(pair));
     }
 
@@ -176,6 +190,7 @@ mod tests {
                     delassus,
                     dt: 0.01,
                     kappa: None,
+                    speculative: false,
                 });
                 rows.map(|row| row.compliance)
             };

@@ -33,10 +33,10 @@ pub struct RelaxedRigid<P = f64> {
     pub friction: P,
     /// b and k of the reference acceleration −b v − k d δ.
     pub reference: Reference<P>,
-    /// d, how much of the reference acceleration is enforced.
+    /// d, the enforced share of the reference acceleration.
     pub impedance: Impedance<P>,
-    /// By how much a point gives way less across the normal than along it, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; what sticks on a
-    /// slope creeps down with a speed that is the smaller the larger this is.
+    /// Ratio of normal to tangential regularisation, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; a point that sticks on a
+    /// slope creeps more slowly the larger this is.
     pub friction_impedance_ratio: P,
 }
 /// Coefficients b and k of the reference acceleration, with which a point comes back to the surface.
@@ -104,9 +104,41 @@ impl<P: Scalar> RelaxedRigid<P> {
         let below = (T::one() - d) / d * at.delassus;
         let above = match at.kappa {
             Some(kappa) => pull * pull * (D::one() / kappa) + below,
+            None if at.speculative => below,
             None => T::constant(f64::INFINITY),
         };
         at.state.depth.select_lt(T::zero(), above, below)
+    }
+}
+
+impl<P: Scalar> RelaxedRigid<P> {
+    /// The row along the normal of a point that may not go deeper in a step than by the width w of the impedance: where it would, vₙ⁺ = (min(δ, 0) − w) / Δt
+    /// without compliance. A smoothed law meets points above the ground by itself.
+    fn before_it_passes<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        own: ContactRow<T>,
+        at: &PointKinematics<'_, D, T>,
+    ) -> ContactRow<T> {
+        if at.kappa.is_some() {
+            return own;
+        }
+        let (depth, zero, per_step) = (at.state.depth, T::zero(), D::one() / at.dt);
+        let above = depth.select_lt(zero, depth, zero);
+        let least = (above - T::from(self.impedance.width)) * per_step;
+        let stopped = ContactRow {
+            reference: (least - at.velocity()[0]) * per_step,
+            compliance: zero,
+        };
+        let choose = |own_part: T, stopped_part: T| {
+            let faster = own
+                .reference
+                .select_lt(stopped.reference, stopped_part, own_part);
+            depth.select_lt(zero, stopped_part, faster)
+        };
+        ContactRow {
+            reference: choose(own.reference, stopped.reference),
+            compliance: choose(own.compliance, stopped.compliance),
+        }
     }
 }
 
@@ -123,12 +155,15 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         reads_delassus: true,
     };
 
-    fn friction(&self) -> P {
-        self.friction
+    fn material(&self) -> Material<P> {
+        Material {
+            friction: self.friction,
+            restitution: P::zero(),
+        }
     }
 
-    fn set_material(&mut self, pair: Material) {
-        self.friction = P::constant(pair.friction);
+    fn set_material(&mut self, pair: Material<P>) {
+        self.friction = pair.friction;
     }
 
     /// Takes points in the ground, and none above it.
@@ -154,8 +189,13 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
             reference,
             compliance,
         };
+        let along = row(pull - b * v[0], normal);
         [
-            row(pull - b * v[0], normal),
+            if at.speculative {
+                self.before_it_passes(along, at)
+            } else {
+                along
+            },
             row(-(b * v[1]), across),
             row(-(b * v[2]), across),
         ]
@@ -196,6 +236,7 @@ mod tests {
         delassus: 4.0,
         dt: 0.01,
         kappa: 0.0,
+        speculative: false,
     };
 
     // `MuJoCo`'s manual, solver parameters: b = 2 / (d_max T), k = 1 / (d_max T ζ)², a_ref = −b v − k d r with r = −δ, and R = (1 − d) / d Gₙₙ.

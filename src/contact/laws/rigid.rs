@@ -9,9 +9,6 @@ use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
-/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
-const LARGEST_APPROACH: f64 = 1e3;
-
 /// A point less deep or high than this, m, which moves along the normal by less in a step, is at rest on the surface, where the derivatives
 /// of [`Rigid`] are the mean of those on both sides: far above the rounding that decides on which side a body rests, and so small that
 /// nothing else can tell.
@@ -19,7 +16,7 @@ const AT_REST: f64 = 1e-9;
 /// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
 /// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
 ///
-/// It acts over a step, so it needs semi-implicit Euler.
+/// It acts over a step, so it needs semi-implicit Euler or the integrator implicit in velocity.
 ///
 /// # At rest
 /// The velocity that is wanted of a point has a kink at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ instead for
@@ -127,22 +124,20 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         reads_delassus: false,
     };
 
-    fn friction(&self) -> P {
-        self.friction
+    fn material(&self) -> Material<P> {
+        Material {
+            friction: self.friction,
+            restitution: self.restitution,
+        }
     }
 
-    fn set_material(&mut self, pair: Material) {
-        let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
-        (self.friction, self.restitution) = (friction, restitution);
+    fn set_material(&mut self, pair: Material<P>) {
+        (self.friction, self.restitution) = (pair.friction, pair.restitution);
     }
 
     /// Takes points that could come down within the step, also under the forces of others.
     fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {
-        ActivationMargin {
-            duration: dt,
-            approach: dt * LARGEST_APPROACH,
-            ..ActivationMargin::surface()
-        }
+        ActivationMargin::over_step(dt)
     }
 
     fn rows<D: Scalar, T: Over<P> + Over<D>>(

@@ -55,7 +55,7 @@ impl PairFinder {
             T::HAS_VALUES,
             "contact between bodies cannot be recorded: which features touch is decided on values"
         );
-        let margin = contacts.activation_margin(dt);
+        let margin = contacts.pair_margin(dt);
         let mut fits = true;
         for lane in 0..T::LANES {
             let margin = ActivationMargin {
@@ -127,7 +127,12 @@ impl PairFinder {
             let [a, b] = shapes.map(|k| &self.shapes[k]);
             let (margin, manifold) = (a.margin + b.margin, &mut self.manifold);
             features(&a.shape, &a.X_WS, &b.shape, &b.X_WS, margin, manifold);
-            for &feature in manifold.pairs() {
+            let sides = plain.shapes()[shapes[1]].sides.as_ref();
+            let admitted = |feature: &&PairFeature| {
+                let out = || b.X_WS.rotation.tr_mul(&-feature.seed);
+                sides.is_none_or(|sides| sides.admit(&out()))
+            };
+            for &feature in manifold.pairs().iter().filter(admitted) {
                 let is_same =
                     |own: &PairPoint| own.shapes == shapes && own.feature.id == feature.id;
                 if lane == 0 || !out.iter().any(is_same) {

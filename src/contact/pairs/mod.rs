@@ -12,6 +12,7 @@ pub(super) use finder::plain_pose;
 pub(crate) use finder::{PairFinder, PairPoint};
 
 use super::contacts::Contacts;
+use super::laws::ContactLaw;
 use super::point::velocity_at;
 use super::point_state::PointState;
 use super::shape_pairs::BodyShape;
@@ -37,6 +38,11 @@ impl<P: Scalar> Contacts<P> {
         self.shape_pairs().plain.is_some()
     }
 
+    /// Whether shapes that would arrive at each other within a step are met by a law that else meets overlap only.
+    pub(crate) fn are_pairs_speculative(&self) -> bool {
+        self.shape_pairs().speculative
+    }
+
     /// Number of shapes that can touch each other.
     pub(crate) fn n_shapes(&self) -> usize {
         self.shape_pairs().shapes.len()
@@ -48,9 +54,36 @@ impl<P: Scalar> Contacts<P> {
         plain.map_or(FrameId(0), |plain| plain.shapes()[shape].link)
     }
 
+    /// Whether a shape that can touch others has a material whose numbers are parameters.
+    pub(crate) fn shape_has_material(&self, shape: usize) -> bool {
+        let own = &self.shape_pairs().shapes[shape];
+        own.material.is_some() && own.has_parameters()
+    }
+
     /// The bodies of a pair of shapes; `None` is the world.
     pub(crate) fn pair_bodies(&self, shapes: [usize; 2]) -> [Option<BodyId>; 2] {
         shapes.map(|shape| self.shape_pairs().body(shape))
+    }
+
+    /// The law of a pair of shapes: that of all pairs, with the friction and restitution of their materials, if they have some.
+    pub(crate) fn pair_law(&self, shapes: [usize; 2]) -> ContactLaw<P> {
+        let shapes = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        law_of_shapes(self.law_of_pairs(), shapes)
+    }
+
+    /// [`pair_law`](Self::pair_law) with derivatives in the material of one of both shapes alone, where numbers have them.
+    pub(crate) fn pair_law_by_side(&self, shapes: [usize; 2], side: usize) -> ContactLaw<P> {
+        let [a, b] = self.in_one(shapes, side);
+        law_of_shapes(self.law_of_pairs(), [&a, &b])
+    }
+
+    /// Two shapes, with derivatives in numbers of one of them alone.
+    fn in_one(&self, shapes: [usize; 2], side: usize) -> [BodyShape<P>; 2] {
+        let mut shapes = shapes.map(|shape| self.shape_pairs().shapes[shape].clone());
+        let other = &mut shapes[1 - side];
+        other.shape = other.shape.map_numbers(&mut |x| x.detached());
+        other.material = other.material.map_numbers(&mut |x| x.detached());
+        shapes
     }
 
     /// Computes where a point between bodies is and how it moves: half way between the nearest points of both shapes, where equal and opposite forces keep
@@ -75,13 +108,19 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let mut shapes = point
-            .shapes
-            .map(|shape| self.shape_pairs().shapes[shape].clone());
-        let other = &mut shapes[1 - side].shape;
-        *other = other.map_numbers(&mut |x| x.detached());
-        state_of_shapes(&point.feature, [&shapes[0], &shapes[1]], X, V)
+        let [a, b] = self.in_one(point.shapes, side);
+        state_of_shapes(&point.feature, [&a, &b], X, V)
     }
+}
+
+/// The law of two shapes. Where only one has a material, the law is that of the other.
+fn law_of_shapes<P: Scalar>(law: &ContactLaw<P>, [a, b]: [&BodyShape<P>; 2]) -> ContactLaw<P> {
+    let mut own = *law;
+    if a.material.is_some() || b.material.is_some() {
+        let [a, b] = [a, b].map(|shape| shape.material.unwrap_or_else(|| law.material()));
+        own.set_material(a.between(&b));
+    }
+    own
 }
 
 fn state_of_shapes<P: Scalar, T: Over<P>>(

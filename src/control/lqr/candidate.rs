@@ -11,7 +11,7 @@ use crate::control::{reachable_decomposition, stability};
 /// cannot stabilise; for others the residual is some roundings.
 const RESIDUAL_TOLERANCE: f64 = 1e-6;
 
-/// Distance from the stability boundary from which on no hidden mode is suspected. A weight that is only rounding error
+/// Distance from the stability boundary beyond which no hidden mode is suspected. A weight that is only rounding error
 /// moves a single mode off the boundary by the square root of it.
 const SAFE_MARGIN: f64 = 1e-6;
 

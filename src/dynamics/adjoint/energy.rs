@@ -152,7 +152,7 @@ impl<T: Scalar> EnergySweep<T> {
             .for_each(|(out, slope)| *out += half * slope);
     }
 
-    /// The position of a follower is r q + o, and its rate r times that of its leader.
+    /// The position of a mimic joint is r q + o, and its rate r times that of its leader.
     fn add_coupling<P: Scalar>(
         &self,
         i: usize,

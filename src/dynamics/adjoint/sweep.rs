@@ -322,7 +322,7 @@ impl<T: Scalar> Sweep<T> {
         }
     }
 
-    /// The position of a follower is r q + o, and each of its rates r times that of its leader.
+    /// The position of a mimic joint is r q + o, and each of its rates r times that of its leader.
     #[inline(never)]
     fn add_coupling<P: Scalar>(
         &self,

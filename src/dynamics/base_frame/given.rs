@@ -36,7 +36,7 @@ pub enum BaseQuantity<'a, T: Scalar> {
     /// δq' is the small motion T(q) δq: in the mixed representation its base part is the change of the base's position in the
     /// world, then a rotation vector in axes of the world. δv' is the change of the velocity T(q) v, which changes with q too:
     /// the base part of δv' = T (δv + Ω(δq) × v), where Ω(δq) is δq without its linear part (*mixed*), δq (*inertial*), or zero
-    /// (*body*). What follows, as a state of contact δm, stays. A deviation of finite size is converted by the same linear map.
+    /// (*body*). Entries after these, such as a state of contact δm, stay unchanged. A deviation of finite size is converted by the same linear map.
     Deviation {
         /// The velocity of the state.
         v: &'a [T],

@@ -18,7 +18,7 @@
 //!
 //! with W = T⁻¹ Ṫ, which is Ω × on the base velocity and zero elsewhere: Ω is the velocity of the base with respect to
 //! the axes of the representation, that is 0 for *body*, the angular velocity for *mixed*, the velocity for *inertial*.
-//! All of it leaves a robot with a fixed base as it is. [`BaseFrame`] converts what was computed otherwise, and has the equation of motion in one representation
+//! Quantities of a robot with a fixed base do not change. [`BaseFrame`] converts results of other functions, and has the equation of motion in one representation
 //! throughout.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]

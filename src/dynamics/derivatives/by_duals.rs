@@ -1,6 +1,6 @@
 //! Derivatives of frames and momentum, and second derivatives, in tangent space, by dual numbers through the whole robot.
 //!
-//! What takes hyper-dual numbers is marked to be inlined, so that it is compiled by programs that call it and not with the library.
+//! Functions of hyper-dual numbers are marked for inlining, so that programs that call them compile them, and the library does not.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::HyperDual64;

@@ -2,7 +2,7 @@
 //!
 //! Inverse dynamics is a graph of small functions: a joint gives its body a motion, a motion asks for a force, a force is handed
 //! to the parent. Each is run on dual numbers, at its own body, in the few directions that it has: the joint at each call
-//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`VelocityProductMatrix`]). What lies between is
+//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`VelocityProductMatrix`]). The rest is
 //! linear and known: when a joint moves, everything that it carries moves as one rigid body. So the motions beyond it are eliminated
 //! once and for all by *composite* maps, from a change of the joint's motion to the change of the force that the whole subtree needs:
 //!

@@ -167,7 +167,7 @@ impl<T: Scalar> Entries<T> for Matrices<'_, T> {
     }
 }
 
-/// The derivatives, and the upper triangle of the mass matrix column by column; what is below the diagonal is of no use.
+/// The derivatives, and the upper triangle of the mass matrix column by column; entries below the diagonal are undefined.
 pub(super) struct Output<'a, T, E> {
     pub(super) nv: usize,
     pub(super) mass: &'a mut [T],
@@ -189,7 +189,7 @@ impl<T: Scalar, E: Entries<T>> Output<'_, T, E> {
         Pack([a, ..]): Pack<T, 4>,
         Pack([q, v]): Pack<T, 2>,
     ) {
-        // Of the mass matrix the upper triangle is enough, where followers may put both.
+        // Of the mass matrix the upper triangle is enough, where mimic joints may put both.
         if row <= column {
             self.mass[row + self.nv * column] += a;
         }

@@ -68,7 +68,7 @@ impl Preparation {
     }
 
     /// Sends all channels, forces too, through a Butterworth filter first, forwards and backwards. Not for positions of spherical, planar and floating
-    /// joints, which are no numbers of a line.
+    /// joints, whose values are not on a line.
     #[must_use]
     pub fn with_low_pass(mut self, low_pass: LowPass) -> Self {
         self.low_pass = Some(low_pass);
@@ -88,7 +88,7 @@ impl Preparation {
     ///
     /// # Errors
     /// If a joint with coordinates has no position, or no force and is not [passive](Experiment::with_passive_joint); if a name, a unit, a length, a
-    /// time or a number makes no sense; if a filter does not suit the rate; if no stretch is long enough. The error says which.
+    /// time or a number is invalid; if a filter does not suit the rate; if no stretch is long enough. The error says which.
     pub fn prepare(
         &self,
         model: &Model,

@@ -104,7 +104,7 @@ pub struct ShootingEstimate {
     pub iterations: usize,
 }
 
-/// Adjusts numbers of a simulator until its motion is that of the log, by Levenberg and Marquardt's method.
+/// Adjusts parameters of a simulator until its motion agrees with the log, by Levenberg and Marquardt's method.
 ///
 /// Each input of the simulator is the measured force along its coordinate, held from sample to sample. Bristles of contact are straight at the start of each
 /// segment, and go on from shot to shot.
@@ -115,7 +115,7 @@ pub struct ShootingEstimate {
 ///
 /// # Limitations
 /// The Jacobian leaves out what starts of earlier shots, where they are variables, do to bristles. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
-/// begins in flight and ends on the ground, or the other way round, the landscape has kinks; and that of a rigid body on several points of relaxed contact that
+/// begins in flight and ends on the ground, or the other way round, the cost is nonsmooth; and that of a rigid body on several points of relaxed contact that
 /// rocks is rough at time steps of some milliseconds, so that descents end in holes: fit friction with soft contact, or
 /// [smoothed](crate::contact::Smoothing), and from data in which the robot has settled.
 ///

@@ -83,7 +83,7 @@ impl<'a> Shooting<'a> {
         domains.chain(free).take(n).map(Into::into).unzip()
     }
 
-    /// The simulator with numbers of the robot; `None` where these make no robot: a number is out of its domain, or nothing resists a joint.
+    /// The simulator with parameters of the robot; `None` if these are not a robot: a parameter is out of its domain, or a joint moves without inertia.
     pub(super) fn simulator_with(&self, values: &[f64]) -> Option<Simulator> {
         if !self.variables.make_sense(values) {
             return None;

@@ -1,4 +1,4 @@
-//! Derivatives of a step in its state and in some numbers of the robot.
+//! Derivatives of a step in its state and in some parameters of the robot.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch
 use crate::scalar::{Cast, Dual};
 use crate::sim::{Integrator, Simulator, State, StepPoint, StepScratch};
 
-/// Numbers for each vector-Jacobian product from which on these are cheaper.
+/// Parameters for each vector-Jacobian product above which these are cheaper.
 const FORWARD_NUMBERS: usize = 2;
 
 type Local = Dual<f64, CHUNK>;

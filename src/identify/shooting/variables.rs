@@ -103,7 +103,7 @@ impl Variables {
         }
         let domain = layout.domains()[index];
         if bounds(domain).is_none() {
-            let reason = "a descent could take it where it makes no sense";
+            let reason = "the fit could leave its domain";
             return Err(IdentifyError::option(name, reason));
         }
         let value = simulator.parameters()[index];
@@ -150,7 +150,7 @@ impl Variables {
         self.nominal.len()
     }
 
-    /// Whether numbers of the robot, one for each variable, are where they make sense.
+    /// Whether parameters of the robot, one for each variable, are in their domains.
     pub(super) fn make_sense(&self, values: &[f64]) -> bool {
         let mut pairs = self.domains.iter().zip(values);
         pairs.all(|(domain, &x)| x.is_finite() && domain.contains(x))
@@ -192,7 +192,7 @@ impl Variables {
         }
     }
 
-    /// Slopes of the numbers in the directions: 1, but for those of inertias.
+    /// Derivatives of the parameters in the directions: 1, except those of inertias.
     pub(super) fn slopes(&self, x: &[f64]) -> DMatrix<f64> {
         let mut out = DMatrix::identity(self.len(), self.len());
         for &first in &self.inertias {

@@ -1,20 +1,24 @@
-//! Actuators: motors on joints, and what is not modelled.
+//! Actuators: on joints and sites, and what is not modelled.
 
 use std::collections::HashMap;
 
+use super::actuator_law::Law;
 use super::body::Bodies;
 use super::entry::Entry;
 use super::joint::{Kind, symmetric};
-use super::scene::MjcfActuator;
+use super::scene::{MjcfActuator, MjcfTransmission};
+use super::sections::Names;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::place::SourcePlace;
+use crate::model::Model;
+use crate::sim::{Interval, Servo};
 
-/// Actuators share their defaults: those of their own element count first.
-const OF_MOTORS: [&str; 9] = [
+/// Elements of actuators, which share their defaults.
+pub(super) const KINDS: [&str; 12] = [
+    "general",
     "motor",
-    "general",
     "position",
     "velocity",
     "intvelocity",
@@ -22,27 +26,32 @@ const OF_MOTORS: [&str; 9] = [
     "cylinder",
     "muscle",
     "adhesion",
-];
-/// Actuators that are not modelled, but for some of kind `general`.
-pub(super) const OF_OTHERS: [&str; 8] = [
-    "general",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
-    "muscle",
-    "adhesion",
+    "dcmotor",
+    "pid",
+    "plugin",
 ];
 
-/// Attributes that name what an actuator acts on, where that is no joint.
-const OTHER_ENDS: [&str; 5] = ["jointinparent", "tendon", "site", "cranksite", "body"];
+/// Attributes that name what an actuator acts on.
+const TARGETS: [&str; 6] = [
+    "joint",
+    "jointinparent",
+    "tendon",
+    "site",
+    "cranksite",
+    "body",
+];
 
 /// An actuator with its place.
 #[derive(Debug)]
 pub(super) struct ActuatorEntry {
     pub(super) actuator: MjcfActuator,
-    pub(super) place: SourcePlace,
+    place: SourcePlace,
+    /// Damping ratio from which its velocity gain follows.
+    damping_ratio: Option<f64>,
+    /// Part of the range of its joint that is the range of its target.
+    inherited: f64,
+    /// Armature and damping of the motor.
+    of_motor: [f64; 2],
 }
 
 /// Reads an actuator.
@@ -51,84 +60,229 @@ pub(super) fn read(
     kinds: &HashMap<String, Kind>,
     context: &mut Context<'_>,
 ) -> Result<ActuatorEntry, LoadError> {
-    let kind = part.node.tag();
-    let entry = match kind {
-        "motor" => part.entry(&OF_MOTORS)?,
-        _ => part.entry(&OF_OTHERS)?,
-    };
-    let autolimits = part.source.compiler.autolimits;
+    let entry = part.entry(&KINDS)?;
+    let classes = entry.classes;
+    let defaults = classes.defaults(entry.class, &KINDS).into_iter();
+    let elements = defaults.chain([entry.node]);
+    let law = Law::read(elements.map(|node| Entry::plain(node, classes)))?;
     let gear = entry.some_numbers("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
-    let joint = entry.text("joint").map(|name| part.naming.of(name));
-    let actuator = MjcfActuator {
-        name: part.name().unwrap_or_default(),
-        kind: kind.into(),
-        gain: gain(&entry)?,
-        gear: gear[0],
-        control_range: entry.range("ctrlrange", "ctrllimited", autolimits)?,
-        force_range: entry.range("forcerange", "forcelimited", autolimits)?,
-        joint,
-    };
-    let place = entry.node.place();
-    let is_on_single = match &actuator.joint {
-        None => false,
-        Some(name) => kinds
-            .get(name)
-            .ok_or_else(|| place.unknown(name))?
-            .is_single(),
-    };
-    if !is_on_single || actuator.gain.is_none() {
-        OTHER_ENDS.iter().for_each(|name| {
-            entry.value(name);
+    let (transmission, lack) = transmission(&entry, part, kinds, gear)?;
+    let lack = lack.or_else(|| law.lack());
+    let autolimits = part.source.compiler.autolimits;
+    let [input_range, force_range] = [("ctrlrange", "ctrllimited"), ("forcerange", "forcelimited")]
+        .map(|(range, limited)| {
+            let range = entry.range(range, limited, autolimits)?;
+            Ok(range.map(|[lower, upper]| Interval { lower, upper }))
         });
-        let what = match is_on_single {
-            true => "only motors are modelled",
-            false => "only motors on hinges and slides are modelled",
+    let of_motor = ["armature", "damping"].map(|name| entry.some_numbers_of_many(name, [0.0]));
+    let [[armature], [damping]] = {
+        let [armature, damping] = of_motor;
+        [armature?, damping?]
+    };
+    let (servo, damping_ratio) = law.servo(gear[0]);
+    let is_force = servo
+        == Servo {
+            gain: servo.gain,
+            ..Servo::torque(gear[0])
         };
-        let reason = format!("{what}; kept in MjcfScene::actuation");
-        context.ignore(&place, reason);
+    let on_site = matches!(transmission, MjcfTransmission::Site(..));
+    let lack = lack.or((on_site && !is_force).then_some("holds no site: only motors act there"));
+    let servo = Servo {
+        input_range: input_range?,
+        force_range: force_range?,
+        ..servo
+    };
+    if let Some(lack) = lack {
+        let reason = format!("{lack}; kept in MjcfScene::actuation");
+        context.ignore(&entry.node.place(), reason);
         entry.node.read_all();
     }
-    Ok(ActuatorEntry { actuator, place })
+    Ok(ActuatorEntry {
+        actuator: MjcfActuator {
+            name: part.name().unwrap_or_default(),
+            kind: entry.node.tag().into(),
+            transmission,
+            servo: lack.is_none().then_some(servo),
+        },
+        place: entry.node.place(),
+        damping_ratio,
+        inherited: law.inherited,
+        of_motor: [armature, damping],
+    })
 }
 
-/// Force before the gear per unit of the control, of motors and of what is one.
-fn gain(entry: &Entry<'_, '_>) -> Result<Option<f64>, LoadError> {
-    match entry.node.tag() {
-        "motor" => Ok(Some(1.0)),
-        "general" => {
-            let word = |name, plain: &str| entry.text(name).is_none_or(|text| text == plain);
-            let is_motor =
-                word("dyntype", "none") & word("gaintype", "fixed") & word("biastype", "none");
-            let [gain] = entry.some_numbers_of_many("gainprm", [1.0])?;
-            Ok(is_motor.then_some(gain))
+/// What an actuator acts on, and why that is not modelled, if it is not.
+fn transmission(
+    entry: &Entry<'_, '_>,
+    part: &Part<'_, '_>,
+    kinds: &HashMap<String, Kind>,
+    gear: [f64; 6],
+) -> Result<(MjcfTransmission, Option<&'static str>), LoadError> {
+    let own = TARGETS.map(|name| entry.text(name));
+    let named = own.iter().zip(TARGETS).find_map(|(own, kind)| {
+        let name = part.naming.of((*own)?);
+        Some((kind, name))
+    });
+    let Some((kind, name)) = named else {
+        let lack = Some("acts on nothing that is modelled");
+        return Ok((MjcfTransmission::Other(String::new()), lack));
+    };
+    let has_reference = entry.text("refsite").is_some();
+    Ok(match kind {
+        "joint" | "jointinparent" => {
+            let joint = kinds.get(&name);
+            let joint = joint.ok_or_else(|| entry.node.place().unknown(&name))?;
+            let lack = (!joint.is_single()).then_some("acts on a joint of several axes");
+            (MjcfTransmission::Joint(name), lack)
         }
-        _ => Ok(None),
+        "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
+        "tendon" => {
+            let lack = Some("acts on a tendon, which is not modelled");
+            (MjcfTransmission::Tendon(name), lack)
+        }
+        _ => {
+            let lack = Some("acts on what is not modelled");
+            (MjcfTransmission::Other(name), lack)
+        }
+    })
+}
+
+impl ActuatorEntry {
+    /// The joint that it acts on and its gear, where that is modelled.
+    fn on_joint(&self) -> Option<(&str, &Servo)> {
+        match (&self.actuator.transmission, &self.actuator.servo) {
+            (MjcfTransmission::Joint(joint), Some(servo)) => Some((joint, servo)),
+            _ => None,
+        }
     }
 }
 
-/// Limits the effort of joints that one motor moves to what it can give.
-pub(super) fn limit_efforts(
-    actuators: &[ActuatorEntry],
+/// Gives joints what their actuators have: rotor inertia, damping, and where one actuator moves a joint alone the largest force that it can give; and actuators
+/// the range of their joint where it is theirs.
+pub(super) fn share(
+    actuators: &mut [ActuatorEntry],
     bodies: &mut Bodies,
     context: &mut Context<'_>,
 ) {
-    let mut of_joint: HashMap<&str, Vec<&ActuatorEntry>> = HashMap::new();
+    let mut of_joint: HashMap<String, Vec<&mut ActuatorEntry>> = HashMap::new();
     for entry in actuators {
-        if let Some(joint) = &entry.actuator.joint {
-            of_joint.entry(joint).or_default().push(entry);
+        if let Some((joint, _)) = entry.on_joint() {
+            of_joint.entry(joint.to_owned()).or_default().push(entry);
         }
     }
     let joints = bodies.entries.iter_mut().flat_map(|body| &mut body.joints);
     for joint in joints {
-        let [only] = of_joint.get(joint.name.as_str()).map_or(&[][..], |all| all) else {
+        let Some(own) = of_joint.get_mut(joint.name.as_str()) else {
             continue;
         };
-        let most = only.actuator.largest_force();
-        let most = most.map(|range| symmetric(range, &only.place, context));
         let limits = &mut joint.axis.limits;
+        for entry in own.iter_mut() {
+            entry.inherit(limits.lower.zip(limits.upper));
+            let Some((_, servo)) = entry.on_joint() else {
+                continue;
+            };
+            let [armature, damping] = entry.of_motor.map(|x| x * servo.gear * servo.gear);
+            joint.axis.armature += armature;
+            joint.axis.damping += damping;
+        }
+        let [only] = &own[..] else {
+            for other in own.iter().skip(1) {
+                let reason = "a further actuator of its joint, for which the simulator has no input; kept in MjcfScene::actuation";
+                context.ignore(&other.place, reason);
+            }
+            continue;
+        };
+        let most = only.on_joint().and_then(|(_, servo)| largest_force(servo));
+        let most = most.map(|range| symmetric(range, &only.place, context));
         limits.effort = match (limits.effort, most) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         };
     }
+}
+
+impl ActuatorEntry {
+    /// Takes a part of the range of its joint about the middle of that for the range of its input, if it is to.
+    fn inherit(&mut self, range: Option<(f64, f64)>) {
+        let wanted = range.filter(|_| self.inherited > 0.0);
+        if let (Some((lower, upper)), Some(servo)) = (wanted, &mut self.actuator.servo) {
+            let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
+            servo.input_range = Some(Interval {
+                lower: middle - half * self.inherited,
+                upper: middle + half * self.inherited,
+            });
+        }
+    }
+
+    /// Whether its velocity gain follows from a damping ratio.
+    pub(super) fn has_ratio(&self) -> bool {
+        self.damping_ratio.is_some() && self.on_joint().is_some()
+    }
+
+    /// Error for more damping ratios than there is time for.
+    pub(super) fn too_many(&self) -> LoadError {
+        let reason = "too many actuators state a dampratio: give them a kv";
+        self.place.unsupported(reason)
+    }
+
+    /// Names the frame of the site that it acts on.
+    pub(super) fn mount(&mut self, names: &Names, context: &mut Context<'_>) {
+        let MjcfTransmission::Site(site, _) = &mut self.actuator.transmission else {
+            return;
+        };
+        match names.sites.get(site.as_str()) {
+            Some(frame) => site.clone_from(frame),
+            None if self.actuator.servo.take().is_some() => {
+                context.ignore(
+                    &self.place,
+                    format!("there is no frame of the site \"{site}\""),
+                );
+            }
+            None => {}
+        }
+    }
+
+    /// Makes the velocity gain of a damping ratio ζ: 2 ζ √(`k_p` I / n²), with the inertia I that the joint feels where the file has the bodies.
+    ///
+    /// # References
+    /// The attribute `dampratio` in the XML reference of `MuJoCo`; that the other joints are free was measured.
+    pub(super) fn damp(&mut self, model: &Model, inertia: &impl Fn(usize) -> f64) {
+        let Some((joint, ratio)) = self
+            .on_joint()
+            .map(|(joint, _)| joint)
+            .zip(self.damping_ratio)
+        else {
+            return;
+        };
+        let Some(id) = model.joint(joint) else {
+            return;
+        };
+        let inertia = inertia(model.joint_v(id).start);
+        if let Some(servo) = &mut self.actuator.servo {
+            let seen = inertia / (servo.gear * servo.gear);
+            servo.velocity_gain = 2.0 * ratio * (servo.position_gain * seen).sqrt();
+        }
+    }
+}
+
+/// Least and largest force along the joint, of a servo whose force is limited.
+fn largest_force(servo: &Servo) -> Option<[f64; 2]> {
+    let is_motor = servo.position_gain == 0.0 && servo.velocity_gain == 0.0;
+    let own = servo.force_range;
+    let by_input = servo.input_range.filter(|_| is_motor).map(|range| {
+        let [a, b] = [range.lower, range.upper].map(|u| servo.gain * u + servo.bias);
+        Interval {
+            lower: a.min(b),
+            upper: a.max(b),
+        }
+    });
+    let range = match (own, by_input) {
+        (Some(own), Some(range)) => Interval {
+            lower: range.lower.clamp(own.lower, own.upper),
+            upper: range.upper.clamp(own.lower, own.upper),
+        },
+        (own, range) => own.or(range)?,
+    };
+    let [a, b] = [range.lower, range.upper].map(|force| servo.gear * force);
+    Some([a.min(b), a.max(b)])
 }

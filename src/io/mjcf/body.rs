@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::collections::HashSet;
+
 use super::documents::Source;
 use super::entry::Choice;
 use super::geom::{Geom, Shape};
@@ -35,6 +37,8 @@ pub(super) struct BodyEntry {
     pub(super) collisions: Vec<Collision>,
     /// Numbers of contact of the collisions, in their order.
     pub(super) contacts: Vec<MjcfGeom>,
+    /// Shapes that touch by their names only, as parts of pairs.
+    pub(super) idle: Vec<(Collision, MjcfGeom)>,
     pub(super) sites: Vec<Site>,
     pub(super) place: SourcePlace,
 }
@@ -45,6 +49,8 @@ pub(super) struct Bodies {
     pub(super) entries: Vec<BodyEntry>,
     /// The first plane on the world, with its pose.
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
+    /// The first geom with friction against turning, and the first with a margin, and how many there are.
+    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
 }
 
 /// Reads the bodies of a description.
@@ -56,6 +62,7 @@ pub(super) fn read<'t, 'c>(
     let mut bodies = Bodies {
         entries: Vec::new(),
         ground: None,
+        unmodelled: [None, None],
     };
     let root = sources[0].root;
     bodies.entries.push(BodyEntry::new(
@@ -122,6 +129,7 @@ impl BodyEntry {
             visuals: Vec::new(),
             collisions: Vec::new(),
             contacts: Vec::new(),
+            idle: Vec::new(),
             sites: Vec::new(),
             place: node.place(),
         }
@@ -214,6 +222,11 @@ impl Bodies {
         let entry = part.entry(&["geom"])?;
         let mut geom = Geom::read(&entry, &source.compiler, &source.assets)?;
         geom.contact.name = part.name();
+        let contact = &geom.contact;
+        let has = [contact.condim > 3, contact.margin > contact.gap].map(|is| is && geom.touches());
+        for (slot, _) in self.unmodelled.iter_mut().zip(has).filter(|(_, has)| *has) {
+            slot.get_or_insert_with(|| (part.node.place(), 0)).1 += 1;
+        }
         self.shape(&geom, part.X * geom.X, index, &part.node.place(), context);
         Ok(geom)
     }
@@ -241,13 +254,16 @@ impl Bodies {
                 color: geom.color,
             });
         }
+        let collision = Collision {
+            name,
+            placement,
+            geometry,
+        };
         if geom.touches() {
-            body.collisions.push(Collision {
-                name,
-                placement,
-                geometry,
-            });
+            body.collisions.push(collision);
             body.contacts.push(geom.contact.clone());
+        } else if collision.name.is_some() {
+            body.idle.push((collision, geom.contact.clone()));
         }
     }
 
@@ -290,6 +306,39 @@ impl Bodies {
         Ok(())
     }
 
+    /// Remarks on what no contact here has.
+    pub(super) fn note_unmodelled(&self, context: &mut Context<'_>) {
+        let reasons = [
+            "condim: friction against turning is not modelled",
+            "margin: contact begins where shapes touch",
+        ];
+        for (own, reason) in self.unmodelled.iter().zip(reasons) {
+            if let Some((place, times)) = own {
+                let reason = match times {
+                    1 => reason.to_owned(),
+                    _ => format!("{reason}; {times} geoms, first here"),
+                };
+                context.ignore(place, reason);
+            }
+        }
+    }
+
+    /// Lets shapes touch that pairs name.
+    pub(super) fn pair(&mut self, names: &HashSet<&str>) {
+        for body in &mut self.entries {
+            for (collision, contact) in std::mem::take(&mut body.idle) {
+                let is_paired = contact
+                    .name
+                    .as_deref()
+                    .is_some_and(|own| names.contains(own));
+                if is_paired {
+                    body.collisions.push(collision);
+                    body.contacts.push(contact);
+                }
+            }
+        }
+    }
+
     /// Makes up names: of bodies by their number, of joints after their body.
     fn make_names(&mut self) {
         let mut bodies = Names::of(self.entries.iter().map(|body| body.name.as_str()));
@@ -299,7 +348,8 @@ impl Bodies {
             if body.name.is_empty() {
                 body.name = bodies.fresh(format!("body_{i}"));
             }
-            for contact in &mut body.contacts {
+            let idle = body.idle.iter_mut().map(|(_, contact)| contact);
+            for contact in body.contacts.iter_mut().chain(idle) {
                 contact.link.clone_from(&body.name);
             }
             for (k, joint) in body.joints.iter_mut().enumerate() {

@@ -112,6 +112,23 @@ impl<'t> Classes<'t> {
         found.ok_or_else(unknown).map(Some)
     }
 
+    /// The elements that set defaults of tags in a class, from the outermost class on.
+    pub(super) fn defaults(&self, class: ClassId, tags: &[&'static str]) -> Vec<Node<'t>> {
+        let mut found = Vec::new();
+        let mut at = Some(class);
+        while let Some(id) = at {
+            let own = tags
+                .iter()
+                .filter_map(|tag| self.classes[id].defaults.get(tag));
+            let mut own: Vec<Node<'t>> = own.flatten().copied().collect();
+            own.sort_unstable_by_key(|node| std::cmp::Reverse(node.index));
+            found.extend(own);
+            at = self.classes[id].around;
+        }
+        found.reverse();
+        found
+    }
+
     /// The element that sets the default of an attribute.
     ///
     /// * `tags` – tags of elements whose defaults are meant

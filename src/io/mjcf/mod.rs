@@ -20,6 +20,7 @@
 //! The XML reference of `MuJoCo` 3 and 4; what it leaves open was measured with its library 4.0.0.
 
 mod actuator;
+mod actuator_law;
 mod assemble;
 mod assets;
 mod body;
@@ -38,6 +39,7 @@ mod mesh_inertia;
 mod naming;
 mod option;
 mod orientation;
+mod pairs;
 mod scene;
 mod sections;
 mod sensor;
@@ -48,6 +50,7 @@ mod springs;
 mod tendon;
 #[cfg(test)]
 mod tests;
+mod touching;
 mod tree;
 mod unused;
 mod walk;
@@ -62,8 +65,9 @@ use super::options::close;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
 use crate::error::LoadError;
-use crate::model::{Base, JointId, ModelBuilder};
+use crate::model::{Base, JointId, Model, ModelBuilder};
 use crate::sim::State;
+use actuator::ActuatorEntry;
 use documents::Source;
 use include::Files;
 use naming::Naming;
@@ -72,7 +76,7 @@ use walk::{Part, Walk};
 
 pub use scene::{
     MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon,
+    MjcfTendon, MjcfTransmission,
 };
 
 /// Loads a description from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
@@ -154,14 +158,16 @@ fn scene(
         walk: &walk,
     };
     let kinds = Names::of(&bodies).kinds;
-    let actuators = beside.read("actuator", context, |part, context| {
+    let mut actuators = beside.read("actuator", context, |part, context| {
         actuator::read(part, &kinds, context).map(Some)
     })?;
-    actuator::limit_efforts(&actuators, &mut bodies, context);
+    actuator::share(&mut actuators, &mut bodies, context);
     let tendons = beside.read("tendon", context, |part, _| match part.node.tag() {
         "fixed" => tendon::read(part, &kinds).map(Some),
         _ => Ok(None),
     })?;
+
+    let contacts = beside.contacts(&mut bodies, context)?;
 
     let name = main.root.filled("model").unwrap_or_default();
     let gravity = options.gravity.unwrap_or(settings.gravity);
@@ -173,6 +179,10 @@ fn scene(
     let builder = springs::add(builder, &bodies, base, assembly.floats())?;
     let model = options.build_on(builder, base)?;
     let q = assemble::reference(&model, &bodies, assembly.floats());
+    damp(&mut actuators, &model, q.as_slice())?;
+    for own in &mut actuators {
+        own.mount(&assembly.names, context);
+    }
 
     let target = keyframe::Target {
         floats: assembly.floats() && model.has_floating_base(),
@@ -196,12 +206,17 @@ fn scene(
     let constraints = beside.read("equality", context, |part, context| {
         equality::read(part, &reference, context)
     })?;
+    let measured = sensor::Target {
+        model: &model,
+        sites: &assembly.names.sites,
+        magnetic: settings.magnetic,
+    };
     let scene = MjcfScene {
         reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
         constraints,
-        contacts: beside.contacts(&bodies, context)?,
+        contacts: contacts.placed(&bodies, assembly.floats()),
         sensors: beside.read("sensor", context, |part, context| {
-            Ok(Some(sensor::read(part, context)))
+            sensor::read(part, &measured, context).map(Some)
         })?,
         actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
         tendons,
@@ -224,6 +239,26 @@ fn scene(
     })
 }
 
+/// Makes gains of the damping ratios of actuators, if there are any.
+fn damp(actuators: &mut [ActuatorEntry], model: &Model, q: &[f64]) -> Result<(), LoadError> {
+    let mut wanted = actuators
+        .iter_mut()
+        .filter(|own| own.has_ratio())
+        .peekable();
+    // Where nothing resists a joint there is no inertia that it feels.
+    if wanted.peek().is_none() || model.check_mass_matrix().is_err() {
+        return Ok(());
+    }
+    let inertia = springs::inertia(model, q);
+    for (k, actuator) in wanted.enumerate() {
+        if k.saturating_mul(model.nv()) > springs::MOST {
+            return Err(actuator.too_many());
+        }
+        actuator.damp(model, &inertia);
+    }
+    Ok(())
+}
+
 /// The sections beside the bodies.
 struct Beside<'w, 't, 'c> {
     sources: &'c [Source<'t>],
@@ -240,22 +275,20 @@ impl<'t, 'c> Beside<'_, 't, 'c> {
         sections::read(self.sources, self.walk, section, context, one)
     }
 
-    /// The numbers of contact of all geoms on bodies, and the pairs.
+    /// The pairs that touch or do not, of which bodies take the shapes that touch.
     fn contacts(
         &self,
-        bodies: &body::Bodies,
+        bodies: &mut body::Bodies,
         context: &mut Context<'_>,
     ) -> Result<MjcfContacts, LoadError> {
-        let mut contacts = MjcfContacts {
-            ground: bodies.ground.clone(),
-            ..MjcfContacts::default()
-        };
-        for body in bodies.entries.iter().skip(1) {
-            contacts.geoms.extend(body.contacts.iter().cloned());
-        }
-        self.read("contact", context, |part, context| {
-            contact::read_pair(part, &mut contacts, context).map(Some)
+        let mut contacts = MjcfContacts::default();
+        self.read("contact", context, |part, _| {
+            pairs::read_pair(part, &mut contacts).map(Some)
         })?;
+        let paired = contacts.pairs.iter().flatten().map(String::as_str);
+        bodies.pair(&paired.collect());
+        pairs::exclude_neighbours(bodies, &mut contacts, context);
+        bodies.note_unmodelled(context);
         Ok(contacts)
     }
 }

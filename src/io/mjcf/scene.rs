@@ -1,10 +1,13 @@
 //! Content of an MJCF that a model cannot hold.
 
+use std::collections::HashSet;
+
 use nalgebra::DVector;
 
 use crate::constraint::Constraint;
+use crate::io::names::Names;
 use crate::model::Model;
-use crate::sim::{Integrator, State};
+use crate::sim::{Integrator, Sensor, SensorNoise, Sensors, Servo, State};
 use crate::spatial::Transform;
 
 /// Everything that an MJCF holds and this library can use.
@@ -18,7 +21,7 @@ pub struct MjcfScene {
     pub model: Model,
     /// The configuration in which the file has its bodies, `qpos0`, at rest: references of hinges and slides, poses of free bodies.
     pub reference: State,
-    /// Actuators, in the order of the file.
+    /// Actuators, in the order of the file; [`inputs`](Self::inputs) has the order of the simulator's.
     pub actuation: Vec<MjcfActuator>,
     /// Geoms that touch, the ground, and which pairs of bodies touch or do not.
     pub contacts: MjcfContacts,
@@ -26,7 +29,7 @@ pub struct MjcfScene {
     pub constraints: Vec<Constraint>,
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,
-    /// Sensors by name; they are not computed.
+    /// Sensors, in the order of the file; [`known_sensors`](Self::known_sensors) reads those that are modelled.
     pub sensors: Vec<MjcfSensor>,
     /// Named states.
     pub keyframes: Vec<MjcfKeyframe>,
@@ -42,53 +45,24 @@ pub struct MjcfActuator {
     pub name: String,
     /// Its element: `motor`, `position`, `general`, ….
     pub kind: String,
-    /// The joint that it acts on, if it acts on one.
-    pub joint: Option<String>,
-    /// Force before the gear per unit of the control, of motors; `None` for servos and other kinds, which are not modelled.
-    pub gain: Option<f64>,
-    /// Force or torque along the joint per unit of the force before the gear.
-    pub gear: f64,
-    /// Least and largest control, if it is limited.
-    pub control_range: Option<[f64; 2]>,
-    /// Least and largest force before the gear, if it is limited.
-    pub force_range: Option<[f64; 2]>,
+    /// What it acts on.
+    pub transmission: MjcfTransmission,
+    /// Its force along what it acts on, gear and ranges included; `None` where that is not modelled. The control is the servo's input.
+    pub servo: Option<Servo>,
 }
 
-impl MjcfActuator {
-    /// `true` for a motor on a joint: its force is gear · gain · control. Others are not modelled.
-    pub fn is_motor(&self) -> bool {
-        self.gain.is_some() && self.joint.is_some()
-    }
-
-    /// The force along the joint for a control, of a motor, N·m or N.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::ModelOptions;
-    ///
-    /// let xml = r#"<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
-    ///   <actuator><motor joint="j" gear="20" ctrlrange="-1 1"/></actuator></mujoco>"#;
-    /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
-    /// assert_eq!(scene.actuation[0].force(0.5), 10.0);
-    /// assert_eq!(scene.actuation[0].force(3.0), 20.0);
-    /// # Ok::<(), dualbody::LoadError>(())
-    /// ```
-    pub fn force(&self, control: f64) -> f64 {
-        let gain = self.gain.unwrap_or_default();
-        self.gear * within(gain * within(control, self.control_range), self.force_range)
-    }
-
-    /// Least and largest force along the joint, of a motor whose force is limited.
-    pub(super) fn largest_force(&self) -> Option<[f64; 2]> {
-        self.gain?;
-        self.control_range.or(self.force_range)?;
-        let [a, b] = [f64::NEG_INFINITY, f64::INFINITY].map(|control| self.force(control));
-        (a.is_finite() && b.is_finite()).then(|| [a.min(b), a.max(b)])
-    }
-}
-
-fn within(x: f64, range: Option<[f64; 2]>) -> f64 {
-    range.map_or(x, |[lower, upper]| x.max(lower).min(upper))
+/// What an actuator acts on.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MjcfTransmission {
+    /// A joint, by name.
+    Joint(String),
+    /// A site, by name, with force (N) and moment (N·m) in its axes per unit of the motor's force.
+    Site(String, [f64; 6]),
+    /// A tendon, by name.
+    Tendon(String),
+    /// Anything else, by name.
+    Other(String),
 }
 
 /// Numbers of contact of an MJCF.
@@ -97,9 +71,9 @@ fn within(x: f64, range: Option<[f64; 2]>) -> f64 {
 pub struct MjcfContacts {
     /// Pose in the world of the first plane that stands still: its z axis is the normal.
     pub ground: Option<(Transform<f64>, MjcfGeom)>,
-    /// Geoms on links that touch something, in the order of the file.
+    /// Geoms that touch something, in the order of the bodies of the file.
     pub geoms: Vec<MjcfGeom>,
-    /// Pairs of bodies that do not touch.
+    /// Pairs of bodies that do not touch: those of the file, and bodies that several joints connect.
     pub excluded: Vec<[String; 2]>,
     /// Pairs of geoms that touch whatever their types are, by name.
     pub pairs: Vec<[String; 2]>,
@@ -152,8 +126,8 @@ pub struct MjcfTendon {
     pub joints: Vec<(String, f64)>,
 }
 
-/// A sensor, which is not computed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A sensor.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfSensor {
     /// Its name; empty where it has none.
@@ -162,6 +136,40 @@ pub struct MjcfSensor {
     pub kind: String,
     /// Name of the object that it measures at; empty where it names none.
     pub object: String,
+    /// The sensor here, which may read more numbers: position and orientation together, force and torque, linear and angular. `None` for what is not modelled.
+    pub sensor: Option<Sensor>,
+    /// Deviation of its noise, limit, period and delay.
+    pub noise: SensorNoise,
+}
+
+impl MjcfScene {
+    /// The sensors that are modelled, by name: of those without one by kind and place in the file, as `gyro 3`. Noise is not in them:
+    /// [`MjcfSensor::noise`] is for [`NoisySensors`](crate::sim::NoisySensors).
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/><site name="imu"/></body></worldbody>
+    ///   <sensor><jointpos name="encoder" joint="j"/><gyro site="imu"/></sensor></mujoco>"#;
+    /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
+    /// assert_eq!(scene.known_sensors().names(), ["encoder", "gyro 1.x", "gyro 1.y", "gyro 1.z"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn known_sensors(&self) -> Sensors {
+        let named = self.sensors.iter().map(|own| own.name.as_str());
+        let mut names = Names::of(named.filter(|name| !name.is_empty()));
+        let mut taken = HashSet::new();
+        let own = self.sensors.iter().enumerate().filter_map(|(k, own)| {
+            let sensor = own.sensor?;
+            let name = match !own.name.is_empty() && taken.insert(own.name.as_str()) {
+                true => own.name.clone(),
+                false => names.fresh(format!("{} {k}", own.kind)),
+            };
+            Some((name, sensor))
+        });
+        Sensors::new(&self.model, own)
+    }
 }
 
 /// A named state.

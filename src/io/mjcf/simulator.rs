@@ -1,25 +1,35 @@
 //! Simulators of scenes.
 
-use std::collections::HashSet;
 use std::path::Path;
 
-use super::scene::{MjcfGeom, MjcfScene};
-use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Terrain};
+use super::scene::{MjcfActuator, MjcfScene, MjcfTransmission};
+use crate::constraint::Anchor;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
-use crate::sim::{Actuation, Simulator};
-use crate::spatial::Transform;
+use crate::model::Model;
+use crate::sim::{Actuation, Actuator, FrameActuator, Interval, Servo, Simulator};
+use crate::spatial::{Force, Representation};
 
 impl MjcfScene {
-    /// Makes a simulator of the scene: its time step and method, joint limits and friction, constraints, contacts with the ground, and an input for
-    /// each motor, the force along its joint ([`MjcfActuator::force`](super::MjcfActuator::force) makes it of a control).
+    /// Makes a simulator of the scene: its time step and method, joint limits and friction, constraints, contacts, and an input for each actuator that is
+    /// modelled: its control, as in `MuJoCo`. Inputs of joints come first, then those of sites, each in the order of the file; [`inputs`](Self::inputs) puts
+    /// controls into this order.
     ///
     /// | number | taken as |
     /// |---|---|
     /// | joint limits, friction losses | those of [`Actuation::from_model`] |
-    /// | contact | [`RelaxedRigid`] against the ground with its default reference and impedance, `impratio`, and the larger sliding friction of link and ground; 0 for `condim` 1 |
+    /// | actuators of joints | [`Servo`]s, which steps of Euler take at their end |
+    /// | actuators of sites, if their force is a factor times the control | [`FrameActuator`]s |
+    /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with the `solref`, `solimp` and friction that `MuJoCo` mixes of two geoms, and `impratio` |
+    /// | contact with the ground | one law for each link: that of its first geom, with the largest friction |
+    /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; one law: that of the first two geoms that can touch, with the largest friction |
     ///
-    /// Links touch the ground only. Reads the meshes that do.
+    /// Reads the meshes that touch.
+    ///
+    /// # Limitations
+    /// With active contacts and limits, accelerations differ from those of `MuJoCo` by what the formulations do: the regularisation goes with the exact
+    /// Delassus matrix, not with an estimate of it, cones are round, and limits of joints are springs. A second actuator of a joint is left out, as
+    /// [`inputs`](Self::inputs) shows.
     ///
     /// # Panics
     /// If the mass matrix of the model is singular: [`Model::check_mass_matrix`](crate::Model::check_mass_matrix), or if contact points need more memory than
@@ -30,95 +40,141 @@ impl MjcfScene {
     /// use dualbody::ModelOptions;
     ///
     /// let xml = r#"<mujoco><option timestep="0.001"/><worldbody><body name="cart"><joint name="x" type="slide" axis="1 0 0"/>
-    ///   <geom type="box" size="0.1 0.1 0.1" mass="2"/></body></worldbody><actuator><motor joint="x"/></actuator></mujoco>"#;
+    ///   <geom type="box" size="0.1 0.1 0.1" mass="2"/></body></worldbody><actuator><motor joint="x" gear="10" ctrlrange="-1 1"/></actuator></mujoco>"#;
     /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
     /// let simulator = scene.simulator();
-    /// let next = simulator.step(&scene.reference, &[4.0]);
+    /// let next = simulator.step(&scene.reference, &[0.4]);
     /// assert!((next.v[0] - 0.001 * 4.0 / 2.0).abs() < 1e-15);
     /// # Ok::<(), dualbody::LoadError>(())
     /// ```
     pub fn simulator(&self) -> Simulator {
-        let model = self.model.clone();
-        let mut motors: Vec<&str> = Vec::new();
-        let mut driven = HashSet::new();
-        for motor in self.actuation.iter().filter(|own| own.is_motor()) {
-            let joint = motor.joint.as_deref().unwrap_or_default();
-            // Locked joints are there no more, and two motors on one joint are one input.
-            if self.model.joint(joint).is_some() && driven.insert(joint) {
-                motors.push(joint);
-            }
-        }
-        let simulator = Simulator::new(model)
+        let model = &self.model;
+        let drives = self.drives();
+        let joints: Vec<&str> = drives.iter().map(|drive| drive.joint).collect();
+        let simulator = Simulator::new(model.clone())
             .with_time_step(self.options.time_step)
             .with_integrator(self.options.integrator)
-            .with_actuation(Actuation::from_model(&self.model));
-        let simulator = match simulator.clone().with_actuated_joints(&motors) {
+            .with_actuation(actuation(model, &drives));
+        let mut simulator = match simulator.clone().with_actuated_joints(&joints) {
             Ok(simulator) => simulator,
             Err(_) => simulator,
         };
-        let simulator = match self.constraints.is_empty() {
-            true => simulator,
-            false => simulator.with_constraints(self.constraints.clone()),
-        };
-        match self.ground_contacts() {
+        let thrusters: Vec<FrameActuator> = self.thrusters().map(|(_, own)| own).collect();
+        if !thrusters.is_empty() {
+            simulator = simulator.with_frame_actuators(thrusters);
+        }
+        if !self.constraints.is_empty() {
+            simulator = simulator.with_constraints(self.constraints.clone());
+        }
+        match self.touching() {
             Some(contacts) => simulator.with_contacts(contacts),
             None => simulator,
         }
     }
 
-    /// Contacts of the geoms that touch the ground; `None` without ground or such geoms.
-    fn ground_contacts(&self) -> Option<Contacts> {
-        let (pose, ground) = self.contacts.ground.as_ref()?;
-        let law = |friction: f64| {
-            ContactLaw::RelaxedRigid(RelaxedRigid {
-                friction,
-                friction_impedance_ratio: self.options.impratio,
-                ..RelaxedRigid::default()
-            })
+    /// Puts controls, one for each actuator in the order of the file, into the order of the inputs of the [simulator](Self::simulator); those of actuators that
+    /// are not modelled are left out. Allocates.
+    ///
+    /// # Panics
+    /// If there are not as many.
+    pub fn inputs(&self, control: &[f64]) -> Vec<f64> {
+        let n = self.actuation.len();
+        assert_eq!(control.len(), n, "a control for each actuator of the file");
+        let drives = self.drives();
+        let joints = drives.iter().map(|drive| drive.index);
+        let sites = self.thrusters().map(|(index, _)| index);
+        joints.chain(sites).map(|index| control[index]).collect()
+    }
+
+    /// Actuators of joints: of each joint, unless it is locked, the first.
+    fn drives(&self) -> Vec<Drive<'_>> {
+        let mut drives: Vec<Drive<'_>> = Vec::new();
+        let mut driven = std::collections::HashSet::new();
+        for (index, own) in self.actuation.iter().enumerate() {
+            let (MjcfTransmission::Joint(joint), Some(servo)) = (&own.transmission, &own.servo)
+            else {
+                continue;
+            };
+            if self.model.joint(joint).is_some() && driven.insert(joint) {
+                drives.push(Drive {
+                    index,
+                    joint,
+                    servo,
+                });
+            }
+        }
+        drives
+    }
+
+    /// Actuators of sites with their indices.
+    fn thrusters(&self) -> impl Iterator<Item = (usize, FrameActuator)> {
+        let all = self.actuation.iter().enumerate();
+        all.filter_map(|(index, own)| Some((index, thruster(&self.model, own)?)))
+    }
+}
+
+/// An actuator of a joint.
+struct Drive<'a> {
+    /// Place in the file.
+    index: usize,
+    joint: &'a str,
+    servo: &'a Servo,
+}
+
+/// What the description says of joints, and the servos of actuators.
+fn actuation(model: &Model, drives: &[Drive<'_>]) -> Actuation {
+    let mut actuation = Actuation::from_model(model);
+    for drive in drives
+        .iter()
+        .filter(|drive| *drive.servo != Servo::torque(1.0))
+    {
+        let Some(id) = model.joint(drive.joint) else {
+            continue;
         };
-        let touching = || self.contacts.geoms.iter().filter(|own| own.touches(ground));
-        let moving = |own: &&MjcfGeom| self.moves(&own.link);
-        let mut links: Vec<&str> = touching().filter(moving).map(|own| &*own.link).collect();
-        links.dedup();
-        if links.is_empty() {
-            return None;
+        let own = actuation.actuators()[model.joint_v(id).start];
+        let servo = Some(*drive.servo);
+        // That the joint is there is known, and its kind was checked as it was read.
+        if let Ok(changed) =
+            (actuation.clone()).with_actuator(model, drive.joint, Actuator { servo, ..own })
+        {
+            actuation = changed;
         }
-        let contacts = Contacts::new(&self.model, terrain(pose)?, law(ground.friction[0]));
-        let mut contacts = contacts.with_links(&self.model, &links).ok()?;
-        for link in links {
-            let own = touching().filter(|own| own.link == link);
-            let friction = own.map(|own| friction(own, ground)).fold(0.0, f64::max);
-            contacts = contacts.with_law(&self.model, link, law(friction)).ok()?;
-        }
-        Some(contacts)
     }
-
-    fn moves(&self, link: &str) -> bool {
-        let frame = self.model.frame(link);
-        frame.is_some_and(|frame| self.model.frames()[frame.0].body.is_some())
-    }
+    actuation
 }
 
-/// Friction of two geoms: that of the one with priority, or else the larger.
-fn friction(one: &MjcfGeom, other: &MjcfGeom) -> f64 {
-    let [a, b] = [one, other].map(|own| match own.condim {
-        1 => 0.0,
-        _ => own.friction[0],
-    });
-    match one.priority.cmp(&other.priority) {
-        std::cmp::Ordering::Greater => a,
-        std::cmp::Ordering::Less => b,
-        std::cmp::Ordering::Equal => a.max(b),
-    }
+/// The actuator of a site, if its force is a factor times the control.
+fn thruster(model: &Model, own: &MjcfActuator) -> Option<FrameActuator> {
+    let (MjcfTransmission::Site(site, gear), Some(servo)) = (&own.transmission, &own.servo) else {
+        return None;
+    };
+    let place = Anchor::frame(model, site).ok()?;
+    let wrench = Force::from_array(gear.map(|x| x * servo.gain));
+    let is_nothing = wrench == Force::zero();
+    let actuator = (!is_nothing)
+        .then(|| FrameActuator::new(own.name.clone(), place, wrench, Representation::Body))?;
+    let Interval { lower, upper } = inputs_of(servo);
+    Some(match lower < upper {
+        true if lower > f64::NEG_INFINITY || upper < f64::INFINITY => {
+            actuator.with_limits(lower, upper)
+        }
+        _ => actuator,
+    })
 }
 
-/// The plane z = 0 of a pose as terrain, if its normal points up.
-fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
-    /// Least height of the normal: steeper ground has no height over its points.
-    const LEAST: f64 = 1e-3;
-    let normal = pose.rotation.column(2).into_owned();
-    let is_finite = pose.translation.iter().all(|x| x.is_finite());
-    (is_finite && normal.z > LEAST).then(|| Terrain::plane(pose.translation.into(), normal.into()))
+/// The inputs of a motor that its ranges of input and force allow.
+fn inputs_of(servo: &Servo) -> Interval {
+    let all = Interval {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+    };
+    let Interval { lower, upper } = servo.input_range.unwrap_or(all);
+    let force = servo.force_range.unwrap_or(all);
+    let [a, b] = [force.lower, force.upper].map(|force| force / servo.gain);
+    Interval {
+        lower: lower.max(a.min(b)),
+        upper: upper.min(a.max(b)),
+    }
 }
 
 impl Simulator<f64> {
@@ -132,5 +188,17 @@ impl Simulator<f64> {
     pub fn from_mjcf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         let options = ModelOptions::default();
         Ok(options.load_mjcf_scene_file(path)?.0.simulator())
+    }
+
+    /// Makes a simulator of everything that an MJCF text holds and this library can use; see [`MjcfScene::simulator`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Panics
+    /// If the mass matrix of the model is singular.
+    pub fn from_mjcf_str(xml: &str) -> Result<Self, LoadError> {
+        let options = ModelOptions::default();
+        Ok(options.load_mjcf_scene_str(xml)?.0.simulator())
     }
 }

@@ -6,10 +6,21 @@ use super::assemble::reference;
 use super::body::Bodies;
 use crate::dynamics::forward_dynamics;
 use crate::error::LoadError;
-use crate::model::{Base, ModelBuilder, Spring};
+use crate::model::{Base, Model, ModelBuilder, Spring};
 
 /// Largest product of such joints and of all degrees of freedom: some seconds of work.
-const MOST: usize = 10_000_000;
+pub(super) const MOST: usize = 10_000_000;
+
+/// The inertia that resists a coordinate while all others move freely, 1 / (M⁻¹)ₖₖ, as a function of it; O(n) each.
+pub(super) fn inertia(model: &Model, q: &[f64]) -> impl Fn(usize) -> f64 {
+    let still = model.clone().with_gravity(Vector3::zeros());
+    let rest = vec![0.0; model.nv()];
+    move |k| {
+        let mut unit = rest.clone();
+        unit[k] = 1.0;
+        forward_dynamics(&still, q, &rest, &unit)[k].recip()
+    }
+}
 
 /// Sets stiffness and damping of joints that state a time constant T and a damping ratio ζ: with the inertia I that resists the joint while all others
 /// move freely, where the file has the bodies, k = I / (T ζ)² and d = 2 I / T. I = 1 / (M⁻¹)ₖₖ.
@@ -43,19 +54,13 @@ pub(super) fn add(
         return Ok(builder);
     }
     let q = reference(&model, bodies, floats);
-    let still = model.clone().with_gravity(Vector3::zeros());
-    let rest = vec![0.0; model.nv()];
-    let mobility = |k: usize| {
-        let mut unit = rest.clone();
-        unit[k] = 1.0;
-        forward_dynamics(&still, q.as_slice(), &rest, &unit)[k]
-    };
+    let inertia_of = inertia(&model, q.as_slice());
     let mut joints = builder.joints().to_vec();
     for (joint, time, ratio) in wanted {
         let Some(id) = model.joint(&joint.name) else {
             continue;
         };
-        let inertia = mobility(model.joint_v(id).start).recip();
+        let inertia = inertia_of(model.joint_v(id).start);
         let spec = joints.iter_mut().find(|spec| spec.name == joint.name);
         if let Some(spec) = spec {
             let mut axis = joint.axis.clone();

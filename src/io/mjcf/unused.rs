@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::actuator::OF_OTHERS;
+use super::actuator;
 use super::tree::{Node, Tree};
 use crate::io::context::Context;
 
@@ -64,7 +64,7 @@ pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
 /// A default counts as read if elements of its tag are asked for it, or if there are none; those of actuators that are not modelled are
 /// remarked on one by one.
 fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
-    OF_OTHERS.contains(&tag)
+    actuator::KINDS.contains(&tag)
         || matches!(tag, "pair" | "camera" | "light")
         || tree.was_asked(tag, name)
         || !tree.has_asked(tag)
@@ -130,6 +130,7 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ) => {
             "tendons have no forces of their own: Constraint::tendon holds one, with_spring makes it a spring"
         }
+        ("pair", _) => "bodies touch one another by one law here",
         ("key", "act" | "mpos" | "mquat") => "belongs to what is not modelled",
         ("body", "sleep") => "bodies do not sleep",
         ("mesh", _) => "meshes are read as their files have them",

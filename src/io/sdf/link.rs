@@ -14,7 +14,7 @@ use super::schema;
 use super::values::{Elements, check_value, text_of, truth};
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children, tag};
-use crate::io::schema::{Known, check};
+use crate::io::schema::{Known, check, reason};
 use crate::io::shapes;
 use crate::io::values::{INERTIA_ENTRIES, Values, parse};
 use crate::model::Geometry;
@@ -141,9 +141,37 @@ impl Reader<'_, '_, '_> {
                 geometry: self.geometry(&shape)?,
                 color: self.color(node)?,
                 density: Elements::number(&mut self.context, node, "density")?,
+                bitmask: self.bitmask(node)?,
             });
         }
         Ok(found)
+    }
+
+    /// The bits of `<surface><contact><collide_bitmask>`, of which two shapes that collide have one in common.
+    fn bitmask(&mut self, shape: Node<'_>) -> Result<Option<u16>, LoadError> {
+        let surface = child(shape, "surface").filter(|_| tag(shape) == "collision");
+        let contact = surface.and_then(|node| child(node, "contact"));
+        let mask = contact.and_then(|node| child(node, "collide_bitmask"));
+        let (Some(surface), Some(contact), Some(mask)) = (surface, contact, mask) else {
+            if let Some(surface) = surface {
+                self.context.ignore(surface, reason("surface"));
+            }
+            return Ok(None);
+        };
+        check(&mut self.context, surface, &schema::SURFACE)?;
+        check(&mut self.context, contact, &schema::SURFACE_CONTACT)?;
+        check_value(&mut self.context, mask, "")?;
+        let text = text_of(mask);
+        let own = text.trim();
+        let hexadecimal = own.strip_prefix("0x").or_else(|| own.strip_prefix("0X"));
+        let bits = match hexadecimal {
+            Some(digits) => u16::from_str_radix(digits, 16),
+            None => own.parse(),
+        };
+        bits.map(Some).map_err(|_| {
+            let expected = "expected 16 bits as a whole number, decimal or hexadecimal (0x…)";
+            (self.context).malformed_value(mask, "collide_bitmask", own, expected)
+        })
     }
 
     fn geometry(&mut self, shape: &shapes::Shape<'_>) -> Result<Geometry, LoadError> {

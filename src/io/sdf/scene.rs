@@ -127,6 +127,8 @@ pub(super) struct Shape {
     pub(super) color: Option<[f64; 4]>,
     /// kg/m³.
     pub(super) density: Option<f64>,
+    /// Bits of which one must be in common with another shape to collide with it.
+    pub(super) bitmask: Option<u16>,
 }
 
 #[derive(Debug)]

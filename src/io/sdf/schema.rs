@@ -22,7 +22,9 @@ pub(super) const INERTIAL: Known = known("auto", "pose mass inertia", "");
 pub(super) const AUTO_INERTIAL: Known = known("auto", "density", "");
 pub(super) const INERTIA: Known = children("ixx ixy ixz iyy iyz izz");
 pub(super) const VISUAL: Known = known("name", "pose geometry material", "");
-pub(super) const COLLISION: Known = known("name", "pose geometry density", "");
+pub(super) const COLLISION: Known = known("name", "pose geometry density surface", "");
+pub(super) const SURFACE: Known = children("contact");
+pub(super) const SURFACE_CONTACT: Known = children("collide_bitmask");
 pub(super) const MATERIAL: Known = known("", "diffuse", "");
 const fn children(once: &'static str) -> Known {
     known("", once, "")

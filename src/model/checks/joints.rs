@@ -1,4 +1,4 @@
-//! Checks of joints: axes, passive forces, limits, followers.
+//! Checks of joints: axes, passive forces, limits, mimic joints.
 
 use std::collections::HashMap;
 

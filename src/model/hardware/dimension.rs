@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::model::Geometry;
 
-/// A number of a link that can be a parameter: a size of its shape, or its density.
+/// A design parameter of a link: a size of its shape, or its density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Dimension {

@@ -29,8 +29,8 @@ pub enum LinkShape {
 #[non_exhaustive]
 pub enum MassDistribution {
     /// That of the description: every particle moves with its point of the shape. At the sizes of the description the inertia stays what it is; that of a
-    /// homogeneous solid is again that of one. What of the inertia of a capsule is not that of a homogeneous one moves as if its ends were
-    /// stretched as well.
+    /// homogeneous solid is again that of one. The part of a capsule's inertia that is not that of a homogeneous one moves as if its ends
+    /// were stretched as well.
     #[default]
     Described,
     /// A homogeneous solid of the shape with the mass of the description, whatever else that says of inertia and centre of mass.
@@ -224,7 +224,7 @@ impl Scaled {
     }
 }
 
-/// Why a number of a link is no parameter.
+/// Reason why a quantity of a link is not a parameter.
 enum NoSlot {
     Unknown(Dimension),
     Zero(Dimension),

@@ -227,7 +227,7 @@ impl Hardware {
         Ok(())
     }
 
-    /// The description at parameters that make sense.
+    /// The description at parameters in their domains.
     fn described(&self, x: &[f64]) -> ModelBuilder {
         let mut builder = self.builder.clone();
         self.numbers(x).put_into(&mut builder);
@@ -238,7 +238,7 @@ impl Hardware {
         builder
     }
 
-    /// Inertias and poses at parameters that make sense.
+    /// Inertias and poses at parameters in their domains.
     fn numbers<T: Scalar>(&self, x: &[T]) -> Numbers<T> {
         let mut out = Numbers::of(&self.builder);
         let mut stretches: Vec<Option<Stretch<T>>> = vec![None; self.builder.links.len()];

@@ -104,9 +104,9 @@ impl<T: Scalar> Stretch<T> {
     }
 
     /// Inertia in the link afterwards, from that of the same link in the frame of the shape before: every particle moves with its point of the shape,
-    /// and keeps its density but for a factor.
+    /// and keeps its density up to a factor.
     ///
-    /// * `solid` – share of the inertia that is a homogeneous solid of the shape; of use for capsules
+    /// * `solid` – share of the inertia that is a homogeneous solid of the shape; needed for capsules
     pub(super) fn inertia(
         &self,
         before_G: &Inertia<f64>,

@@ -40,7 +40,7 @@ impl ModelBuilder {
         pose: &Transform<f64>,
     ) -> Result<&mut Self, EditError> {
         let (link, placement) = self.find_frame(frame)?;
-        // What floats by itself need not have inertia where it is welded.
+        // A robot that floats by itself needs no inertia where it is welded.
         other.clone().with_base(Base::Fixed).build()?;
         let root = format!("{prefix}{}", other.walk()[0].link.name);
         let mut joined = self.clone();

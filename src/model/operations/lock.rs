@@ -144,13 +144,13 @@ impl Model<f64> {
     /// The robot with joints locked at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
     ///
     /// Its dynamics are those of the whole robot with these joints held.
-    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
+    /// Limits, damping, friction and the like are removed with it. A joint that follows a locked one is locked where
     /// that puts it; one that is locked itself no longer follows.
     ///
     /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
     ///
     /// # Errors
-    /// If a name is unknown or double, a configuration has the wrong length, or what is left is no model.
+    /// If a name is unknown or double, a configuration has the wrong length, or the rest is not a model.
     pub fn with_locked_joints(&self, positions: &[(&str, &[f64])]) -> Result<Self, EditError> {
         Ok(self.to_builder().lock_joints(positions)?.build()?)
     }

@@ -95,7 +95,7 @@ impl Member {
         check_pose(&self.parts, "member", name, &self.mount.placement)
     }
 
-    /// Checks the numbers of a single link.
+    /// Checks the parameters of a single link.
     pub(super) fn check_link(link: LinkSpec) -> Result<(), LoadError> {
         alone(link).build().map(drop)
     }

@@ -1,4 +1,4 @@
-//! Evaluation of a graph as it is, over any scalar.
+//! Interpretation of a graph over any scalar.
 
 use super::graph::Graph;
 use crate::scalar::Scalar;
@@ -42,7 +42,7 @@ impl Graph {
         Ok(out)
     }
 
-    /// [`evaluate`](Self::evaluate) without allocation but for that of an error.
+    /// [`evaluate`](Self::evaluate) without allocation, except for an error.
     ///
     /// * `outputs` – output, the numbers of all outputs; also where a condition does not hold
     ///

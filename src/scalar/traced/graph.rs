@@ -107,7 +107,7 @@ impl Graph {
         self
     }
 
-    /// Of which robot the graph is, if somebody said.
+    /// The robot of which the graph was recorded, if known.
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
     }

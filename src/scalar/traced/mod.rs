@@ -1,7 +1,7 @@
 //! Numbers that record what is done with them: expression graphs, their derivatives, and code made of them.
 //!
 //! A computation over [`Traced`] inside of [`trace`] becomes a [`Graph`]: what is computed from the inputs and nothing
-//! else. Numbers of a robot, a time step, a gain are constants, and fold away. The graph is evaluated as it is over any
+//! else. Parameters of a robot, a time step, a gain are constants, and fold away. The graph is interpreted over any
 //! scalar ([`Graph::evaluate_into`]), differentiated ([`Graph::jacobian`], [`Graph::gradient`], [`Graph::adjoint`]),
 //! counted and printed, and written as C ([`codegen`](crate::codegen)).
 //!
@@ -22,12 +22,12 @@
 //! |---|---|
 //! | kinematics, inverse dynamics, mass matrix, forward dynamics, Jacobians, energies, centroidal quantities, for every kind of joint | yes |
 //! | derivatives along the tree: [`inverse_dynamics_derivatives`](crate::dynamics::inverse_dynamics_derivatives), [`forward_dynamics_derivatives`](crate::dynamics::forward_dynamics_derivatives) | yes |
-//! | a [step](crate::Simulator::step_into) of every integrator but the implicit midpoint rule, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
+//! | a [step](crate::Simulator::step_into) of every integrator but the implicit midpoint rule, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler assumes that nothing rotates fast, see below |
 //! | the same over dual numbers: A and B, derivatives in parameters | yes |
 //! | in a model whose numbers are inputs | yes, as [`Model<Traced>`](crate::Model::cast) |
 //! | soft contact, in explicit steps | yes |
 //! | relaxed rigid contact, kinematic constraints, in these steps | yes: a fixed number of steps to the forces, see below |
-//! | stops of joints | yes; without contact or constraints, those that pull are let go once in a step of semi-implicit Euler, see below |
+//! | joint limits | yes; without contact or constraints, pulling ones are released once in a step of semi-implicit Euler, see below |
 //! | [height fields](crate::contact::HeightField) of up to 4096 nodes, under corners | yes: the cell is found by comparisons with all of them, four for each node and place |
 //! | rigid contact, soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity), smoothed contact beside stops or bounded forces, [implicit midpoints](crate::Integrator::ImplicitMidpoint) | no: a solver searches on values |
 //! | [contact between bodies](crate::Contacts::with_collisions) | no: which features touch is decided on values |
@@ -35,20 +35,20 @@
 //! | shapes that roll on curved ground | no: the place is found on values |
 //! | [`rollout`](crate::Simulator::rollout) | no, as it asks whether the motion diverges; a loop over steps is |
 //!
-//! Where an algorithm has another way for rare numbers, the graph is that of the ordinary ones and keeps the
+//! Where an algorithm has a second branch for rare values, the graph is that of the ordinary ones and keeps the
 //! [condition](Graph::conditions): semi-implicit Euler takes velocity forces from the middle of the step where a
-//! coordinate turns faster than 100 rad/s (or by more than 0.1 rad in a step, see [`Integrator`](crate::Integrator));
-//! and it lets stops go that pull until none does, of which the graph has one round.
+//! coordinate turns faster than 100 rad/s and by more than 0.1 rad in a step (see [`Integrator`](crate::Integrator));
+//! and it releases pulling joint limits until none pulls, of which the graph has one round.
 //! Forces of relaxed contact and of constraints are found by a fixed number of steps of an interior-point method, to a κ of 1e-11 of the size of the
 //! problem squared ([`cone`](crate::cone)); all points take part, those above the ground without a force. The condition is that the steps have
 //! come near enough to the end. Derivatives come from the last step alone, so that A and B do not grow with the number of steps. Evaluating a graph where a
 //! condition does not hold is an error, in generated code a return value.
 //!
-//! What has no value makes sense or not when the graph is evaluated: checks of parameters are left out while they are
+//! Numbers without a value cannot be checked: checks of parameters are left out while they are
 //! traced. A root of a negative number is NaN then.
 //!
 //! # How large it gets
-//! Straight-line code grows with the robot, unlike the library's loops: a sum for every sum that is done. Operations
+//! Straight-line code grows with the robot, unlike the library's loops: one operation for each executed operation. Operations
 //! after folding, how many results are alive at once, milliseconds to trace, and microseconds of a call in C beside the
 //! library, and seconds of the C compiler, as `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` printed them on an
 //! AMD EPYC (family 25, model 1) with gcc 12
@@ -88,8 +88,7 @@
 //! box within 4e-5. In single precision the path has no digits left before it ends, and the condition says so, of the quadruped at each step in contact:
 //! compile such graphs in double.
 //!
-//! gcc took 0.4 to 9 s for the first table, and 44 s for its last line, which is far too long for straight-line code: it does not fit
-//! into caches, as the loops of the library do.
+//! The last line is too long for straight-line code: it does not fit into caches, as the loops of the library do.
 //!
 //! # How it is done
 //! Each operation looks up whether its expression is there already, so that none is recorded twice; rules that keep the

@@ -20,7 +20,7 @@ pub struct Port {
     pub rows: usize,
     /// Number of columns.
     pub columns: usize,
-    /// The units; empty if nobody said.
+    /// The units; empty if unknown.
     pub unit: String,
 }
 

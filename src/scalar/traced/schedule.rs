@@ -26,7 +26,7 @@ pub(super) fn schedule(nodes: &[Operation], wanted: &[NodeId], n_inputs: usize) 
     place(nodes, &live, &best, n_inputs)
 }
 
-/// Which nodes an output depends on.
+/// Nodes on which an output depends.
 fn needed(nodes: &[Operation], wanted: &[NodeId]) -> Vec<bool> {
     let mut live = vec![false; nodes.len()];
     wanted.iter().for_each(|node| live[node.index()] = true);

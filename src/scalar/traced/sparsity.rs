@@ -1,4 +1,4 @@
-//! Which outputs depend on which inputs, and which inputs can be moved together.
+//! Dependence of outputs on inputs, and groups of inputs that can be seeded together.
 
 use super::graph::Graph;
 use super::operation::Operation;

@@ -54,8 +54,8 @@ impl Tracer {
 
 /// Records a computation as a [`Graph`].
 ///
-/// What `work` does depends on nothing but its inputs and on constants, which are folded: numbers of a robot, a time
-/// step. What no output depends on is left out. The same computation gives the same graph, on any machine with the same
+/// The result of `work` depends only on its inputs and on constants, which are folded: parameters of a robot, a time
+/// step. Nodes without effect on an output are left out. The same computation gives the same graph, on any machine with the same
 /// mathematical functions.
 ///
 /// # Panics

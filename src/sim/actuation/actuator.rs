@@ -1,6 +1,7 @@
 //! The actuator of one velocity coordinate.
 
 use super::coulomb_friction::{CoulombFriction, FrictionLaw};
+use super::interval::Interval;
 use super::position_limits::PositionLimits;
 use super::servo::Servo;
 use super::torque_speed::TorqueSpeed;
@@ -70,6 +71,9 @@ impl<P: Scalar> Actuator<P> {
         if let Some(limits) = &self.position {
             limits.check_order();
         }
+        if let Some(servo) = &self.servo {
+            servo.check_order();
+        }
         let has_loop = self.servo.as_ref().is_some_and(Servo::has_loop);
         assert!(
             self.torque_speed.is_none() || !has_loop,
@@ -105,7 +109,28 @@ impl<P: Scalar> Actuator<P> {
     /// A servo whose force is bounded while it follows the motion.
     pub(crate) fn bounded_servo(&self) -> Option<&Servo<P>> {
         let servo = self.following_servo();
-        servo.filter(|_| self.effort.is_some())
+        servo.filter(|servo| self.effort.is_some() || servo.force_range.is_some())
+    }
+
+    /// Least and largest force of the motor on the joint; `None` where it has no limit.
+    fn limits<T: Over<P>>(&self) -> Option<Interval<T>> {
+        let effort = self.effort.map(|x| Interval::symmetric(T::from(x)));
+        let range = self.servo.as_ref().and_then(Servo::joint_range);
+        match (effort, range) {
+            (Some(effort), Some(range)) => Some(range.within(&effort)),
+            (effort, range) => effort.or(range),
+        }
+    }
+
+    /// The middle of the limits of a servo's force, and how far it goes from there: that of one with an effort limit alone is 0.
+    pub(crate) fn band<T: Over<P>>(&self) -> (T, T) {
+        let Some(Interval { lower, upper }) = self.limits() else {
+            return (T::zero(), T::constant(f64::INFINITY));
+        };
+        match self.servo.as_ref().and_then(|servo| servo.force_range) {
+            Some(_) => ((lower + upper) * 0.5, (upper - lower) * 0.5),
+            None => (T::zero(), upper),
+        }
     }
 
     /// The force of the motor, within its limits.
@@ -113,12 +138,12 @@ impl<P: Scalar> Actuator<P> {
         let servo = self.servo.as_ref();
         let mut tau = servo.map_or(u, |servo| servo.force(q, v, u));
         if let Some(curve) = &self.torque_speed {
-            tau = within(tau, curve.available(v));
+            tau = Interval::symmetric(curve.available(v)).nearest(tau);
         }
-        if let Some(effort) = self.effort {
-            tau = within(tau, effort.into());
+        match self.limits() {
+            Some(limits) => limits.nearest(tau),
+            None => tau,
         }
-        tau
     }
 
     /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.
@@ -178,10 +203,4 @@ impl Actuator<f64> {
     pub(crate) fn seeded<T: Scalar>(&self) -> Actuator<OfActuator<T>> {
         self.seed(0)
     }
-}
-
-/// τ within ±limit.
-fn within<T: Scalar>(tau: T, limit: T) -> T {
-    let upper = limit.select_lt(tau, limit, tau);
-    upper.select_lt(-limit, -limit, upper)
 }

@@ -6,9 +6,9 @@
 //!
 //! | part | what it is |
 //! |---|---|
-//! | G | the input itself, or what a servo makes of it: n (g u + b − `k_p` n q − `k_v` n v) |
+//! | G | the input itself, or what a servo makes of it: n (g u + b − `k_p` n q − `k_v` n v) with u within its range |
 //! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
-//! | E | the effort limit: within ±`τ_limit` |
+//! | E | the effort limit and the range of the servo's motor: within ±`τ_limit` and n times that range |
 //! | F | dry friction: stick and slip, at most f; or smoothed, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
 //! | L | position limits: a spring and damper beyond each end, which push back only |
 //! | S | the velocity limit: a damper for the speed beyond it |
@@ -18,6 +18,7 @@
 
 mod actuator;
 mod coulomb_friction;
+mod interval;
 mod position_limits;
 mod servo;
 mod torque_speed;
@@ -35,6 +36,7 @@ use crate::scalar::{Over, Scalar};
 pub use actuator::Actuator;
 pub(crate) use actuator::OfActuator;
 pub use coulomb_friction::{CoulombFriction, FrictionLaw};
+pub use interval::Interval;
 pub(crate) use position_limits::End;
 pub use position_limits::PositionLimits;
 pub use servo::Servo;
@@ -107,7 +109,7 @@ impl Actuation<f64> {
     /// If the actuators are those of another robot, the joint follows another one, position limits or a position gain are given to a joint of several degrees of freedom, or
     /// exact friction to a planar or floating one. If a number makes no sense:
     /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
-    /// threshold, a lower end above the upper one. If there is a torque–speed curve beside a servo with gains.
+    /// threshold, a lower end above the upper one, of ranges too. If there is a torque–speed curve beside a servo with gains.
     pub fn with_actuator(
         mut self,
         model: &Model,

@@ -1,15 +1,16 @@
 //! Servos: motors whose force is affine in position and velocity.
 
-use crate::numbers::numbers;
+use super::interval::Interval;
+use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
 /// Motor with a control loop of its own, whose input u is a target: an angle, a speed, or whatever its gains make of it.
 ///
 /// At the position q and the velocity v of its joint, with the gear ratio n, the force on the joint is
 ///
-/// > τ = n (g u + b − `k_p` n q − `k_v` n v).
+/// > τ = n (g u + b − `k_p` n q − `k_v` n v),
 ///
-/// The effort limit of its [`Actuator`](super::Actuator) bounds τ. Steps of Euler take position and velocity of their end, q + Δt v⁺ and v⁺, which is
+/// with u within its range and the force of the motor, τ / n, within its own. The effort limit of its [`Actuator`](super::Actuator) bounds τ, too. Steps of Euler take position and velocity of their end, q + Δt v⁺ and v⁺, which is
 /// stable whatever the gains are: A and B are those of this step. Runge and Kutta's method and the implicit midpoint rule take it as any other force.
 ///
 /// | servo | constructor | u |
@@ -46,6 +47,10 @@ pub struct Servo<P = f64> {
     pub position_gain: P,
     /// `k_v`, N·m·s/rad or N·s/m of the motor. Steps take a negative one at their start.
     pub velocity_gain: P,
+    /// Least and largest input: one beyond is taken as if it were the end, in steps and in their derivatives, which at an end are those of the inner side.
+    pub input_range: Option<Interval<P>>,
+    /// Least and largest force of the motor before the gear, N·m or N.
+    pub force_range: Option<Interval<P>>,
 }
 
 numbers! { pub struct Servo {
@@ -54,6 +59,8 @@ numbers! { pub struct Servo {
     bias: Finite("servo bias", "bias of a servo"),
     position_gain: Finite("position gain", "position gain of a servo"),
     velocity_gain: Finite("velocity gain", "velocity gain of a servo"),
+    input_range: part(Interval, "{} input", "{} input of a servo"),
+    force_range: part(Interval, "{} motor force", "{} motor force of a servo"),
 } }
 
 impl<P: Scalar> Servo<P> {
@@ -65,6 +72,8 @@ impl<P: Scalar> Servo<P> {
             bias: P::zero(),
             position_gain: P::zero(),
             velocity_gain: P::zero(),
+            input_range: None,
+            force_range: None,
         }
     }
 
@@ -110,11 +119,65 @@ impl<P: Scalar> Servo<P> {
         Self { gear, ..self }
     }
 
+    /// The servo with a least and a largest input.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::sim::{Actuator, Servo};
+    ///
+    /// let servo = Servo::position(10.0, 0.0).with_input_range(-1.0, 1.0).with_force_range(-4.0, 6.0);
+    /// let motor = Actuator { servo: Some(servo), ..Actuator::default() };
+    /// assert_eq!(motor.force(0.8, 0.0, 3.0), 10.0 * (1.0 - 0.8));
+    /// assert_eq!(motor.force(-3.0, 0.0, 1.0), 6.0);
+    /// ```
+    #[must_use]
+    pub fn with_input_range(self, lower: P, upper: P) -> Self {
+        let input_range = Some(Interval { lower, upper });
+        Self {
+            input_range,
+            ..self
+        }
+    }
+
+    /// The servo with a least and a largest force of its motor, before the gear.
+    ///
+    /// * `lower`, `upper` – N·m or N
+    #[must_use]
+    pub fn with_force_range(self, lower: P, upper: P) -> Self {
+        let force_range = Some(Interval { lower, upper });
+        Self {
+            force_range,
+            ..self
+        }
+    }
+
+    /// # Panics
+    /// If the ends of a range are not in order.
+    pub(super) fn check_order(&self) {
+        if let Some(range) = &self.input_range {
+            range.check_order("inputs");
+        }
+        if let Some(range) = &self.force_range {
+            range.check_order("motor forces");
+        }
+    }
+
+    /// Least and largest force on the joint that the range of the motor allows.
+    pub(super) fn joint_range<T: Over<P>>(&self) -> Option<Interval<T>> {
+        let range: Interval<T> = self.force_range?.lift();
+        let [a, b] = [range.lower, range.upper].map(|end| end * self.gear);
+        Some(Interval {
+            lower: a.select_lt(b, a, b),
+            upper: a.select_lt(b, b, a),
+        })
+    }
+
     /// The force on the joint at a position, where it has one, and a velocity under an input.
     pub(super) fn force<T: Over<P>>(&self, q: Option<T>, v: T, u: T) -> T {
         let gear = T::from(self.gear);
         let by_position = q.map_or(T::zero(), |q| q * self.position_gain);
         let loop_force = (by_position + v * self.velocity_gain) * gear;
+        let u = self.input_range.map_or(u, |range| range.lift().nearest(u));
         (u * self.gain + T::from(self.bias) - loop_force) * gear
     }
 

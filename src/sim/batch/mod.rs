@@ -14,6 +14,7 @@ mod control;
 mod group;
 mod groups;
 mod one_by_one;
+mod readout;
 mod rollout;
 mod simulator;
 mod single;

@@ -6,7 +6,7 @@
 //! > v⁺ = 0,  or  τ = −b where v⁺ > 0,  or  τ = b where v⁺ < 0,
 //!
 //! so that a joint that sticks has the acceleration −v / Δt, and one that slides a constant force. That of a servo has the slope of its gains at the end of
-//! the step.
+//! the step; it counts from the middle of the servo's limits, which acts beside it.
 //!
 //! An active set says which forces are on their line, and which at which bound. Those on their line stand beside M. Forward dynamics then
 //! shows which break their law: those go over to another piece of it, until none does. Since M is positive definite there is one solution, which
@@ -177,10 +177,11 @@ impl Site {
             }
             Kind::Servo => {
                 let (push, resistance) = actuator.motor_over_step(at.q, at.v, at.u, dt);
+                let (middle, bound) = actuator.band::<L>();
                 Line {
-                    push,
+                    push: push - middle,
                     resistance: resistance.max(L::constant(LEAST)),
-                    bound: (actuator.effort).map_or(L::constant(f64::INFINITY), L::from),
+                    bound,
                 }
             }
         }

@@ -91,7 +91,7 @@ impl<L: Scalar> Drive<L> {
     {
         let friction = actuator.smoothed_friction();
         let (mut force, loop_resistance) = match actuator.bounded_servo() {
-            Some(_) => (L::zero(), L::zero()),
+            Some(_) => (actuator.band::<L>().0, L::zero()),
             None => actuator.motor_over_step(at.q, at.v, at.u, dt),
         };
         actuator.add_brakes(friction, at.v, &mut force);

@@ -1,4 +1,4 @@
-//! Which of many points are put to the search for their convex hull.
+//! Selection of the points that take part in the search for a convex hull.
 //!
 //! The search takes some microseconds for each vertex of the hull that it finds. Links of robots have hulls of hundreds or some thousands
 //! of vertices, but a file may hold any number of points on a sphere, all of which are vertices. So the search gets a bounded number of points:

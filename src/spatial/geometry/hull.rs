@@ -32,7 +32,7 @@ pub(crate) struct Hull {
 /// A hull commutes with affine maps: it is sought among points stretched along their principal axes to the cube from −1 to 1, where
 /// thin shapes are as good as others. Directions in which the points are flat get a point of their own, outside.
 ///
-/// Of very many points on a round surface some stand for the others: see [`candidates`]. Time and memory are linear in
+/// Of very many points on a round surface some represent the others: see [`candidates`]. Time and memory are linear in
 /// the number of points.
 ///
 /// * `points` – finite, at least one
@@ -250,7 +250,7 @@ mod tests {
         points.map(|p| p.map(|x| x as f32).into()).collect()
     }
 
-    // What is inside is found to be so, and the search does not see it.
+    // Inner points are found first, and the search skips them.
     #[test]
     fn hull_of_a_box_with_very_many_points_inside_equals_its_corners() {
         let size = [0.3, 1.0, 2.0];

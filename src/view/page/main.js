@@ -29,7 +29,7 @@ try {
 const scene = renderer && new Scene(renderer, data.robots, data.fixtures, player);
 const camera = new Camera(canvas, touch);
 const panel = scene && new Panel(scene, camera, touch);
-const wholeRobot = () => scene && camera.fit(scene.bounds);
+const wholeRobot = () => scene && camera.fit(scene.bounds.framed);
 wholeRobot();
 if (data.camera) {
   const { look_at: lookAt, ...rest } = data.camera;

@@ -19,6 +19,16 @@ const reach = ({ shape, size }) => {
   return norm(size);
 };
 
+/** The box that the camera shows at first: moving bodies over their whole motion, objects beside them, and the fixed parts around these. */
+function framed(moving, whole) {
+  if (!(moving.low[0] < moving.high[0])) return whole;
+  const margin = 0.2 * norm(subtract(moving.high, moving.low));
+  return {
+    low: moving.low.map((x, axis) => Math.max(x - margin, Math.min(x, whole.low[axis]))),
+    high: moving.high.map((x, axis) => Math.min(x + margin, Math.max(x, whole.high[axis]))),
+  };
+}
+
 class Scene {
   constructor(renderer, robots, fixtures, player) {
     Object.assign(this, { renderer, robots, fixtures, player, highlighted: null, colliding: new Set() });
@@ -68,34 +78,36 @@ class Scene {
 
   /** A box and a ball around everything at any time, the ground below it, and the spacing of its grid. */
   findBounds() {
-    const low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
-    const take = (point, radius) => {
+    const empty = () => ({ low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] });
+    const whole = empty(), moving = empty(), { low, high } = whole;
+    const takeIn = (box, point, radius) => {
       for (let axis = 0; axis < 3; axis++) {
-        low[axis] = Math.min(low[axis], point[axis] - radius);
-        high[axis] = Math.max(high[axis], point[axis] + radius);
+        box.low[axis] = Math.min(box.low[axis], point[axis] - radius);
+        box.high[axis] = Math.max(box.high[axis], point[axis] + radius);
       }
     };
     let lowest = Infinity;
-    const takeShape = (pose, shape) => {
+    const takeShape = (pose, shape, moves) => {
       const centre = pose.slice(0, 3);
       // Long things count with their ends, so that the ball is not much larger than they are.
       const long = shape.size[2] * (shape.shape === "mesh" ? 1 : 0.5), thick = shape.shape === "sphere" || shape.shape === "mesh";
       const half = thick ? [0, 0, 0] : rotate(pose.slice(3), [0, 0, long]);
       const radius = thick ? reach(shape) : Math.hypot(shape.size[0], shape.size[1]) / (shape.shape === "box" ? 2 : 1);
-      for (const sign of [-1, 1]) take(add(centre, scaled(half, sign)), radius);
+      for (const sign of [-1, 1])
+        for (const box of moves ? [whole, moving] : [whole]) takeIn(box, add(centre, scaled(half, sign)), radius);
       lowest = Math.min(lowest, centre[2] - Math.max(Math.abs(half[2]), thick ? radius : 0));
     };
     for (const poses of this.samples())
       this.robots.forEach((robot, i) => {
-        for (const shape of robot.shapes) takeShape(compose(this.place(i, shape.body, poses[i]), shape.pose), shape);
+        for (const shape of robot.shapes) takeShape(compose(this.place(i, shape.body, poses[i]), shape.pose), shape, shape.body !== null);
       });
     const grounds = this.fixtures.filter(({ is_ground: isGround }) => isGround);
     for (const { axes, shapes, is_ground: isGround } of this.fixtures) {
       if (isGround) continue;
-      if (axes) take(axes, 0);
-      for (const shape of shapes) takeShape(shape.pose, shape);
+      if (axes) for (const box of [whole, moving]) takeIn(box, axes, 0);
+      for (const shape of shapes) takeShape(shape.pose, shape, true);
     }
-    if (!(low[0] < high[0])) take([0, 0, 0.5], 0.5);
+    if (!(low[0] < high[0])) takeIn(whole, [0, 0, 0.5], 0.5);
     const center = scaled(add(low, high), 0.5), radius = Math.max(norm(subtract(high, low)) / 2, 1e-3);
     const spacing = 10 ** Math.round(Math.log10(radius / 2));
     // Feet sink in a little; what hangs far below the origin has its ground there.
@@ -103,7 +115,7 @@ class Scene {
     const ground = grounds.find(({ level }) => level !== null)?.level ?? found;
     // A ground that is not level is a surface of its own.
     const hasFloor = grounds.every(({ level }) => level !== null);
-    return { low, high, center, radius, ground, hasFloor, spacing };
+    return { low, high, center, radius, ground, hasFloor, spacing, framed: framed(moving, whole) };
   }
 
   /** Poses of all robots at some moments. */
@@ -172,6 +184,12 @@ class Scene {
     this.addPiece(solids, compose(this.place(i, body), shape.pose), paint, shape);
   }
 
+  /** Size of a cylinder as it is drawn: a long rod is not thinner than a few pixels of the first view. */
+  visible([radius, , length]) {
+    const { low, high } = this.bounds.framed, least = Math.min(0.004 * norm(subtract(high, low)), 0.02 * length);
+    return [Math.max(radius, least), Math.max(radius, least), length];
+  }
+
   addFixture(solids, { axes, shapes }) {
     for (const shape of shapes) this.addPiece(solids, shape.pose, shape.color, shape);
     if (axes) this.addAxes(solids, axes);
@@ -184,7 +202,7 @@ class Scene {
     if (shape === "box") put("box", boxShape, world, size);
     else if (shape === "mesh") put(`mesh ${mesh}`, () => meshShape(data.meshes[mesh]), world, size);
     else if (shape === "sphere") put("sphere", sphereShape, world, size);
-    else put("cylinder", cylinderShape, world, size);
+    else put("cylinder", cylinderShape, world, shape === "cylinder" ? this.visible(size) : size);
     if (shape === "capsule")
       for (const side of [-1, 1])
         put("sphere", sphereShape, compose(world, [0, 0, (side * size[2]) / 2, 1, 0, 0, 0]), [size[0], size[0], size[0]]);

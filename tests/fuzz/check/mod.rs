@@ -2,6 +2,7 @@
 
 mod description;
 mod mesh;
+mod pair;
 mod recording;
 
 use std::path::{Path, PathBuf};
@@ -43,6 +44,7 @@ impl Checks {
         match case.kind {
             Kind::Urdf | Kind::Sdf | Kind::Mjcf => description::check(case),
             Kind::Csv | Kind::Json => self.recordings.check(case, &self.folder.0),
+            Kind::Pairs => pair::check(case),
             Kind::Stl | Kind::Obj | Kind::Dae => self.meshes.check(case, &self.folder.0),
         }
     }

@@ -14,16 +14,16 @@ impl Graph {
     /// There is one kernel, `NAME_batch`, or, of a long function, one for each of its parts, `NAME_part_K`, which are to be started in
     /// their order on the same arrays. Each is a text of its own, so that compilers may take them all at once.
     ///
-    /// Number k of state i stands at `k * count + i`, so that threads side by side read and write memory side by side.
+    /// Number k of state i is at `k * count + i`, so that threads side by side read and write memory side by side.
     /// The status of a state is 0, or the number, from 1, of the first [condition](Graph::conditions) that does not
     /// hold, or −1 if an output is not finite. Parts hand numbers to each other in `work`, which has
     /// [`work`](CudaSizes::work) numbers for each state, and states in whole tiles of [32](CudaSizes::TILE).
     ///
     /// * `name` – of the function; all other names begin with it
-    /// * `shared` – names of inputs that are the same for all states, such as a gain; they stand in an array of their own
+    /// * `shared` – names of inputs that are the same for all states, such as a gain; they are in an array of their own
     ///
     /// # Errors
-    /// If a name is no identifier, two names would be one, or there is no input of a name.
+    /// If a name is not an identifier, two names would be one, or there is no input of a name.
     ///
     /// # Examples
     /// ```

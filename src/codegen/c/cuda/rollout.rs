@@ -10,7 +10,7 @@ use crate::scalar::traced::Graph;
 
 /// Roles of the inputs of a step in a kernel that takes many.
 ///
-/// The first inputs are the state, as long as the outputs, which are the next one. What has no other role stays as it is
+/// The first inputs are the state, as long as the outputs, which are the next one. All other inputs are constant
 /// for each state, such as parameters of its robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RolloutInputs {
@@ -49,7 +49,7 @@ impl Graph {
     /// `(unsigned count, unsigned steps, unsigned every, real fastest, real *state, const real *in, const real *each_step, const real
     /// *shared, real *kept, int *status, unsigned *taken)`
     ///
-    /// The state goes in and comes out at the same place. Number k of state i stands at `k * count + i`, in `each_step` and `kept` a
+    /// The state goes in and comes out at the same place. Number k of state i is at `k * count + i`, in `each_step` and `kept` a
     /// block of such numbers after the other. After each `every` steps the state is kept (never if that is 0). A state whose status is not 0 is left alone; it stops, as the
     /// last one that is right, with the status k at the k-th condition, from 1, that does not hold, −1 where the next state is not finite or faster than `fastest`, and −2
     /// at an input that is not finite. The steps that were taken are added to `taken`.
@@ -57,7 +57,7 @@ impl Graph {
     /// * `name` – of the function; all other names begin with it
     ///
     /// # Errors
-    /// If a name is no identifier, two names would be one, there is no input of a name, or the outputs are not as long as the first inputs.
+    /// If a name is not an identifier, two names would be one, there is no input of a name, or the outputs are not as long as the first inputs.
     pub fn to_cuda_rollout(
         &self,
         name: &str,

@@ -136,7 +136,7 @@ pub(super) fn body<'a>(
 /// Text of the function of a graph, and of all that kernels need besides.
 ///
 /// # Errors
-/// If a name is no identifier, or two names would be one.
+/// If a name is not an identifier, or two names would be one.
 pub(super) fn function(
     graph: &Graph,
     places: &Places<'_>,
@@ -164,7 +164,7 @@ static __device__ int {name}({declared})
 /// The beginning of the text of a kernel.
 ///
 /// # Errors
-/// If a name is no identifier, or two names would be one.
+/// If a name is not an identifier, or two names would be one.
 pub(super) fn head(
     graph: &Graph,
     places: &Places<'_>,

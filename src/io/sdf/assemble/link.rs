@@ -36,6 +36,10 @@ impl Assembly<'_, '_> {
                 geometry: shape.geometry.clone(),
             });
         }
+        let bitmasks = link.collisions.iter().map(|shape| shape.bitmask);
+        if bitmasks.clone().any(|own| own.is_some()) {
+            spec.collide_bitmasks = bitmasks.map(|own| own.unwrap_or(u16::MAX)).collect();
+        }
         let at = self.scene.frames[link.frame].place.position.clone();
         self.builder.set_position(false, &spec.name, at);
         self.builder.add_link(spec);

@@ -152,7 +152,8 @@ impl<T: Scalar> OverNumbers<T> {
             let mut sum = out.sum_between(*bodies);
             state(&own, &mut sum);
             let sum = sum.value;
-            add_pair_numbers(&sum, shape, side == 0, out);
+            let has_material = self.contacts.shape_has_material(shape);
+            add_pair_numbers(&sum, (shape, has_material), side == 0, out);
         }
     }
 

@@ -6,9 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::constraint::CarrierMotion;
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactLaw, ContactPart, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
-    POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS, SHAPE_NUMBERS,
-    body_force, velocity_at,
+    BodyMotion, BristleLoad, ContactLaw, ContactPart, Contacts, LAW_NUMBERS, MATERIAL_NUMBERS,
+    PLANE_NUMBERS, POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS,
+    SHAPE_NUMBERS, body_force, velocity_at,
 };
 use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
 use crate::sim::simulator::Simulator;
@@ -25,17 +25,20 @@ use crate::spatial::{Force, Motion, Transform};
 
 /// Force that a law gives by itself, and what its bristle does over the step.
 pub(super) struct LinearizedForce<T> {
-    /// On the body, in the body.
-    pub(super) force: Force<OfBody<T>>,
+    /// On each body, in it; none on the ground.
+    pub(super) forces: [Option<Force<OfBody<T>>>; 2],
     /// m⁺ − m, or ṁ at an instant, in the world.
     pub(super) bristle_step: [OfBody<T>; ROWS],
 }
 
-/// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above.
+/// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above; between bodies those of a shape, of the law, and of
+/// the material of the shape.
 const LAW: usize = POINT_NUMBERS;
 const TERRAIN: usize = LAW + LAW_NUMBERS;
 const _: () = assert!(
-    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS && SHAPE_NUMBERS <= LAW,
+    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS
+        && SHAPE_NUMBERS <= LAW
+        && MATERIAL_NUMBERS <= PLANE_NUMBERS,
     "a direction for each number"
 );
 
@@ -52,22 +55,25 @@ pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numb
     }
 }
 
-/// Adds derivatives in the numbers of the law of bodies that touch each other, and in the sizes of a shape.
+/// Adds derivatives in the numbers of the law of bodies that touch each other, and in those of a shape.
 pub(super) fn add_pair_numbers<T: Scalar>(
     x: &OfBody<T>,
-    shape: usize,
+    (shape, has_material): (usize, bool),
     with_law: bool,
     out: &mut Numbers<'_, T>,
 ) {
     let slots = out.slots().0;
-    let (sizes, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
-    out.add(&sizes, &x.eps[..LAW]);
+    let (own, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
+    let material = if has_material { MATERIAL_NUMBERS } else { 0 };
+    let sizes_end = own.end.saturating_sub(material).max(own.start);
+    out.add(&(own.start..sizes_end), &x.eps[..LAW]);
+    out.add(&(sizes_end..own.end), &x.eps[TERRAIN..]);
     if with_law {
         out.add(&law, &x.eps[LAW..TERRAIN]);
     }
 }
 
-/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its sizes.
+/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its own.
 pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     let mut out = contacts.cast::<OfBody<T>>();
     let is_curved = contacts.terrain().is_curved();
@@ -80,7 +86,7 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
             direction = match part {
                 ContactPart::Point(_) | ContactPart::Shape(_) => 0,
                 ContactPart::Law(_) | ContactPart::PairLaw => LAW,
-                ContactPart::Terrain => TERRAIN,
+                ContactPart::Terrain | ContactPart::ShapeMaterial(_) => TERRAIN,
             };
         }
         x.eps[direction] = T::one();
@@ -92,7 +98,7 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
 /// Contact kinematics of a point on dual numbers: in the directions of one of its bodies, or in those of the numbers of contacts over `P`.
 pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     contacts: &'a Contacts<P>,
-    law: &'a ContactLaw<P>,
+    law: ContactLaw<P>,
     /// Δt, s.
     dt: f64,
     /// Axes of its body in the world.
@@ -131,7 +137,13 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         let state = contacts.pair_state(point, &X, &V);
         Self {
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::of_pair(contacts, simulator, &X, state)
+            ..Self::of_pair(
+                contacts,
+                contacts.pair_law(point.shapes),
+                simulator,
+                &X,
+                state,
+            )
         }
     }
 
@@ -182,7 +194,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
-    /// A point between bodies over the numbers of [`seeded`] contacts, of the sizes those of one shape.
+    /// A point between bodies over the numbers of [`seeded`] contacts, of the shapes those of one.
     pub(super) fn between_numbers(
         contacts: &'a Contacts<OfBody<T>>,
         simulator: &Simulator,
@@ -193,7 +205,8 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     ) -> Self {
         let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
-        Self::of_pair(contacts, simulator, &X, state)
+        let law = contacts.pair_law_by_side(point.shapes, side);
+        Self::of_pair(contacts, law, simulator, &X, state)
     }
 }
 
@@ -234,7 +247,7 @@ where
         );
         Self {
             contacts,
-            law: &contacts.laws()[index],
+            law: contacts.laws()[index],
             dt: simulator.time_step(),
             axes: point.axes(),
             deflection: Vector3::zeros(),
@@ -247,13 +260,14 @@ where
 
     fn of_pair(
         contacts: &'a Contacts<P>,
+        law: ContactLaw<P>,
         simulator: &Simulator,
         X: &[Transform<OfBody<T>>; 2],
         state: PairState<OfBody<T>>,
     ) -> Self {
         Self {
             contacts,
-            law: contacts.pair_law(),
+            law,
             dt: simulator.time_step(),
             R_WB: X[0].rotation,
             axes: state.point.axes_of_any_normal(),
@@ -284,8 +298,9 @@ where
             delassus: Dual::new(delassus, self.delassus.eps),
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
+            speculative: self.is_speculative(),
         };
-        let own = self.contacts.rows(self.law, &kinematics).rows;
+        let own = self.contacts.rows(&self.law, &kinematics).rows;
         let acceleration = self.velocity(seen);
         std::array::from_fn(|row| {
             let y = own[row].y_at_rest(forces[row]);
@@ -300,9 +315,8 @@ where
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
         });
-        let law = self.law;
         let separation = dot(&self.point.normal, &self.point.velocity);
-        let step = law.bristle_step(&BristleLoad {
+        let step = self.law.bristle_step(&BristleLoad {
             depth: self.point.depth,
             separation,
             friction: &friction,
@@ -312,7 +326,7 @@ where
         [step.x, step.y, step.z]
     }
 
-    /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
+    /// The force that the law gives by itself at the start of a step on each body, in it, and by how much the bristle moves over the
     /// step, or its rate at an instant; `None` where only a solver finds it.
     pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce<T>> {
         let own = self.law.explicit_force(&self.point, &self.deflection)?;
@@ -322,7 +336,7 @@ where
             own.bristle.step::<f64>(self.dt)
         };
         Some(LinearizedForce {
-            force: self.on_first(&own.force),
+            forces: self.on_both(&own.force),
             bristle_step: [step.x, step.y, step.z],
         })
     }
@@ -334,7 +348,12 @@ where
 
     /// μ as the solver sees it.
     pub(super) fn friction(&self) -> OfBody<T> {
-        self.law.bounded_friction()
+        self.law
+            .friction_at(self.point.depth, self.is_speculative())
+    }
+
+    fn is_speculative(&self) -> bool {
+        self.second.is_some() && self.contacts.are_pairs_speculative()
     }
 
     /// The velocity of the first body at the point, less that of the second.
@@ -358,9 +377,14 @@ where
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
         });
+        self.on_both(&force)
+    }
+
+    /// A force in the world on the first body, and its opposite on the second one, each in its body.
+    fn on_both(&self, force: &Vector3<OfBody<T>>) -> [Option<Force<OfBody<T>>>; 2] {
         let second = self.second.as_ref();
         [
-            Some(self.on_first(&force)),
+            Some(self.on_first(force)),
             second.map(|second| second.force(&-force)),
         ]
     }
@@ -495,6 +519,7 @@ mod tests {
                     delassus: at.delassus,
                     dt,
                     kappa: None,
+                    speculative: false,
                 },
             );
             let acceleration = state.velocity_of(&at.X_WB.rotation, &self.A_B);

@@ -7,10 +7,10 @@ use super::touching::Touching;
 use super::working_set::{StepKinematics, WorkingSet};
 use crate::cone::{Block, Mode};
 use crate::contact::{
-    BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS,
+    BristleLoad, BristleRate, ContactLaw, Contacts, PairPoint, PointKinematics, PointState, ROWS,
 };
 use crate::dynamics::{Kinematics, forward_kinematics_into};
-use crate::model::FrameId;
+use crate::model::{BodyId, FrameId};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -75,11 +75,6 @@ impl<T: Scalar> Contact<T> {
         points.iter().copied().zip(modes.copied())
     }
 
-    /// Spatial force of the contact at a point with the ground on its body, in the body frame.
-    fn body_force<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> Force<T> {
-        self.force_on(contacts, point, 0)
-    }
-
     /// Spatial force of the contact at a point on one of its bodies, in the body frame.
     fn force_on<P: Scalar>(&self, contacts: &Contacts<P>, point: usize, side: usize) -> Force<T> {
         let force = self.forces[point];
@@ -87,19 +82,16 @@ impl<T: Scalar> Contact<T> {
     }
 
     /// The law of a point, and the links that touch there: of a point with the ground one, twice.
-    pub(crate) fn law_and_links<'c, P: Scalar>(
+    pub(crate) fn law_and_links<P: Scalar>(
         &self,
-        contacts: &'c Contacts<P>,
+        contacts: &Contacts<P>,
         point: usize,
-    ) -> (&'c ContactLaw<P>, [FrameId; 2]) {
-        let n = contacts.points().len();
-        match point.checked_sub(n) {
-            None => (&contacts.laws()[point], [contacts.points()[point].link; 2]),
-            Some(k) => {
-                let shapes = self.pairs.get(k).shapes;
-                (contacts.pair_law(), shapes.map(|k| contacts.shape_link(k)))
-            }
-        }
+    ) -> (ContactLaw<P>, [FrameId; 2]) {
+        let links = match point.checked_sub(contacts.points().len()) {
+            None => [contacts.points()[point].link; 2],
+            Some(k) => (self.pairs.get(k).shapes).map(|k| contacts.shape_link(k)),
+        };
+        (self.touching_in(contacts).law(point), links)
     }
 
     /// Hands each force on a link, on its body and in it, to `each`.
@@ -119,6 +111,23 @@ impl<T: Scalar> Contact<T> {
         }
     }
 
+    /// Hands each force on a body, in it, to `each`, with the link that it is on; `None` is what is fixed to the world.
+    pub(in crate::sim) fn each_force<P: Scalar>(
+        &self,
+        contacts: &Contacts<P>,
+        mut each: impl FnMut(FrameId, Option<BodyId>, Force<T>),
+    ) {
+        let n = contacts.points().len();
+        let touching = self.touching_in(contacts);
+        for i in 0..self.points.len() {
+            let (_, links) = self.law_and_links(contacts, i);
+            let sides = if i < n { 1 } else { 2 };
+            for (side, body) in touching.bodies(i).into_iter().enumerate().take(sides) {
+                each(links[side], body, self.force_on(contacts, i, side));
+            }
+        }
+    }
+
     /// All points, with what touches there.
     pub(super) fn touching_in<'a, P: Scalar>(
         &'a self,
@@ -130,6 +139,16 @@ impl<T: Scalar> Contact<T> {
             points: &self.points,
             kinematics: &self.kinematics,
         }
+    }
+
+    /// The points between bodies, each with its index among all points.
+    pub(super) fn pair_points<P: Scalar>(
+        &self,
+        contacts: &Contacts<P>,
+    ) -> impl Iterator<Item = (&PairPoint, usize)> {
+        let first = contacts.points().len();
+        let indices = first..self.points.len();
+        indices.map(move |index| (self.pairs.get(index - first), index))
     }
 
     /// Axes of a point that takes part, by its place among these.
@@ -168,19 +187,26 @@ impl<T: Scalar> Contact<T> {
         T: Over<P>,
     {
         forward_kinematics_into(at.model(), at.q(), at.v(), &mut self.kinematics);
+        self.points.truncate(contacts.points().len());
         contacts.states_into(&self.kinematics, &mut self.points);
+        (self.pairs).find(contacts, &self.kinematics, P::zero(), &mut self.points);
+        self.forces.clear();
+        self.forces.resize(self.points.len(), Vector3::zeros());
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
-        for (i, law) in contacts.laws().iter().enumerate() {
+        for i in 0..self.points.len() {
+            let touching = self.touching_in(contacts);
             let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
-            let Some(own) = law.explicit_force(&self.points[i], &deflection) else {
-                continue;
-            };
+            let own = touching.law(i).explicit_force(&self.points[i], &deflection);
+            let Some(own) = own else { continue };
+            for (side, body) in touching.bodies(i).into_iter().enumerate() {
+                if let Some(body) = body {
+                    bodies[body.0] += touching.force(i, side, &own.force);
+                }
+            }
             self.forces[i] = own.force;
             if let Some(rate) = self.rates.get_mut(i) {
                 *rate = own.bristle;
             }
-            let force = self.body_force(contacts, i);
-            bodies[contacts.points()[i].body.0] += force;
         }
     }
 
@@ -216,11 +242,14 @@ impl<T: Scalar> Contact<T> {
     ) where
         T: Over<P>,
     {
-        let margin = contacts.activation_margin(at.dt());
+        let of_ground = contacts.activation_margin(at.dt());
+        let of_pairs = contacts.pair_margin(at.dt());
+        let n = contacts.points().len();
+        let margin = |i: usize| if i < n { &of_ground } else { &of_pairs };
         let points = self.points.iter().enumerate();
-        let inside = points.filter(|(_, point)| margin.contains(point));
+        let inside = points.filter(|(i, point)| margin(*i).contains(point));
         self.working
-            .start(inside.map(|(i, point)| (i, margin.distance_inside(point))));
+            .start(inside.map(|(i, point)| (i, margin(i).distance_inside(point))));
         if contacts.use_working_set() {
             let mut free = std::mem::take(&mut self.free);
             balance.free_acceleration_into(&mut free);
@@ -325,8 +354,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 delassus: rows.delassus(first + ROWS * of),
                 dt: at.dt(),
                 kappa: contacts.kappa_over_step(at.dt()),
+                speculative: touching.is_speculative(i),
             };
-            let mut own = contacts.rows(touching.law(i), &kinematics);
+            let mut own = contacts.rows(&touching.law(i), &kinematics);
             if T::LANES > 1 || !T::HAS_VALUES {
                 own = own.within(self.working.takes_part(of));
             }
@@ -354,6 +384,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
 
     /// Forces on points in the world, and how bristles move under them.
     fn accept(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
+        if self.working.is_full() || self.pairs.is_full() {
+            balance.report_limit();
+        }
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
@@ -367,9 +400,6 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         }
         if contacts.have_bristles() {
             self.update_bristles(at, contacts);
-        }
-        if self.working.is_full() || self.pairs.is_full() {
-            balance.report_limit();
         }
     }
 }

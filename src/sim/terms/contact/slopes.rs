@@ -76,7 +76,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
                 out.delassus(&rows, &normal);
             }
         }
-        if self.contacts.have_bristles() {
+        if self.contacts.has_bristle(self.index) {
             out.rates(ROWS * self.index, &point.bristle_step(&forces));
         }
     }
@@ -91,14 +91,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
     ) where
         OfBody<T>: Over<P>,
     {
-        for (acting, force) in point.forces(forces).into_iter().enumerate() {
-            let Some(force) = force else { continue };
-            let force = match acting == side {
-                true => force,
-                false => slopes_alone(&force),
-            };
-            out.force(self.bodies[acting], &force, self.own());
-        }
+        state_forces(point.forces(forces), self.bodies, side, &self.own(), out);
     }
 
     /// States a point between bodies in derivatives of one body after the other.
@@ -127,24 +120,67 @@ impl<T: Scalar> SolvedPoint<'_, T> {
     }
 }
 
+/// States a point between bodies whose law gives the force by itself, in derivatives of one body after the other.
+fn emit_explicit_between<T: Scalar>(
+    at: &SlopePoint<'_, T>,
+    term: &Contact<T>,
+    (pair, index): (&PairPoint, usize),
+    contacts: &Contacts,
+    out: &mut impl Sink<T>,
+) {
+    let bodies = contacts.pair_bodies(pair.shapes);
+    let kinematics = Some(&term.kinematics);
+    let motions = bodies.map(|on| out.turn_to(at, on, kinematics));
+    for side in [1, 0] {
+        let on = bodies[side];
+        if on.is_some() {
+            out.turn_to(at, on, kinematics);
+            let point = LinearizedPoint::between(at.point.simulator, pair, side, &motions);
+            emit_explicit(&point, at.point, contacts, index, (bodies, side), out);
+        }
+    }
+}
+
+/// States the force on the body of the numbers, and the derivatives alone of that on the other one.
+fn state_forces<T: Scalar>(
+    forces: [Option<Force<OfBody<T>>>; 2],
+    bodies: [Option<BodyId>; 2],
+    side: usize,
+    own: &Own,
+    out: &mut impl BodySink<T>,
+) {
+    for (acting, force) in forces.into_iter().enumerate() {
+        let Some(force) = force else { continue };
+        let force = match acting == side {
+            true => force,
+            false => slopes_alone(&force),
+        };
+        out.force(bodies[acting], &force, own.clone());
+    }
+}
+
 /// A force without its value.
 fn slopes_alone<T: Scalar>(force: &Force<OfBody<T>>) -> Force<OfBody<T>> {
     Force::from_array(force.to_array().map(|x| OfBody::new(T::zero(), x.eps)))
 }
 
+/// The bristle of a point: none between bodies.
 fn own_of(contacts: &Contacts, index: usize) -> Own {
-    match contacts.have_bristles() {
+    match contacts.has_bristle(index) {
         true => Own::Contact(ROWS * index),
         false => Own::Nothing,
     }
 }
 
-/// States force and change of the bristle of a point, as its law gives them by itself; nothing where only a solver finds them.
+/// States forces and change of the bristle of a point, as its law gives them by itself; nothing where only a solver finds them.
+///
+/// * `on` – the bodies, and the side of that one of them over whose numbers the point is
 fn emit_explicit<P: Scalar, T: Scalar>(
     point: &LinearizedPoint<'_, P, T>,
     at: &EvaluationPoint<'_, f64, T>,
     contacts: &Contacts,
     index: usize,
+    (bodies, side): ([Option<BodyId>; 2], usize),
     out: &mut impl BodySink<T>,
 ) where
     OfBody<T>: Over<P>,
@@ -152,9 +188,8 @@ fn emit_explicit<P: Scalar, T: Scalar>(
     let Some(own) = point.explicit_force(at.is_instant) else {
         return;
     };
-    let body = contacts.points()[index].body;
-    out.force(Some(body), &own.force, own_of(contacts, index));
-    if contacts.have_bristles() {
+    state_forces(own.forces, bodies, side, &own_of(contacts, index), out);
+    if contacts.has_bristle(index) {
         out.rates(ROWS * index, &own.bristle_step);
     }
 }
@@ -183,8 +218,12 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
         if let Some(contacts) = at.point.explicit_contacts() {
             for (index, place) in contacts.points().iter().enumerate() {
-                let (point, _) = turned_point(at, term, Some(place.body), index, out);
-                emit_explicit(&point, at.point, contacts, index, out);
+                let body = Some(place.body);
+                let (point, _) = turned_point(at, term, body, index, out);
+                emit_explicit(&point, at.point, contacts, index, ([body, None], 0), out);
+            }
+            for pair in term.pair_points(contacts) {
+                emit_explicit_between(at, term, pair, contacts, out);
             }
         }
     }
@@ -211,10 +250,23 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         let own = own.filter(|own| own.are_of(contacts));
         let mut numbers = own.unwrap_or_else(|| OverNumbers::new(contacts));
         if at.point.explicit_contacts().is_some() {
-            for index in 0..contacts.points().len() {
+            for (index, point) in contacts.points().iter().enumerate() {
                 let place = PointPlace { at, term, index };
+                let on = ([Some(point.body), None], 0);
                 numbers.add(&place, out, &|point, out| {
-                    emit_explicit(point, at.point, contacts, index, out);
+                    emit_explicit(point, at.point, contacts, index, on, out);
+                });
+            }
+            for (point, index) in term.pair_points(contacts) {
+                let bodies = contacts.pair_bodies(point.shapes);
+                let place = PairPlace {
+                    at,
+                    term,
+                    point,
+                    bodies,
+                };
+                numbers.add_pair(&place, out, &|point, out| {
+                    emit_explicit(point, at.point, contacts, index, (bodies, 0), out);
                 });
             }
         }
@@ -252,7 +304,8 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
             return;
         };
         let first = balance.rows().count() - ROWS * term.touching().len();
-        for (of, &index) in term.touching().iter().enumerate() {
+        let touching = term.touching().iter().enumerate();
+        for (of, &index) in touching.filter(|(_, index)| contacts.has_bristle(**index)) {
             for across in 1..ROWS {
                 let step = term.bristle_by_force(contacts, of, across, at.point.dt());
                 for (k, &slope) in step.iter().enumerate() {

@@ -48,7 +48,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
     let mut next = touching.iter().enumerate().peekable();
     for index in 0..term.points.len() {
         let active = next.next_if(|(_, touching)| **touching == index);
-        if active.is_none() && !contacts.have_bristles() {
+        if active.is_none() && !contacts.has_bristle(index) {
             continue;
         }
         let active = active.map(|(of, _)| {

@@ -50,7 +50,7 @@ pub(super) fn emit_time_step<T: Scalar>(
 /// A point whose forces a solver has found.
 struct TimedPoint<'a, T: Scalar> {
     contacts: &'a Contacts,
-    law: &'a ContactLaw,
+    law: ContactLaw,
     state: PointState<Timed<T>>,
     axes: [Vector3<Timed<T>>; ROWS],
     /// Of its bristle, in the world; `None` for laws without.
@@ -96,8 +96,9 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
             delassus: Timed::constant_of(active.delassus),
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
+            speculative: solved.pair.is_some() && self.contacts.are_pairs_speculative(),
         };
-        let rows = self.contacts.rows(self.law, &kinematics).rows;
+        let rows = self.contacts.rows(&self.law, &kinematics).rows;
         for (k, (row, &force)) in rows.iter().zip(&active.forces).enumerate() {
             if let Some(y) = row.y_at_rest(force) {
                 sum.coordinate_row(active.row + k, 0, None, y);

@@ -43,10 +43,10 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
         }
     }
 
-    pub(super) fn law(&self, i: usize) -> &'a ContactLaw<P> {
+    pub(super) fn law(&self, i: usize) -> ContactLaw<P> {
         match self.pair(i) {
-            None => &self.contacts.laws()[i],
-            Some(_) => self.contacts.pair_law(),
+            None => self.contacts.laws()[i],
+            Some(k) => self.contacts.pair_law(self.pairs.get(k).shapes),
         }
     }
 
@@ -61,6 +61,11 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
     /// The point between bodies; `None` for one with the ground.
     pub(super) fn pair_point(&self, i: usize) -> Option<&'a PairPoint> {
         self.pair(i).map(|k| self.pairs.get(k))
+    }
+
+    /// Whether a point is met before it arrives by a law that else meets overlap only.
+    pub(super) fn is_speculative(&self, i: usize) -> bool {
+        self.pair(i).is_some() && self.contacts.are_pairs_speculative()
     }
 
     /// The axes in which laws see a point: normal, tangent, tangent, in the world.

@@ -1,0 +1,94 @@
+//! Bodies that touch each other.
+
+use std::path::PathBuf;
+
+use dualbody::Model;
+use dualbody::collision::Surface;
+use dualbody::contact::{CollisionOptions, Contacts, Material};
+use nalgebra::Vector3;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::law::law_of;
+use crate::errors::{OrRaise, guarded, type_error, value_error};
+use crate::kinds::check_kind;
+use crate::model::{PyModel, is_text};
+
+/// Lets bodies touch each other, where that is asked for.
+pub(super) fn with_collisions(
+    contacts: Contacts,
+    model: &Model,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Contacts> {
+    let collisions = value.getattr("collisions")?;
+    if collisions.is_none() {
+        return Ok(contacts);
+    }
+    let law = match collisions.getattr("law")? {
+        own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
+        own => law_of("collisions.law", &own, model)?,
+    };
+    let mut options = CollisionOptions {
+        self_collision: collisions.getattr("self_collision")?.extract()?,
+        excluded: collisions.getattr("excluded")?.extract()?,
+        materials: by_link(&collisions, "materials", "Material", material)?,
+        speculative: collisions.getattr("speculative")?.extract()?,
+        ..CollisionOptions::default()
+    };
+    for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
+        options = options.with_surface(&link, surface);
+    }
+    guarded(|| contacts.with_collisions(model, law, &options))?.or_raise()
+}
+
+/// Values of a class for links, by name.
+fn by_link<T>(
+    collisions: &Bound<'_, PyAny>,
+    name: &str,
+    class: &str,
+    read: impl Fn(&Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<(String, T)>> {
+    let all = collisions.getattr(name)?;
+    let of_link = |(link, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let link: String = link.extract()?;
+        let place = format!("{name}[\"{link}\"]");
+        check_kind(&place, &value, "contact", &[class], "")?;
+        Ok((link, read(&value)?))
+    };
+    all.cast::<PyDict>()?.iter().map(of_link).collect()
+}
+
+fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
+    Ok(Material {
+        friction: value.getattr("friction")?.extract()?,
+        restitution: value.getattr("restitution")?.extract()?,
+    })
+}
+
+fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
+    let vertices: Vec<[f64; 3]> = value.getattr("vertices")?.extract()?;
+    let triangles: Vec<[u32; 3]> = value.getattr("triangles")?.extract()?;
+    let vertices = vertices.into_iter().map(Vector3::from).collect();
+    Surface::new(vertices, triangles).map_err(value_error)
+}
+
+/// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
+#[pyfunction]
+pub(crate) fn _srdf(
+    model: &Bound<'_, PyModel>,
+    description: &Bound<'_, PyAny>,
+    prefix: &str,
+) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
+    let (m, options) = (&*model.get().model, CollisionOptions::default());
+    let read = match description.extract::<String>() {
+        Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
+        _ => {
+            let path = description.extract::<PathBuf>();
+            let path = path.map_err(|_| type_error("description is no text and no path"))?;
+            guarded(|| options.with_srdf_file(m, prefix, path))?
+        }
+    };
+    let (options, rest) = read.or_raise()?;
+    let rest = rest.iter().map(ToString::to_string).collect();
+    Ok((options.excluded, rest))
+}

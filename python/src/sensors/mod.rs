@@ -1,0 +1,235 @@
+//! Sensors: what they read in a step, with C and D; noise.
+
+mod noise;
+mod spec;
+
+use std::sync::{Arc, Mutex};
+
+use dualbody::linearize::SensorLinearization;
+use dualbody::sim::{SensorScratch, Sensors};
+use pyo3::exceptions::PyFloatingPointError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PySlice};
+use rayon::prelude::*;
+
+use crate::arrays::{Array, checked_output, empty, numbers_mut, room, write_matrix};
+use crate::errors::{guarded, value_error};
+use crate::model::PyModel;
+use crate::simulator::{Given, PySimulator};
+use crate::threads::on_pool;
+pub(crate) use noise::PyNoisySensors;
+
+/// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
+///
+/// Readings belong to a step: to the state before it, its input, and the acceleration and forces that act over it.
+#[pyclass(frozen, name = "Sensors", module = "dualbody")]
+pub(crate) struct PySensors {
+    sensors: Arc<Sensors>,
+    model: Py<PyModel>,
+    /// What it was made with.
+    given: Py<PyDict>,
+    /// Memory of the last call for one state, with the simulator that it is for.
+    memory: Mutex<Option<(u64, SensorScratch<f64>)>>,
+}
+
+#[pymethods]
+impl PySensors {
+    #[new]
+    fn new(model: Py<PyModel>, sensors: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let of = &model.get().model;
+        let mut all = Vec::with_capacity(sensors.len());
+        for (name, sensor) in sensors {
+            let name: String = name.extract()?;
+            let read = spec::read(of, &name, &sensor)?;
+            all.push((name, read));
+        }
+        let made = guarded(|| Sensors::new(of, all))?;
+        Ok(Self {
+            sensors: Arc::new(made),
+            given: sensors.copy()?.unbind(),
+            model,
+            memory: Mutex::new(None),
+        })
+    }
+
+    /// Name of each number that is read: that of its sensor, with ".x", ".qw", ".fx" and so on where it reads several.
+    #[getter]
+    fn names(&self) -> Vec<&str> {
+        self.sensors.names()
+    }
+
+    /// Unit of each number that is read; empty for numbers without one.
+    #[getter]
+    fn units(&self) -> Vec<&'static str> {
+        self.sensors.units()
+    }
+
+    fn __len__(&self) -> usize {
+        self.sensors.len()
+    }
+
+    /// Place of a sensor's numbers in the vector. Raises KeyError if there is no sensor of the name.
+    fn slice<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
+        let missing = || pyo3::exceptions::PyKeyError::new_err(name.to_owned());
+        let range = self.sensors.range(name).ok_or_else(missing)?;
+        Ok(PySlice::new(
+            py,
+            range.start as isize,
+            range.end as isize,
+            1,
+        ))
+    }
+
+    /// Readings (..., len) of the step from a state under the input, which is not taken. Arguments as in Simulator.step; out: an array for the result.
+    ///
+    /// Raises FloatingPointError if a reading is not finite.
+    #[pyo3(signature = (simulator, q, v, u=None, *, contact=None, out=None))]
+    fn read<'py>(
+        &self,
+        simulator: &Bound<'py, PySimulator>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let own = simulator.get();
+        let given = own.read(q, v, u, contact)?;
+        let shape = [given.batch.as_slice(), &[self.sensors.len()]].concat();
+        let array = match out {
+            Some(out) => checked_output("out", out, &shape)?,
+            None => empty(q.py(), &shape),
+        };
+        match given.batch.is_empty() {
+            true => self.read_one(own, &given, numbers_mut(&array))?,
+            false => self.read_batch(q.py(), own, &given, numbers_mut(&array))?,
+        }
+        match numbers_mut(&array).iter().position(|y| !y.is_finite()) {
+            None => Ok(array),
+            Some(k) => Err(self.not_finite(k)),
+        }
+    }
+
+    /// Jacobians of the step and of the readings in it, in tangent coordinates: SensorLinearization of a, b as Simulator.linearize has them, c (..., len,
+    /// n_tangent) and d (..., len, nu). Arguments as in Simulator.step.
+    #[pyo3(signature = (simulator, q, v, u=None, *, contact=None))]
+    fn linearize<'py>(
+        &self,
+        simulator: &Bound<'py, PySimulator>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, own) = (q.py(), simulator.get());
+        let given = own.read(q, v, u, contact)?;
+        let count = given.count();
+        let (states, inputs) = (own.states(&given, count)?, own.inputs(&given, count)?);
+        let (sensors, of, nu) = (&*self.sensors, &*own.simulator, own.simulator.nu());
+        let one = |k: usize| sensors.linearize(of, &states[k], &inputs[k * nu..(k + 1) * nu]);
+        let all: Vec<SensorLinearization> =
+            on_pool(py, || (0..count).into_par_iter().map(one).collect())?;
+        let (n, len) = (of.n_tangent(), sensors.len());
+        let array = |rows: usize, columns: usize| {
+            room(py, &[given.batch.as_slice(), &[rows, columns]].concat())
+        };
+        let out = [array(n, n)?, array(n, nu)?, array(len, n)?, array(len, nu)?];
+        for (k, linear) in all.iter().enumerate() {
+            let parts = [&linear.step.a, &linear.step.b, &linear.c, &linear.d];
+            for (array, matrix) in out.iter().zip(parts) {
+                let start = k * matrix.len();
+                write_matrix(matrix, &mut numbers_mut(array)[start..start + matrix.len()]);
+            }
+        }
+        let class = py.import("dualbody.sim")?.getattr("SensorLinearization")?;
+        let [a, b, c, d] = out;
+        class.call1((a, b, c, d))
+    }
+
+    /// The sensors with noise, of as many states as there are seeds: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between
+    /// two samples, s; seeds: (n,), whole numbers.
+    fn noisy(
+        &self,
+        noise: &Bound<'_, PyDict>,
+        time_step: f64,
+        seeds: Vec<u64>,
+    ) -> PyResult<PyNoisySensors> {
+        PyNoisySensors::new(&self.sensors, noise, time_step, &seeds)
+    }
+
+    fn __repr__(&self) -> String {
+        let model = self.model.get().model.name();
+        format!(
+            "Sensors of \"{model}\": {}",
+            self.sensors.names().join(", ")
+        )
+    }
+
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+        let (py, own) = (this.py(), this.get());
+        let arguments = (own.model.clone_ref(py), own.given.clone_ref(py)).into_pyobject(py)?;
+        Ok((this.get_type().into_any(), arguments.into_any().unbind()))
+    }
+}
+
+impl PySensors {
+    fn read_one(&self, own: &PySimulator, given: &Given<'_>, out: &mut [f64]) -> PyResult<()> {
+        let state = &own.states(given, 1)?[0];
+        let u = own.inputs(given, 1)?;
+        let kept = self.memory.try_lock().ok().and_then(|mut kept| kept.take());
+        let kept = kept.filter(|(id, _)| *id == own.id);
+        let mut memory = match kept {
+            Some((_, memory)) => memory,
+            None => guarded(|| SensorScratch::new(&own.simulator))?,
+        };
+        guarded(|| {
+            let simulator = &own.simulator;
+            self.sensors
+                .read_into(simulator, state, &u, &mut memory, out);
+        })?;
+        if let Ok(mut kept) = self.memory.try_lock() {
+            *kept = Some((own.id, memory));
+        }
+        Ok(())
+    }
+
+    fn read_batch(
+        &self,
+        py: Python<'_>,
+        own: &PySimulator,
+        given: &Given<'_>,
+        out: &mut [f64],
+    ) -> PyResult<()> {
+        let (count, nu) = (given.count(), own.simulator.nu());
+        let (states, inputs) = (own.states(given, count)?, own.inputs(given, count)?);
+        let (sensors, simulator) = (&*self.sensors, &*own.simulator);
+        let rows = out.par_chunks_exact_mut(sensors.len().max(1)).enumerate();
+        on_pool(py, || {
+            rows.for_each_init(
+                || SensorScratch::new(simulator),
+                |memory, (k, row)| {
+                    let u = &inputs[k * nu..(k + 1) * nu];
+                    sensors.read_into(simulator, &states[k], u, memory, row);
+                },
+            );
+        })
+    }
+
+    fn not_finite(&self, k: usize) -> PyErr {
+        let (names, len) = (self.sensors.names(), self.sensors.len());
+        let (state, name) = (k / len, names[k % len]);
+        let text = format!("the reading {name} of state {state} is not finite");
+        PyFloatingPointError::new_err(text)
+    }
+}
+
+/// The numbers of a batch, a row for each of `n` states.
+fn check_rows(batch: &[usize], n: usize) -> PyResult<()> {
+    match batch {
+        [rows] if *rows == n => Ok(()),
+        [] if n == 1 => Ok(()),
+        _ => Err(value_error(format_args!(
+            "readings of a batch of shape {batch:?} for {n} seeds"
+        ))),
+    }
+}

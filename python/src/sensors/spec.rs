@@ -1,0 +1,118 @@
+//! Reads sensors and their noise from small classes of Python.
+
+use dualbody::Model;
+use dualbody::sim::{Sensor, SensorNoise};
+use dualbody::spatial::Representation;
+use pyo3::prelude::*;
+
+use crate::errors::{OrRaise, choice, value_error};
+use crate::kinds::check_kind;
+
+const REPRESENTATIONS: [(&str, Representation); 3] = [
+    ("body", Representation::Body),
+    ("mixed", Representation::Mixed),
+    ("inertial", Representation::Inertial),
+];
+
+/// The kinds, of the field of the same name.
+const KINDS: [&str; 16] = [
+    "joint_position",
+    "joint_velocity",
+    "joint_force",
+    "gyro",
+    "accelerometer",
+    "magnetometer",
+    "frame_pose",
+    "frame_velocity",
+    "frame_acceleration",
+    "wrench",
+    "touch",
+    "contact_force",
+    "range_finder",
+    "center_of_mass",
+    "center_of_mass_velocity",
+    "momentum",
+];
+
+/// A sensor of a model.
+pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Sensor> {
+    check_kind(
+        format_args!("sensors[\"{name}\"]"),
+        value,
+        "sim",
+        &["Sensor"],
+        "",
+    )?;
+    let kind: String = value.getattr("kind")?.extract()?;
+    let on: Option<String> = value.getattr("on")?.extract()?;
+    let missing = || {
+        value_error(format_args!(
+            "sensors[\"{name}\"] is on nothing: on= names its joint, link or frame"
+        ))
+    };
+    let place = || on.as_deref().ok_or_else(missing);
+    let joint = || model.find_joint(place()?).or_raise();
+    let frame = || model.find_frame(place()?).or_raise();
+    let representation = || {
+        let given: String = value.getattr("representation")?.extract()?;
+        choice("representation", &given, &REPRESENTATIONS)
+    };
+    Ok(match kind.as_str() {
+        "joint_position" => Sensor::JointPosition(joint()?),
+        "joint_velocity" => Sensor::JointVelocity(joint()?),
+        "joint_force" => Sensor::JointForce(joint()?),
+        "gyro" => Sensor::Gyro(frame()?),
+        "accelerometer" => Sensor::Accelerometer(frame()?),
+        "magnetometer" => Sensor::Magnetometer {
+            frame: frame()?,
+            field: value.getattr("field")?.extract()?,
+        },
+        "frame_pose" => Sensor::FramePose(frame()?),
+        "frame_velocity" => Sensor::FrameVelocity {
+            frame: frame()?,
+            representation: representation()?,
+        },
+        "frame_acceleration" => Sensor::FrameAcceleration {
+            frame: frame()?,
+            representation: representation()?,
+        },
+        "wrench" => Sensor::Wrench(frame()?),
+        "touch" => Sensor::Touch(frame()?),
+        "contact_force" => Sensor::ContactForce(frame()?),
+        "range_finder" => Sensor::RangeFinder {
+            frame: frame()?,
+            direction: value.getattr("direction")?.extract()?,
+            range: value.getattr("range")?.extract()?,
+        },
+        "center_of_mass" => Sensor::CenterOfMass,
+        "center_of_mass_velocity" => Sensor::CenterOfMassVelocity,
+        "momentum" => Sensor::Momentum,
+        _ => {
+            return Err(value_error(format_args!(
+                "sensors[\"{name}\"] is of the kind \"{kind}\", expected one of {}",
+                KINDS.join(", ")
+            )));
+        }
+    })
+}
+
+/// The imperfections of a sensor.
+pub(super) fn noise(name: &str, value: &Bound<'_, PyAny>) -> PyResult<SensorNoise> {
+    check_kind(
+        format_args!("noise[\"{name}\"]"),
+        value,
+        "sim",
+        &["SensorNoise"],
+        "",
+    )?;
+    let number = |field: &str| value.getattr(field)?.extract();
+    Ok(SensorNoise {
+        white: number("white")?,
+        bias: number("bias")?,
+        bias_walk: number("bias_walk")?,
+        resolution: number("resolution")?,
+        limit: number("limit")?,
+        period: number("period")?,
+        delay: number("delay")?,
+    })
+}

@@ -1,0 +1,76 @@
+//! `dualbody convert`: a robot in another format.
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::output::{Outcome, complain, heading};
+use super::robot::{Format, Robot};
+
+/// Write a robot in another format, and say what is lost.
+///
+/// URDF, SDF and MJCF are read; URDF and MJCF are written.
+#[derive(Args, Debug)]
+pub(super) struct Convert {
+    #[command(flatten)]
+    robot: Robot,
+    /// The file to write, `-` for the standard output; its ending says the format: .urdf, or .xml or .mjcf for MJCF.
+    output: PathBuf,
+    /// Format to write, where the ending does not say.
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<Format>,
+}
+
+impl Convert {
+    pub(super) fn run(self) -> Result<Outcome, Box<dyn Error>> {
+        let format = self.format()?;
+        let loaded = self.robot.load()?;
+        let text = match format {
+            Format::Urdf => loaded.model.to_urdf()?,
+            Format::Mjcf => loaded.model.to_mjcf()?,
+            Format::Sdf => return Err("SDF is read, not written: choose urdf or mjcf".into()),
+        };
+        let ignored = loaded.report.ignored.iter().map(ToString::to_string);
+        let lost: Vec<String> = ignored.chain(left_out(&text)).collect();
+        if self.output.as_os_str() == "-" {
+            lost.iter().for_each(|loss| complain("warning", loss));
+            return Ok(Outcome::of(text));
+        }
+        let path = self.output.display();
+        fs::write(&self.output, text)
+            .map_err(|error| format!("{path} cannot be written: {error}"))?;
+        let mut out = format!("{}: {} lost\n", heading(path), lost.len());
+        lost.iter().for_each(|loss| out += &format!("  {loss}\n"));
+        Ok(Outcome::of(out))
+    }
+
+    fn format(&self) -> Result<Format, Box<dyn Error>> {
+        let ending = self.output.extension().unwrap_or_default();
+        let by_ending = match ending == "xml" {
+            true => Some(Format::Mjcf),
+            false => Format::by_ending(&self.output),
+        };
+        let unknown = || format!("{}: say the format with --to", self.output.display());
+        Ok(self.to.or(by_ending).ok_or_else(unknown)?)
+    }
+}
+
+/// Comments of a written file on what it has no place for; of what stands before the joint that it is about, with its name.
+fn left_out(text: &str) -> impl Iterator<Item = String> {
+    let comments = text
+        .split("<!--")
+        .skip(1)
+        .filter_map(|rest| rest.split_once("-->"));
+    comments.filter_map(|(comment, after)| {
+        let comment = comment.trim();
+        let name = after
+            .split_once("name=\"")
+            .and_then(|(_, rest)| rest.split('"').next());
+        let named = format!("of joint {}", name.unwrap_or_default());
+        comment
+            .starts_with("left out")
+            .then(|| comment.replace("of the next joint", &named))
+    })
+}

@@ -1,0 +1,255 @@
+//! From the attributes of an actuator to its force: gain, bias and dynamics of its activation.
+//!
+//! Each element of an actuator, and each default of one, changes the same record: `position` and the others are short forms of `general`. They are applied from
+//! the outermost class on, the element itself last, as in `MuJoCo`.
+
+use super::entry::Entry;
+use crate::error::LoadError;
+use crate::sim::Servo;
+
+/// Force of the motor: (gain · control or activation) + bias, where both may be affine in length and velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Law {
+    /// The element that stated it last.
+    form: Form,
+    dynamics: Dynamics,
+    gain: [f64; 3],
+    bias: [f64; 3],
+    gain_is: Function,
+    bias_is: Function,
+    /// Part of the range of the joint that is that of the target; 0 for none.
+    pub(super) inherited: f64,
+    delay: f64,
+}
+
+/// Elements by what their short form sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    General,
+    Motor,
+    Position,
+    IntegratedVelocity,
+    Velocity,
+    Damper,
+    Cylinder,
+    Other,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Dynamics {
+    None,
+    Integrator,
+    Filter,
+    ExactFilter,
+    Other,
+}
+
+/// A gain or a bias.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Function {
+    /// Of a bias: 0.
+    Constant,
+    Affine,
+    Other,
+}
+
+/// Functions by the word that stands for each, of gains and of biases.
+const GAINS: [(&str, Function); 4] = [
+    ("fixed", Function::Constant),
+    ("affine", Function::Affine),
+    ("muscle", Function::Other),
+    ("user", Function::Other),
+];
+const BIASES: [(&str, Function); 4] = [
+    ("none", Function::Constant),
+    ("affine", Function::Affine),
+    ("muscle", Function::Other),
+    ("user", Function::Other),
+];
+const DYNAMICS: [(&str, Dynamics); 6] = [
+    ("none", Dynamics::None),
+    ("integrator", Dynamics::Integrator),
+    ("filter", Dynamics::Filter),
+    ("filterexact", Dynamics::ExactFilter),
+    ("muscle", Dynamics::Other),
+    ("user", Dynamics::Other),
+];
+
+impl Default for Law {
+    fn default() -> Self {
+        Self {
+            form: Form::General,
+            dynamics: Dynamics::None,
+            gain: [1.0, 0.0, 0.0],
+            bias: [0.0; 3],
+            gain_is: Function::Constant,
+            bias_is: Function::Constant,
+            inherited: 0.0,
+            delay: 0.0,
+        }
+    }
+}
+
+impl Law {
+    /// The law of the elements of an actuator, the defaults first.
+    pub(super) fn read<'t: 'c, 'c>(
+        elements: impl Iterator<Item = Entry<'t, 'c>>,
+    ) -> Result<Self, LoadError> {
+        let mut law = Self::default();
+        for element in elements {
+            law.apply(&element)?;
+        }
+        Ok(law)
+    }
+
+    fn apply(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        self.inherited = entry.number("inheritrange")?.unwrap_or(self.inherited);
+        self.delay = entry.number("delay")?.unwrap_or(self.delay);
+        let form = match entry.node.tag() {
+            "general" => return self.general(entry),
+            "motor" => Form::Motor,
+            "position" => Form::Position,
+            "intvelocity" => Form::IntegratedVelocity,
+            "velocity" => Form::Velocity,
+            "damper" => Form::Damper,
+            "cylinder" => Form::Cylinder,
+            _ => Form::Other,
+        };
+        let before = match self.form {
+            own if own == form || own == Form::General => *self,
+            _ => Self::default(),
+        };
+        let (inherited, delay) = (self.inherited, self.delay);
+        *self = Self {
+            form,
+            inherited,
+            delay,
+            ..before.short(form, entry)?
+        };
+        Ok(())
+    }
+
+    fn general(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        self.form = Form::General;
+        self.dynamics = entry.word("dyntype", &DYNAMICS)?.unwrap_or(self.dynamics);
+        self.gain_is = entry.word("gaintype", &GAINS)?.unwrap_or(self.gain_is);
+        self.bias_is = entry.word("biastype", &BIASES)?.unwrap_or(self.bias_is);
+        self.gain = entry.some_numbers_of_many("gainprm", self.gain)?;
+        self.bias = entry.some_numbers_of_many("biasprm", self.bias)?;
+        Ok(())
+    }
+
+    /// The law of a short form, over one of the same form or a general one.
+    fn short(self, form: Form, entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
+        let fixed = Self {
+            dynamics: Dynamics::None,
+            gain_is: Function::Constant,
+            bias_is: Function::Constant,
+            ..self
+        };
+        let kv = match form {
+            Form::Velocity | Form::Damper => not_negative(entry, "kv")?.unwrap_or(self.slope()),
+            _ => 0.0,
+        };
+        Ok(match form {
+            Form::Motor => Self {
+                gain: [1.0, 0.0, 0.0],
+                bias: [0.0; 3],
+                ..fixed
+            },
+            Form::Position | Form::IntegratedVelocity => fixed.position(form, entry)?,
+            Form::Velocity => Self {
+                gain: [kv, 0.0, 0.0],
+                bias: [0.0, 0.0, -kv],
+                bias_is: Function::Affine,
+                ..fixed
+            },
+            Form::Damper => Self {
+                gain: [0.0, 0.0, -kv],
+                gain_is: Function::Affine,
+                ..fixed
+            },
+            Form::Cylinder => Self {
+                dynamics: Dynamics::Filter,
+                ..fixed
+            },
+            Form::Other | Form::General => Self {
+                gain_is: Function::Other,
+                ..fixed
+            },
+        })
+    }
+
+    /// The gain of a velocity servo or damper that has been stated before.
+    fn slope(&self) -> f64 {
+        match self.form {
+            Form::Damper => -self.gain[2],
+            _ => self.gain[0],
+        }
+    }
+
+    fn position(self, form: Form, entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
+        let kp = not_negative(entry, "kp")?.unwrap_or(self.gain[0]);
+        let kv = not_negative(entry, "kv")?;
+        let ratio = not_negative(entry, "dampratio")?;
+        if kv.is_some() && ratio.is_some() {
+            return Err(entry.malformed("dampratio", "stands beside kv: give one of the two"));
+        }
+        let time = not_negative(entry, "timeconst")?;
+        let by_velocity = kv.map(|kv| -kv).or(ratio).unwrap_or(self.bias[2]);
+        let filtered = match (time, self.dynamics) {
+            (Some(time), _) if time > 0.0 => Dynamics::ExactFilter,
+            (None, Dynamics::ExactFilter) => Dynamics::ExactFilter,
+            _ => Dynamics::None,
+        };
+        Ok(Self {
+            gain: [kp, 0.0, 0.0],
+            bias: [self.bias[0], -kp, by_velocity],
+            bias_is: Function::Affine,
+            dynamics: match form {
+                Form::IntegratedVelocity => Dynamics::Integrator,
+                _ => filtered,
+            },
+            ..self
+        })
+    }
+
+    /// Why there is no such servo, if there is none.
+    pub(super) fn lack(&self) -> Option<&'static str> {
+        match self {
+            own if own.gain_is == Function::Other || own.bias_is == Function::Other => {
+                Some("is of a kind that is not modelled")
+            }
+            own if own.gain_is == Function::Affine && own.gain[1..] != [0.0; 2] => {
+                Some("has a gain that depends on the motion, which is not modelled")
+            }
+            own if own.dynamics != Dynamics::None => {
+                Some("has an activation, which is not modelled")
+            }
+            own if own.delay != 0.0 => Some("has a delay, which is not modelled"),
+            _ => None,
+        }
+    }
+
+    /// The servo behind a gear, without ranges, and its damping ratio, where that is to be made a gain.
+    pub(super) fn servo(&self, gear: f64) -> (Servo, Option<f64>) {
+        let bias = match self.bias_is {
+            Function::Affine => self.bias,
+            _ => [0.0; 3],
+        };
+        let holds_position = self.gain[0] == -bias[1] && bias[2] > 0.0;
+        let mut servo = Servo::torque(gear);
+        servo.gain = self.gain[0];
+        servo.bias = bias[0];
+        servo.position_gain = 0.0 - bias[1];
+        servo.velocity_gain = if holds_position { 0.0 } else { 0.0 - bias[2] };
+        (servo, holds_position.then_some(bias[2]))
+    }
+}
+
+fn not_negative(entry: &Entry<'_, '_>, name: &'static str) -> Result<Option<f64>, LoadError> {
+    match entry.number(name)? {
+        Some(x) if x < 0.0 => Err(entry.malformed(name, "is negative")),
+        x => Ok(x),
+    }
+}

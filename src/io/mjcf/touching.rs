@@ -1,0 +1,215 @@
+//! Contacts of a scene: links with the ground, and bodies with each other.
+
+use std::collections::{HashMap, HashSet};
+
+use super::contact::Touch;
+use super::scene::{MjcfGeom, MjcfScene};
+use crate::collision::Groups;
+use crate::contact::{
+    CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
+};
+use crate::spatial::Transform;
+
+/// Kinds of geoms that touch others by one rule: more do not fit in the bits of groups.
+const MOST_KINDS: usize = 32;
+
+/// Geoms that are compared to find whether some touch.
+const MOST_COMPARED: usize = 200;
+
+/// What decides with which others a geom touches: its bits, and its name where a pair names it.
+type Kind<'a> = (u32, u32, Option<&'a str>);
+
+impl MjcfScene {
+    /// The contacts; `None` where nothing can touch.
+    pub(super) fn touching(&self) -> Option<Contacts> {
+        let between = self.between();
+        let ground = self.contacts.ground.as_ref();
+        let ground = ground.and_then(|(pose, geom)| Some((terrain(pose)?, geom)));
+        let links = ground.as_ref().map(|(_, geom)| self.links_on(geom));
+        let links = links.unwrap_or_default();
+        if links.is_empty() && between.is_none() {
+            return None;
+        }
+        let model = &self.model;
+        let law = between.map_or_else(RelaxedRigid::default, |own| own.law(&self.options));
+        let terrain = ground.map(|(terrain, _)| terrain);
+        let options = ContactOptions::default();
+        let contacts = match terrain.filter(|_| !links.is_empty()) {
+            Some(terrain) => {
+                let names: Vec<&str> = links.iter().map(|(link, _)| *link).collect();
+                let contacts = Contacts::with_options(model, terrain, relaxed(law), &options);
+                contacts.ok()?.with_links(model, &names).ok()?
+            }
+            None => {
+                let none = Terrain::flat(0.0);
+                let contacts = Contacts::new(model, none, relaxed(law));
+                contacts.with_selection(|_| false)
+            }
+        };
+        let with_law = |contacts: Contacts, (link, touch): &(&str, Touch)| {
+            let law = touch.law(&self.options);
+            contacts.with_law(model, link, relaxed(law)).ok()
+        };
+        let contacts = links.iter().try_fold(contacts, with_law)?;
+        match between {
+            Some(_) => self.with_pairs(contacts, relaxed(law)),
+            None => Some(contacts),
+        }
+    }
+
+    /// Links that touch the ground, with the numbers of their first geom that does and the largest friction of all of them.
+    fn links_on<'a>(&'a self, ground: &MjcfGeom) -> Vec<(&'a str, Touch)> {
+        let mut links: Vec<(&str, Touch)> = Vec::new();
+        let geoms = self.contacts.geoms.iter();
+        let touching = geoms.filter(|own| own.touches(ground) && self.moves(&own.link));
+        for geom in touching {
+            let touch = geom.touch(ground);
+            match links.iter_mut().rfind(|(link, _)| *link == geom.link) {
+                Some((_, own)) => own.merge(&touch),
+                None => links.push((&geom.link, touch)),
+            }
+        }
+        links
+    }
+
+    /// The numbers of contacts between bodies, if geoms can touch: those of the first two that can, with the largest friction of all.
+    fn between(&self) -> Option<Touch> {
+        let mut kinds: HashMap<Kind<'_>, Vec<&MjcfGeom>> = HashMap::new();
+        let paired = self.paired();
+        for geom in &self.contacts.geoms {
+            let alike = kinds.entry(self.kind(geom, &paired)).or_default();
+            // Two links of a kind stand for all: they show whether it touches others, and itself.
+            if alike.len() < 2 && alike.iter().all(|own| own.link != geom.link) {
+                alike.push(geom);
+            }
+        }
+        let mut all: Vec<&MjcfGeom> = kinds.into_values().flatten().collect();
+        let place = |geom: &MjcfGeom| {
+            let mut geoms = self.contacts.geoms.iter();
+            geoms.position(|own| std::ptr::eq(own, geom))
+        };
+        all.sort_by_key(|geom| place(geom));
+        all.truncate(MOST_COMPARED);
+        let mut found: Option<Touch> = None;
+        for (i, one) in all.iter().enumerate() {
+            for other in &all[..i] {
+                let apart =
+                    one.link != other.link && (self.moves(&one.link) || self.moves(&other.link));
+                if apart && self.may_touch(one, other) {
+                    let touch = other.touch(one);
+                    match &mut found {
+                        Some(own) => own.merge(&touch),
+                        None => found = Some(touch),
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether two geoms touch: by their types, or as a pair.
+    fn may_touch(&self, one: &MjcfGeom, other: &MjcfGeom) -> bool {
+        let named = |geom: &MjcfGeom, name: &String| geom.name.as_ref() == Some(name);
+        let mut pairs = self.contacts.pairs.iter();
+        one.touches(other)
+            || pairs
+                .any(|[a, b]| named(one, a) && named(other, b) || named(one, b) && named(other, a))
+    }
+
+    /// Names of geoms that pairs name.
+    fn paired(&self) -> HashSet<&str> {
+        let names = self.contacts.pairs.iter().flatten();
+        names.map(String::as_str).collect()
+    }
+
+    fn kind<'a>(&self, geom: &'a MjcfGeom, paired: &HashSet<&str>) -> Kind<'a> {
+        let name = geom.name.as_deref();
+        let name = name.filter(|name| paired.contains(name));
+        (geom.contype, geom.conaffinity, name)
+    }
+
+    /// The contacts with those between bodies.
+    fn with_pairs(&self, contacts: Contacts, law: ContactLaw) -> Option<Contacts> {
+        let model = &self.model;
+        let mut shapes = LinkShapes::new(model);
+        self.group(&mut shapes);
+        let has_shapes = |link: &String| shapes.find_link(model, link).is_ok();
+        let excluded = self.contacts.excluded.iter();
+        let excluded = excluded.filter(|[a, b]| has_shapes(a) && has_shapes(b));
+        let excluded: Vec<[&str; 2]> = excluded.map(|[a, b]| [a.as_str(), b.as_str()]).collect();
+        shapes.exclude(model, &excluded).ok()?;
+        if !any_may_touch(&shapes) {
+            return Some(contacts);
+        }
+        let options = CollisionOptions::default().with_self_collision();
+        contacts.with_link_shapes(model, law, shapes, &options).ok()
+    }
+
+    /// Puts the shapes of geoms into groups: a group for each kind of them.
+    fn group(&self, shapes: &mut LinkShapes) {
+        let paired = self.paired();
+        let mut of_link: HashMap<&str, Vec<&MjcfGeom>> = HashMap::new();
+        let mut kinds: Vec<(Kind<'_>, &MjcfGeom)> = Vec::new();
+        for geom in &self.contacts.geoms {
+            of_link.entry(&geom.link).or_default().push(geom);
+            let kind = self.kind(geom, &paired);
+            if kinds.len() < MOST_KINDS && kinds.iter().all(|(own, _)| *own != kind) {
+                kinds.push((kind, geom));
+            }
+        }
+        let place = |geom: &MjcfGeom| {
+            let kind = self.kind(geom, &paired);
+            kinds.iter().position(|(own, _)| *own == kind)
+        };
+        let groups = |geom: &MjcfGeom| {
+            let own = place(geom)?;
+            let touched = kinds.iter().enumerate();
+            let touched = touched.filter(|(_, (_, other))| self.may_touch(geom, other));
+            Some(Groups {
+                own: 1 << own,
+                mask: touched.fold(0, |mask, (k, _)| mask | 1 << k),
+            })
+        };
+        let links = self.model.links();
+        let mut shapes = shapes.shapes_mut().iter_mut().peekable();
+        for link in links {
+            let frame = &self.model.frames()[link.frame.0];
+            let geoms = of_link.get(frame.name.as_str()).map_or(&[][..], |own| own);
+            for (collision, geom) in link.collisions.iter().zip(geoms) {
+                // What is left out, as a mesh that cannot be read, is not among the shapes.
+                let placement = frame.placement * collision.placement;
+                let own =
+                    shapes.next_if(|own| own.link == link.frame && own.placement == placement);
+                if let Some((own, groups)) = own.zip(groups(geom)) {
+                    own.groups = groups;
+                }
+            }
+        }
+    }
+
+    fn moves(&self, link: &str) -> bool {
+        let frame = self.model.frame(link);
+        frame.is_some_and(|frame| self.model.frames()[frame.0].body.is_some())
+    }
+}
+
+/// Whether some shapes may touch each other: taken for granted where there are very many.
+fn any_may_touch(shapes: &LinkShapes) -> bool {
+    /// Shapes of which all pairs are looked at.
+    const FEW: usize = 1000;
+    let n = shapes.shapes().len();
+    n > FEW || (0..n).any(|i| (0..i).any(|j| shapes.may_touch(i, j)))
+}
+
+fn relaxed(law: RelaxedRigid) -> ContactLaw {
+    ContactLaw::RelaxedRigid(law)
+}
+
+/// The plane z = 0 of a pose as terrain, if its normal points up.
+fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
+    /// Least height of the normal: steeper ground has no height over its points.
+    const LEAST: f64 = 1e-3;
+    let normal = pose.rotation.column(2).into_owned();
+    let is_finite = pose.translation.iter().all(|x| x.is_finite());
+    (is_finite && normal.z > LEAST).then(|| Terrain::plane(pose.translation.into(), normal.into()))
+}

@@ -1,0 +1,187 @@
+//! C and D of sensors beside finite differences of their readings, through the acceleration and the forces of contact and constraints.
+
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::contact::{ContactLaw, Contacts, Rigid, SoftContact, Terrain};
+use dualbody::model::{Model, samples};
+use dualbody::sim::{Sensor, Sensors};
+use dualbody::spatial::Representation;
+use dualbody::{Integrator, Simulator, State};
+use nalgebra::DVector;
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+fn asset(name: &str) -> Model {
+    let path = format!("{}/assets/{name}", env!("CARGO_MANIFEST_DIR"));
+    Model::from_urdf_file(path).expect("a robot that is known to be right")
+}
+
+/// Every kind of sensor on the links of a robot.
+fn all_sensors(model: &Model) -> Sensors {
+    let mut all: Vec<(String, Sensor)> = vec![
+        ("com".into(), Sensor::CenterOfMass),
+        ("com velocity".into(), Sensor::CenterOfMassVelocity),
+        ("momentum".into(), Sensor::Momentum),
+    ];
+    for name in model.joint_names() {
+        let joint = model.find_joint(name).expect("a joint");
+        all.push((format!("{name} q"), Sensor::JointPosition(joint)));
+        all.push((format!("{name} v"), Sensor::JointVelocity(joint)));
+        all.push((format!("{name} tau"), Sensor::JointForce(joint)));
+    }
+    let links = model.link_frames();
+    let last = links[links.len() - 1];
+    let [body, mixed] = [Representation::Body, Representation::Mixed];
+    for (name, sensor) in [
+        ("gyro", Sensor::Gyro(last)),
+        ("accelerometer", Sensor::Accelerometer(last)),
+        ("pose", Sensor::FramePose(last)),
+        (
+            "velocity",
+            Sensor::FrameVelocity {
+                frame: last,
+                representation: body,
+            },
+        ),
+        (
+            "acceleration",
+            Sensor::FrameAcceleration {
+                frame: last,
+                representation: mixed,
+            },
+        ),
+        (
+            "field",
+            Sensor::Magnetometer {
+                frame: last,
+                field: [0.2, 0.1, -0.4],
+            },
+        ),
+        ("wrench", Sensor::Wrench(last)),
+        ("base wrench", Sensor::Wrench(links[0])),
+        ("touch", Sensor::Touch(last)),
+        ("contact", Sensor::ContactForce(last)),
+    ] {
+        all.push((name.into(), sensor));
+    }
+    // In a linkage it would look along a neighbour.
+    if !model.name().contains("four") {
+        let (direction, range) = ([0.3, 0.1, -1.0], 10.0);
+        let finder = Sensor::RangeFinder {
+            frame: last,
+            direction,
+            range,
+        };
+        all.push(("range".into(), finder));
+    }
+    Sensors::new(model, all)
+}
+
+/// Central differences of the readings along (δx, δu), a column each.
+fn differences(
+    sensors: &Sensors,
+    simulator: &Simulator,
+    state: &State,
+    u: &[f64],
+) -> Vec<DVector<f64>> {
+    const H: f64 = 1e-6;
+    let n = simulator.n_tangent();
+    let moved = |k: usize, h: f64| {
+        let mut dx = vec![0.0; n];
+        let mut u = u.to_vec();
+        match k.checked_sub(n) {
+            None => dx[k] = h,
+            Some(input) => u[input] += h,
+        }
+        sensors.read(simulator, &state.integrate(simulator.model(), &dx), &u)
+    };
+    (0..n + u.len())
+        .map(|k| (moved(k, H) - moved(k, -H)) / (2.0 * H))
+        .collect()
+}
+
+fn check(what: &str, simulator: &Simulator, state: &State, u: &[f64]) {
+    let sensors = all_sensors(simulator.model());
+    let at = sensors.linearize(simulator, state, u);
+    assert_eq!(at.reading, sensors.read(simulator, state, u), "{what}");
+    assert_eq!(at.step, simulator.linearize(state, u), "{what}");
+    let (names, n) = (sensors.names(), simulator.n_tangent());
+    let mut largest: f64 = 0.0;
+    for (k, expected) in differences(&sensors, simulator, state, u)
+        .iter()
+        .enumerate()
+    {
+        let own = if k < n {
+            at.c.column(k)
+        } else {
+            at.d.column(k - n)
+        };
+        for (row, (got, expected)) in own.iter().zip(expected).enumerate() {
+            let error = (got - expected).abs() / (1.0 + expected.abs());
+            assert!(
+                error < 2e-5,
+                "{what}: {} along {k}: {got}, by differences {expected}",
+                names[row]
+            );
+            largest = largest.max(got.abs());
+        }
+    }
+    assert!(largest > 0.1, "{what}: nothing depends on anything");
+}
+
+#[test]
+fn slopes_of_an_arm_and_a_random_tree_equal_differences() {
+    for (what, model) in [
+        ("arm", samples::arm()),
+        ("tree", samples::random_tree(6, 11)),
+    ] {
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+            let simulator = Simulator::new(model.clone()).with_integrator(integrator);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+            let state = State::random(&model, &mut rng, 1.0);
+            let u: Vec<f64> = (0..simulator.nu()).map(|k| 0.3 - 0.1 * k as f64).collect();
+            check(what, &simulator, &state, &u);
+        }
+    }
+}
+
+#[test]
+fn slopes_in_contact_equal_differences() {
+    for (what, law) in [
+        ("rigid", ContactLaw::Rigid(Rigid::default())),
+        (
+            "soft",
+            ContactLaw::Soft(SoftContact::estimate(1.0, 8, 1e-3)),
+        ),
+    ] {
+        let model = asset("box.urdf");
+        let contacts = Contacts::new(&model, Terrain::incline(0.05), law);
+        let simulator = Simulator::new(model)
+            .with_time_step(2e-3)
+            .with_integrator(Integrator::ImplicitVelocity)
+            .with_contacts(contacts);
+        let mut state = simulator.neutral_state();
+        // Pressed in, and sliding.
+        state.q[2] = 0.0575;
+        state.v[0] = 0.3;
+        state.v[4] = 0.02;
+        let sensors = all_sensors(simulator.model());
+        let touch = sensors.range("touch").expect("a sensor").start;
+        let y = sensors.read(&simulator, &state, &[]);
+        assert!(y[touch] > 0.1, "{what}: {} N", y[touch]);
+        check(what, &simulator, &state, &[]);
+    }
+}
+
+#[test]
+fn slopes_of_a_closed_loop_equal_differences() {
+    let model = asset("four_bar.urdf");
+    let anchor = |name: &str| Anchor::frame(&model, name).expect("a frame");
+    let pin = Constraint::ball([anchor("loop_a"), anchor("loop_b")]);
+    let simulator = Simulator::new(model.clone()).with_constraints(vec![pin]);
+    let start = simulator
+        .assemble(&simulator.neutral_state())
+        .expect("a start")
+        .state;
+    let u = vec![0.2; simulator.nu()];
+    check("four-bar", &simulator, &start, &u);
+}
