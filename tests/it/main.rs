@@ -60,6 +60,8 @@ mod mjcf;
 mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;
+mod pages_of_contact;
+mod pair_reports;
 mod parameters;
 #[cfg(feature = "render")]
 mod pictures;
