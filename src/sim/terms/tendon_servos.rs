@@ -81,9 +81,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for TendonServos<T> {
         for (k, own) in all.filter(|(_, own)| is_row(at, own)) {
             let line = servo_line(own.actuator(), driven(at, own, k), at.dt().into());
             let (reference, compliance) = line.row();
-            let row = rows.grow(1);
+            let mut row = rows.grow(1);
             for joint in own.joints() {
-                row[joint.v] += T::from(joint.coefficient);
+                row.add(0, joint.v, T::from(joint.coefficient));
             }
             rows.push_reference(reference, compliance);
             rows.push_block(Block::Interval, line.bound);
