@@ -1,5 +1,6 @@
 //! Pairs of convex shapes: distances that are numbers, the same both ways, and normals of length one.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use dualbody::Cast;
@@ -12,8 +13,8 @@ use crate::input::Case;
 
 type Placed = (Shape, Transform<f64>);
 
-/// Lengths from which on squares of squares may overflow; shapes with such ones may have no distance.
-const LARGE: f64 = 1e60;
+/// Lengths from which on distances of shapes of about 1 m lose digits; beyond, only that the search ends.
+const LARGE: f64 = 1e6;
 /// Part of the size by which distances both ways may differ, for sizes and places of any ratio.
 const ALIKE: f64 = 1e-6;
 
@@ -31,9 +32,9 @@ fn shape_of(line: &str) -> Option<Placed> {
     let mut words = line.split_whitespace();
     let kind = words.next()?;
     let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-    let mut rest = numbers.into_iter();
-    let mut next = || rest.next();
-    let mut three = || Some([next()?, next()?, next()?]);
+    let rest = RefCell::new(numbers.into_iter());
+    let next = || rest.borrow_mut().next();
+    let three = || Some([next()?, next()?, next()?]);
     let vector = |x: [f64; 3]| Vector3::from(x);
     let shape = match kind {
         "sphere" => Shape::Sphere { radius: next()? },
