@@ -1,5 +1,6 @@
 //! Pairs of convex shapes: distances that are numbers, the same both ways, and normals of length one.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use dualbody::Cast;
@@ -12,8 +13,8 @@ use crate::input::Case;
 
 type Placed = (Shape, Transform<f64>);
 
-/// Lengths from which on squares of squares may overflow; shapes with such ones may have no distance.
-const LARGE: f64 = 1e60;
+/// Lengths from which on distances of shapes of about 1 m lose digits; beyond, only that the search ends.
+const LARGE: f64 = 1e6;
 /// Part of the size by which distances both ways may differ, for sizes and places of any ratio.
 const ALIKE: f64 = 1e-6;
 
@@ -31,43 +32,39 @@ fn shape_of(line: &str) -> Option<Placed> {
     let mut words = line.split_whitespace();
     let kind = words.next()?;
     let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-    let rest = &mut numbers.into_iter();
+    let rest = RefCell::new(numbers.into_iter());
+    let next = || rest.borrow_mut().next();
+    let three = || Some([next()?, next()?, next()?]);
     let vector = |x: [f64; 3]| Vector3::from(x);
     let shape = match kind {
-        "sphere" => Shape::Sphere {
-            radius: rest.next()?,
-        },
+        "sphere" => Shape::Sphere { radius: next()? },
         "capsule" => Shape::Capsule {
-            radius: rest.next()?,
-            half_length: rest.next()?,
+            radius: next()?,
+            half_length: next()?,
         },
         "cylinder" => Shape::Cylinder {
-            radius: rest.next()?,
-            half_length: rest.next()?,
+            radius: next()?,
+            half_length: next()?,
         },
         "box" => Shape::Box {
-            half_extents: three(rest)?,
+            half_extents: three()?,
         },
         "ellipsoid" => Shape::Ellipsoid {
-            semi_axes: three(rest)?,
+            semi_axes: three()?,
         },
         "triangle" => Shape::Triangle {
-            vertices: [
-                vector(three(rest)?),
-                vector(three(rest)?),
-                vector(three(rest)?),
-            ],
+            vertices: [vector(three()?), vector(three()?), vector(three()?)],
         },
         "hull" => {
             let corners = (0..6).map(|k| Vector3::ith(k % 3, if k < 3 { 1.0 } else { -0.5 }));
             Shape::Hull {
                 hull: Arc::new(Hull::new(corners.collect()).ok()?),
-                scale: three(rest)?,
+                scale: three()?,
             }
         }
         _ => Shape::HalfSpace,
     };
-    let (at, turn) = (vector(three(rest)?), vector(three(rest)?));
+    let (at, turn) = (vector(three()?), vector(three()?));
     let turn = if turn.norm() < LARGE {
         turn
     } else {
@@ -77,10 +74,6 @@ fn shape_of(line: &str) -> Option<Placed> {
         shape,
         Transform::new(Quaternion::exp(&turn).to_matrix(), at),
     ))
-}
-
-fn three(rest: &mut impl Iterator<Item = f64>) -> Option<[f64; 3]> {
-    Some([rest.next()?, rest.next()?, rest.next()?])
 }
 
 fn check_pair((a, at_a): &Placed, (b, at_b): &Placed) -> Result<(), String> {
@@ -103,7 +96,7 @@ fn check_pair((a, at_a): &Placed, (b, at_b): &Placed) -> Result<(), String> {
     features(a, at_a, b, at_b, 0.1, &mut manifold);
     // Sizes below zero are refused where shapes are made: of them only that it ends.
     let size = size_of(a) + size_of(b) + (at_a.translation - at_b.translation).norm();
-    if is_negative(a) || is_negative(b) || size.is_nan() || size >= LARGE {
+    if is_negative(a) || is_negative(b) || !(size < LARGE) {
         return Ok(());
     }
     let both = [
