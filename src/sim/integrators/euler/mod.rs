@@ -1,17 +1,18 @@
 //! The step of Euler, semi-implicit or implicit in velocity: one acceleration, then each joint's own step with it.
 
+mod impact;
 mod pullback;
 mod pushforward;
 mod rows;
 
 use super::AccelerationScratch;
-use super::impact::{self, Impact};
 use super::method::Step;
 use crate::cone::Status;
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use impact::Impact;
 pub(super) use pullback::{Adjoint, EvaluationAdjoint};
 pub(super) use pushforward::Columns;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::advance;
+use super::{advance, impact};
 use crate::dynamics::{Calls, ParameterSlots};
 use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
@@ -13,7 +13,6 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
-use crate::sim::integrators::impact;
 use crate::sim::integrators::joint_tangents::{
     OfNumbers, joint_step, joint_step_in_numbers, stepped_velocity,
 };

@@ -2,8 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::advance;
 use super::rows::ImpactRows;
+use super::{advance, impact};
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
@@ -11,7 +11,6 @@ use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
-use crate::sim::integrators::impact;
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::integrators::method::{Pushforward, StepColumns, StepPoint};
 use crate::sim::simulator::Simulator;

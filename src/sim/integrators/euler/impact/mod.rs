@@ -18,13 +18,13 @@
 
 mod pullback;
 
-use super::AccelerationScratch;
-use super::euler::advance;
-use super::kick_drift::Times;
+use super::advance;
 use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
+use crate::sim::integrators::AccelerationScratch;
+use crate::sim::integrators::kick_drift::Times;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::{Contact, LEAST_SPEED, LoneImpact};
