@@ -91,7 +91,7 @@ pub(crate) use names::{column_names, input_columns};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use random::StateBounds;
 pub use remarks::{NaturalMode, SimulatorRemark};
-pub use report::ContactReport;
+pub use report::{ContactReport, PairReport};
 pub use rollout::Rollout;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;

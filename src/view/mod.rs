@@ -45,6 +45,7 @@ mod blob;
 mod bond;
 mod camera;
 mod collisions;
+mod contacts;
 mod csv;
 mod files;
 mod furnish;

@@ -5,7 +5,6 @@ use std::collections::{HashMap, HashSet};
 use super::camera::Camera;
 use super::rows::Rows;
 use super::scene_object::SceneObject;
-use super::touches;
 use super::track::Track;
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
@@ -136,23 +135,6 @@ impl Recording {
             out.show_contacts(simulator);
         }
         out
-    }
-
-    /// Draws the points that touch the ground or another body, and the forces there, of the first robot: those that the simulator finds at the recorded states under
-    /// the recorded inputs, at up to 60 moments a second. Moments that are recorded afterwards keep the last ones.
-    ///
-    /// # Panics
-    /// If the simulator is one of another robot.
-    pub fn show_contacts(&mut self, simulator: &Simulator) -> &mut Self {
-        let track = &mut self.robots[0];
-        assert!(
-            track.model.structure() == simulator.model().structure(),
-            "the contacts are those of \"{}\", another robot than \"{}\"",
-            simulator.model().name(),
-            track.model.name()
-        );
-        track.touches = touches::find(track, &self.times, simulator);
-        self
     }
 
     /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there

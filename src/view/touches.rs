@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::blob::Blob;
-use super::motion::kept;
-use super::track::Track;
-use crate::sim::{ContactReport, Simulator};
+use crate::sim::ContactReport;
 
 /// Position and force of a point, x, y, z each, in the world, m and N. Of a point between two bodies there are two, with opposite forces.
 type Touch = [f64; 6];
@@ -26,24 +24,8 @@ pub(super) struct ShownTouches {
     values: Blob,
 }
 
-/// Finds what touches a robot at the moments that a page can show, under the recorded inputs. Moments at which a number is unknown are left out.
-pub(super) fn find(track: &Track, times: &[f64], simulator: &Simulator) -> Vec<Touches> {
-    // Of one byte a moment the rate alone decides.
-    let moments = kept(times, 1).into_iter();
-    let known = moments.filter(|&k| {
-        let numbers = track.q(k).iter().chain(track.v(k)).chain(track.u(k));
-        track.u(k).len() == simulator.nu() && numbers.into_iter().all(|x| x.is_finite())
-    });
-    known
-        .map(|moment| {
-            let report = simulator.contact_report(&track.state(moment), track.u(moment));
-            let points = of_report(&report);
-            Touches { moment, points }
-        })
-        .collect()
-}
-
-fn of_report(report: &ContactReport) -> Vec<Touch> {
+/// The points of a report at which a force acts.
+pub(super) fn of_report(report: &ContactReport) -> Vec<Touch> {
     let ground = report.points.iter().zip(&report.forces);
     let ground = ground.map(|(point, force)| (point.position, *force));
     let pairs = report.pairs.iter().flat_map(|pair| {
