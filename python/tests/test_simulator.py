@@ -603,7 +603,7 @@ def test_simulator_of_an_mjcf_has_its_servos_contacts_and_states() -> None:
       <keyframe><key name="bent" qpos="0.2 1 0 4 1 0 0 0" ctrl="0.3"/></keyframe></mujoco>"""
     simulator = db.Simulator.from_mjcf(text)
     assert (simulator.nu, simulator.time_step, simulator.integrator) == (1, 0.01, "implicit_velocity")
-    assert simulator.contacts is not None and simulator.effort_bounds()[1][0] == 0.5
+    assert "contact points" in repr(simulator) and simulator.effort_bounds()[1][0] == 0.5
     q, v, u = simulator.keyframes["bent"]
     assert q[0] == 0.2 and u[0] == 0.3 and simulator.keyframes["qpos0"][0][0] == 0
     reached = pickle.loads(pickle.dumps(simulator)).rollout(q, v, inputs=np.tile([9.0], (200, 1)))
