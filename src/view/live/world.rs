@@ -304,7 +304,7 @@ impl World {
         match &mut self.drag {
             None => {
                 self.simulator
-                    .step_into(&self.state, &self.u, &mut self.scratch, &mut self.next)
+                    .step_into(&self.state, &self.u, &mut self.scratch, &mut self.next);
             }
             Some(drag) => {
                 let (_, force) = drag.force(&self.state);
