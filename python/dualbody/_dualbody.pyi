@@ -1,5 +1,6 @@
 """The compiled module."""
 
+import builtins
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal, final
@@ -30,6 +31,7 @@ from .sim import (
     SensorNoise,
     StepGradient,
     Tendon,
+    TendonServo,
     Weld,
 )
 from .trajopt import Problem, Term
@@ -302,6 +304,7 @@ class Simulator:
         constraints: Sequence[Weld | Ball | Distance | Coupler | Tendon] | None = None,
         external_forces: Sequence[ExternalForce] | None = None,
         frame_actuators: Sequence[FrameActuator] | None = None,
+        tendon_servos: Sequence[TendonServo] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
         _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
@@ -478,13 +481,13 @@ class NativeFunction:
 
 @final
 class Sensors:
-    def __new__(cls, model: Model, sensors: Mapping[str, Sensor]) -> Self: ...
+    def __new__(cls, model: Model, sensors: dict[str, Sensor]) -> Self: ...
     @property
     def names(self) -> list[str]: ...
     @property
     def units(self) -> list[str]: ...
     def __len__(self) -> int: ...
-    def slice(self, name: str) -> slice: ...
+    def slice(self, name: str) -> builtins.slice: ...
     def read(
         self,
         simulator: Simulator,
@@ -504,7 +507,7 @@ class Sensors:
         *,
         contact: ArrayLike | None = None,
     ) -> SensorLinearization: ...
-    def noisy(self, noise: Mapping[str, SensorNoise], time_step: float, seeds: Sequence[int]) -> NoisySensors: ...
+    def noisy(self, noise: dict[str, SensorNoise], time_step: float, seeds: Sequence[int]) -> NoisySensors: ...
 
 @final
 class NoisySensors:

@@ -160,6 +160,19 @@ class ExternalForce:
 
 
 @dataclass(frozen=True)
+class TendonServo:
+    """A servo along a tendon, with an input of its own: joints: {name: coefficient c} of its length, the sum of c q; servo, input_range and
+    force_range as of an Actuator, along the tendon; effort: limit, N·m or N. With one joint it is a further servo of that joint."""
+
+    name: str
+    joints: Mapping[str, float]
+    servo: tuple[float, float, float, float, float]
+    effort: float | None = None
+    input_range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class FrameActuator:
     """An input that acts at a place: a wrench (6,) for each unit of it, within limits (lower, upper) if there are any."""
 

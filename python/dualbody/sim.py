@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         Sensor,
         SensorNoise,
         Tendon,
+        TendonServo,
         Weld,
     )
 
@@ -63,6 +64,7 @@ __all__ = [
     "Status",
     "StepGradient",
     "Tendon",
+    "TendonServo",
     "Weld",
     "contact_kinematics",
     "named_inputs",

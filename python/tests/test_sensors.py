@@ -45,9 +45,9 @@ def test_readings_equal_the_closed_forms() -> None:
     np.testing.assert_allclose(of["com"], [0.0, 0.5 * np.sin(q), -0.5 * np.cos(q)], atol=1e-12)
 
 
-def test_batches_give_the_readings_of_single_states() -> None:
-    model = db.gym.quadruped_model() if hasattr(db, "gym") else db.samples.arm()
-    simulator = Simulator(model, contacts=Contacts(Terrain.flat(), Rigid())) if model.has_floating_base else Simulator(model)
+def test_batches_give_the_readings_of_single_states(quadruped: db.Model) -> None:
+    model = quadruped
+    simulator = Simulator(model, contacts=Contacts(Terrain.flat(), Rigid()))
     links = model.link_names
     sensors = Sensors(model, {"imu": Sensor("accelerometer", links[0]), "touch": Sensor("touch", links[-1]), "h": Sensor("momentum")})
     q = np.stack([model.random_configuration(k) for k in range(11)])

@@ -3,8 +3,10 @@
 //! Proximal steps from no forces are quickest where few contacts are redundant. Where they do not arrive, or rows have compliance, descents lead to where the
 //! active set is nearly right, and proximal steps from there to the last digits.
 
+use super::blocks::Blocks;
 use super::newton::Newton;
 use super::search::Search;
+use super::system::{REGULARIZED_ABOVE, System, find_scale, read};
 use super::{BlockProblem, Law};
 
 /// ρ of the first descent, beside a diagonal of 1, and the least one.
@@ -18,6 +20,38 @@ const INEXACT: f64 = 0.1;
 /// The residual below which the active set is tried, and ρ of the first proximal step then.
 const EXACT_BELOW: f64 = 1e-6;
 const LAST_RHO: f64 = 1e-6;
+
+impl System {
+    /// Reads a problem with blocks, whose X and R stay beside the system. `false` if a number is not finite.
+    fn load_blocks(&mut self, problem: &BlockProblem<'_>, out: &mut Blocks) -> bool {
+        let n = problem.free_velocity.len();
+        (self.n, self.law) = (n, problem.law);
+        self.w.clear();
+        read(problem.free_velocity, 0, &mut self.g);
+        let is_infinite = |row: usize| problem.regularization[row] == f64::INFINITY;
+        self.list_units(problem.blocks, is_infinite, |block| problem.friction[block]);
+        out.columns.copy_from(problem.columns);
+        out.diagonal.clear();
+        out.diagonal.extend_from_slice(problem.regularization);
+        for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
+            out.columns.scale(i, 0.0);
+            (self.g[i], out.diagonal[i]) = (0.0, 1.0);
+        }
+        self.scale.resize(n, 1.0);
+        let diagonal = |i: usize| out.columns.diagonal(i) + out.diagonal[i];
+        find_scale(&self.units, diagonal, &mut self.scale);
+        self.scale_bounds();
+        let mut finite = true;
+        for (i, &scale) in self.scale.iter().enumerate() {
+            self.g[i] *= scale;
+            out.columns.scale(i, scale);
+            out.diagonal[i] *= scale * scale;
+            finite &= (self.g[i] + out.columns.diagonal(i) + out.diagonal[i]).is_finite();
+        }
+        self.is_regularized = out.diagonal.iter().all(|&r| r > REGULARIZED_ABOVE);
+        finite && self.units.iter().all(|unit| unit.mu.is_finite())
+    }
+}
 
 impl Search {
     /// Reads a problem with blocks, and starts without forces. `false` if a number is not finite.

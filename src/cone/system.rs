@@ -1,14 +1,13 @@
 //! A problem, scaled so that every row is of size 1: one lane of it in plain numbers, or numbers that are recorded.
 
-use super::blocks::Blocks;
-use super::{Block, BlockProblem, ConeProblem, Law};
+use super::{Block, ConeProblem, Law};
 use crate::scalar::Scalar;
 
 /// A diagonal entry this small beside the largest is rounding, and its row is scaled like the largest.
 const NO_DIAGONAL: f64 = 1e-14;
 
 /// A regularisation as large as this, beside the size of its row, leaves most digits of a solution.
-const REGULARIZED_ABOVE: f64 = 1e-6;
+pub(super) const REGULARIZED_ABOVE: f64 = 1e-6;
 
 /// The smallest parts that a law speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,36 +108,6 @@ impl System {
         self.rescale(|x| finite &= x.is_finite());
         let scaled = |i: usize| regularization(i) * self.scale[i] * self.scale[i];
         self.is_regularized = (0..n).map(scaled).all(|r| r > REGULARIZED_ABOVE);
-        finite && self.units.iter().all(|unit| unit.mu.is_finite())
-    }
-
-    /// Reads a problem with blocks, whose X and R stay beside the system. `false` if a number is not finite.
-    pub(super) fn load_blocks(&mut self, problem: &BlockProblem<'_>, out: &mut Blocks) -> bool {
-        let n = problem.free_velocity.len();
-        (self.n, self.law) = (n, problem.law);
-        self.w.clear();
-        read(problem.free_velocity, 0, &mut self.g);
-        let is_infinite = |row: usize| problem.regularization[row] == f64::INFINITY;
-        self.list_units(problem.blocks, is_infinite, |block| problem.friction[block]);
-        out.columns.copy_from(problem.columns);
-        out.diagonal.clear();
-        out.diagonal.extend_from_slice(problem.regularization);
-        for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
-            out.columns.scale(i, 0.0);
-            (self.g[i], out.diagonal[i]) = (0.0, 1.0);
-        }
-        self.scale.resize(n, 1.0);
-        let diagonal = |i: usize| out.columns.diagonal(i) + out.diagonal[i];
-        find_scale(&self.units, diagonal, &mut self.scale);
-        self.scale_bounds();
-        let mut finite = true;
-        for (i, &scale) in self.scale.iter().enumerate() {
-            self.g[i] *= scale;
-            out.columns.scale(i, scale);
-            out.diagonal[i] *= scale * scale;
-            finite &= (self.g[i] + out.columns.diagonal(i) + out.diagonal[i]).is_finite();
-        }
-        self.is_regularized = out.diagonal.iter().all(|&r| r > REGULARIZED_ABOVE);
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 
@@ -265,7 +234,11 @@ impl<T: Scalar> System<T> {
 }
 
 /// Finds s of the rows of all units from the diagonal of W.
-fn find_scale<T: Scalar>(units: &[Unit<T>], diagonal: impl Fn(usize) -> T, scale: &mut [T]) {
+pub(super) fn find_scale<T: Scalar>(
+    units: &[Unit<T>],
+    diagonal: impl Fn(usize) -> T,
+    scale: &mut [T],
+) {
     let zero = T::zero();
     let all = (0..scale.len()).map(&diagonal);
     let largest = all.fold(zero, |most, x| x.max(most));
@@ -284,7 +257,7 @@ fn is_infinite_bound<T: Scalar>(bound: T) -> bool {
     bound.has_value() && bound.value(0) == f64::INFINITY
 }
 
-fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
+pub(super) fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
     to.clear();
     to.extend(from.iter().map(|x| x.value(lane)));
 }

@@ -109,7 +109,9 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
 
     /// `true` if forces have rows, whose forces a solver finds.
     pub(crate) fn has_rows(&self) -> bool {
-        self.solved_contacts().is_some() || !self.simulator.constraints().is_empty()
+        self.solved_contacts().is_some()
+            || !self.simulator.constraints().is_empty()
+            || !self.is_explicit() && self.simulator.has_following_tendons()
     }
 
     /// Contacts whose forces a solver finds.
@@ -146,6 +148,7 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn needs_solver(&self) -> bool {
         self.solved_contacts(self.at_end()).is_some()
             || !self.constraints().is_empty()
+            || self.at_end().has_joints() && self.has_following_tendons()
             || self.contacts().is_some_and(Contacts::have_pairs)
     }
 
@@ -154,10 +157,10 @@ impl<P: Scalar> Simulator<P> {
         self.contacts().is_some_and(Contacts::may_bounce)
     }
 
-    /// The most rows of joints, each a block: joint limits and bounded forces.
+    /// The most rows of joints, each a block: joint limits, bounded forces, and servos of tendons.
     pub(crate) fn joint_rows(&self) -> usize {
         let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
-        self.model().nv() + bounded
+        self.model().nv() + bounded + self.tendon_servos().len()
     }
 
     /// Contacts whose forces a solver finds in a step.

@@ -352,7 +352,8 @@ impl<T: Scalar> Island<T> {
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
     ) -> Certificate {
-        self.is_by_blocks = self.rows.len() > MANY_ROWS && self.solver.options.smoothing == 0.0;
+        let are_many = self.rows.len() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
+        self.is_by_blocks = are_many && self.solver.options.smoothing == 0.0;
         if self.is_by_blocks {
             return self.solve_by_blocks(of, rows, factor);
         }

@@ -114,6 +114,13 @@ impl<T: Scalar> SparseRows<T> {
         segments.iter().map(|segment| segment.tree)
     }
 
+    /// Whether some rows act on one and the same tree.
+    pub(super) fn are_on_one_tree(&self, rows: &[usize]) -> bool {
+        let mut trees = rows.iter().flat_map(|&row| self.trees_of(row));
+        let first = trees.next();
+        trees.all(|tree| Some(tree) == first)
+    }
+
     /// Number of trees.
     pub(super) fn n_trees(&self) -> usize {
         self.trees.len()

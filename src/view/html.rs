@@ -3,7 +3,7 @@
 //! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is
 //! computed here, by [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a
 //! page without a motion turn or shift a body about its own z axis, which is what [`joint`](crate::joint) lays its
-//! frame for, and carry along what hangs on it.
+//! frame for, and carry along what hangs on it. Such a page also says which collision shapes overlap.
 //!
 //! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the
 //! script element that holds it nor start another; the script shows it as text.
@@ -13,6 +13,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::camera::Camera;
+use super::collisions::{Collisions, collisions};
 use super::files::write;
 use super::mesh::Mesh;
 use super::meshes::Meshes;
@@ -37,19 +38,23 @@ struct Data<'a> {
     /// What a page of a simulation that runs has besides.
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<serde_json::Value>,
+    /// Of a page with sliders.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    collisions: Option<Collisions>,
 }
 
 const STYLE: &str = include_str!("page/page.css");
 const BODY: &str = include_str!("page/page.html");
 
 /// Scripts in the order in which they need one another.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("page/data.js"),
     include_str!("page/math.js"),
     include_str!("page/shapes.js"),
     include_str!("page/shaders.js"),
     include_str!("page/renderer.js"),
     include_str!("page/camera.js"),
+    include_str!("page/collide.js"),
     include_str!("page/scene.js"),
     include_str!("page/player.js"),
     include_str!("page/plots.js"),
@@ -79,7 +84,7 @@ impl Recording {
     }
 }
 
-/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, the tree with names,
+/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, which marks links that collide, the tree with names,
 /// and frames, centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
 ///
 /// # Examples
@@ -116,6 +121,10 @@ fn page(recording: &Recording, motion: Option<Motion>, live: Option<serde_json::
         robots,
         scenery,
         meshes: meshes.meshes,
+        collisions: motion
+            .is_none()
+            .then(|| collisions(&recording.robots[0].model))
+            .flatten(),
         motion,
         live,
     };

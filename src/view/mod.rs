@@ -44,6 +44,7 @@ mod applied;
 mod blob;
 mod bond;
 mod camera;
+mod collisions;
 mod csv;
 mod files;
 mod furnish;
@@ -78,6 +79,7 @@ mod shape;
 mod skeleton;
 #[cfg(test)]
 mod tests;
+mod touches;
 mod track;
 
 pub use crate::error::RecordingError;

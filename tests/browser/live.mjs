@@ -90,7 +90,7 @@ test("a box that is dragged by the mouse follows it and falls when it is let go"
   const from = await onScreen(page, rest.slice(0, 3));
   await page.mouse.move(from.x, from.y);
   await page.mouse.down();
-  await page.mouse.move(from.x, from.y - 60, { steps: 8 });
+  await page.mouse.move(from.x, from.y - 160, { steps: 8 });
   await page.waitForFunction((z) => window.dualbody.live.frame.poses[0][2] > z, rest[2] + 0.05, { timeout: 20000 });
   const held = await state(page);
   assert.ok(held.drag !== null && held.drag[5] > held.drag[2] - 0.5);

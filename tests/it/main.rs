@@ -60,6 +60,8 @@ mod mjcf;
 mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;
+mod pages_of_contact;
+mod pair_reports;
 mod parameters;
 #[cfg(feature = "render")]
 mod pictures;
@@ -89,6 +91,7 @@ mod step_adjoints;
 mod step_remarks;
 mod stop_signal;
 mod surfaces;
+mod tendon_servos;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;

@@ -26,7 +26,7 @@ pub(crate) struct Batch {
 ///
 /// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
 /// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
-/// robot falls through the ground. parameters: all numbers by `parameter_names`, in place of those of the parts.
+/// robot falls through the ground. tendon_servos: TendonServos, whose inputs are the last ones of u. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
@@ -126,7 +126,7 @@ pub(crate) fn _simulator<'py>(
 impl PySimulator {
     #[new]
     #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None,
+        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, divergence_bound=None,
         parameters=None, _scene=None))]
     pub(super) fn new(
         py: Python<'_>,
@@ -139,6 +139,7 @@ impl PySimulator {
         constraints: Option<Vec<Bound<'_, PyAny>>>,
         external_forces: Option<Vec<Bound<'_, PyAny>>>,
         frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
+        tendon_servos: Option<Vec<Bound<'_, PyAny>>>,
         divergence_bound: Option<f64>,
         parameters: Option<Bound<'_, PyAny>>,
         _scene: Option<Bound<'_, PyAny>>,
@@ -153,6 +154,7 @@ impl PySimulator {
         parts.set_item("constraints", constraints.unwrap_or_default())?;
         parts.set_item("external_forces", external_forces.unwrap_or_default())?;
         parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
+        parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
         parts.set_item("divergence_bound", divergence_bound)?;
         let mut simulator = build(&model.get().model, &parts)?;
         let mut own = model.clone();
@@ -177,8 +179,9 @@ impl PySimulator {
     /// Makes a simulator of everything that an MJCF, the XML of MuJoCo, holds and this library can use: a text that begins with "<", or the path of a file.
     ///
     /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
-    /// is modelled: its control, those of joints first, then those of sites. What is not used is in model.import_report. The keywords are those of
-    /// Model.from_mjcf; `replace` changes parts. keyframes has its named states.
+    /// is modelled: its control, those of joints first, then those of sites, then those of tendons and further ones of joints. What is not used is in
+    /// model.import_report. The keywords are those of Model.from_mjcf. `replace` changes parts, and adds constraints, forces, frame_actuators and
+    /// tendon_servos to those of the file. keyframes has its named states.
     #[staticmethod]
     #[pyo3(signature = (description, **keywords))]
     fn from_mjcf<'py>(

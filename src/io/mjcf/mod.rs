@@ -179,10 +179,10 @@ fn scene(
     let builder = springs::add(builder, &bodies, base, assembly.floats())?;
     let model = options.build_on(builder, base)?;
     let q = assemble::reference(&model, &bodies, assembly.floats());
-    damp(&mut actuators, &model, q.as_slice())?;
     for own in &mut actuators {
-        own.mount(&assembly.names, context);
+        own.mount(&assembly.names, &tendons, context);
     }
+    damp(&mut actuators, &tendons, &model, q.as_slice())?;
 
     let target = keyframe::Target {
         floats: assembly.floats() && model.has_floating_base(),
@@ -240,7 +240,12 @@ fn scene(
 }
 
 /// Makes gains of the damping ratios of actuators, if there are any.
-fn damp(actuators: &mut [ActuatorEntry], model: &Model, q: &[f64]) -> Result<(), LoadError> {
+fn damp(
+    actuators: &mut [ActuatorEntry],
+    tendons: &[MjcfTendon],
+    model: &Model,
+    q: &[f64],
+) -> Result<(), LoadError> {
     let mut wanted = actuators
         .iter_mut()
         .filter(|own| own.has_ratio())
@@ -254,7 +259,7 @@ fn damp(actuators: &mut [ActuatorEntry], model: &Model, q: &[f64]) -> Result<(),
         if k.saturating_mul(model.nv()) > springs::MOST {
             return Err(actuator.too_many());
         }
-        actuator.damp(model, &inertia);
+        actuator.damp(model, tendons, &inertia);
     }
     Ok(())
 }

@@ -41,6 +41,7 @@ mod numbers;
 mod place;
 mod sink;
 mod stops;
+mod tendon_servos;
 mod term;
 mod tied_slopes;
 mod weights;

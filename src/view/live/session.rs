@@ -16,6 +16,9 @@ const FRAME: Duration = Duration::from_micros(16_667);
 /// Largest order, bytes.
 const ORDER: usize = 4096;
 
+/// Most orders between two frames.
+const ORDERS: usize = 100;
+
 /// Serves a page until it goes away.
 pub(super) fn run(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Result<()> {
     let accept = derive_accept_key(key.as_bytes());
@@ -51,16 +54,12 @@ pub(super) fn run(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Resu
     Ok(())
 }
 
-/// Obeys orders until a time; false where the page has gone.
+/// Obeys orders until a time; false where the page has gone. What has come is heard even where no time is left.
 fn listen(socket: &mut WebSocket<TcpStream>, until: Instant, shared: &Shared) -> io::Result<bool> {
-    loop {
+    for _ in 0..ORDERS {
         let left = until.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Ok(true);
-        }
-        socket
-            .get_ref()
-            .set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        let timeout = left.max(Duration::from_millis(1));
+        socket.get_ref().set_read_timeout(Some(timeout))?;
         match socket.read() {
             Ok(Message::Text(order)) => shared.world().obey(&order),
             Ok(Message::Close(_)) => return Ok(false),
@@ -74,4 +73,5 @@ fn listen(socket: &mut WebSocket<TcpStream>, until: Instant, shared: &Shared) ->
             Err(_) => return Ok(false),
         }
     }
+    Ok(true)
 }

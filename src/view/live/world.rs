@@ -303,8 +303,9 @@ impl World {
         }
         match &mut self.drag {
             None => {
+                let (state, u) = (&self.state, &self.u);
                 self.simulator
-                    .step_into(&self.state, &self.u, &mut self.scratch, &mut self.next);
+                    .step_into(state, u, &mut self.scratch, &mut self.next);
             }
             Some(drag) => {
                 let (_, force) = drag.force(&self.state);
