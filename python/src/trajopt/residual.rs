@@ -5,7 +5,8 @@ use dualbody::model::FrameId;
 use dualbody::spatial::Representation;
 use dualbody::trajopt::{
     Activation, AnySystem, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation,
-    FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Obstacle, Residual, StateError,
+    FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Obstacle, Residual,
+    StateError,
 };
 use dualbody::{Model, State};
 use pyo3::prelude::*;
