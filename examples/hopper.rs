@@ -108,7 +108,7 @@ fn hop(
     let mut goal = start.clone();
     goal.q[0] += DISTANCE;
     let goal = || StateError::to(simulator.pack(&goal).as_slice());
-    // Where the body is, its height, the joints, the speeds; bristles are nobody's goal.
+    // Where the body is, its height, the joints, the speeds; bristles have no goal.
     let weights = |x: f64, z: f64, joint: f64, v: f64| {
         Activation::Weighted(vec![x, z, joint, joint, v, v, v, v, 0.0, 0.0, 0.0])
     };

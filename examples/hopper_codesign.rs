@@ -42,7 +42,7 @@ const ROTOR: f64 = 0.01;
 const UNIFORM: f64 = 0.2;
 const REACH: f64 = 0.08;
 const RADIUS: f64 = 0.015;
-/// Radius of the foot, how deep it stands in the mat and the toe in the shank, m, and the angle of the knee, rad.
+/// Radius of the foot, its depth in the mat and that of the toe in the shank, m, and the angle of the knee, rad.
 const FOOT: f64 = 0.02;
 const DEPTH: f64 = 0.01;
 const TOE: f64 = 0.01;

@@ -1,4 +1,4 @@
-//! A crane carries its load over a ball that lies in the way: the load stays clear of it all along, not at some moments
+//! A crane carries its load over a ball: the load stays clear of it throughout, not at some moments
 //! only. Planned by direct transcription, fifty intervals of a twentieth of a second.
 //!
 //! `cargo run --release --features transcription --example obstacle_course` – writes a table and a page to

@@ -1,4 +1,4 @@
-//! An arm finds the mass distribution of what it carries: the densities of five solids in its hand, from the torques of a motion.
+//! An arm finds the mass distribution of its load: the densities of five solids in its hand, from the torques of a motion.
 //!
 //! The densities are parameters of the hardware; the torques are linear in inertias, and these in densities, so the Jacobian is the regressor times the derivatives of
 //! the inertias. The torques that are measured come from an arm with other densities, with noise.
@@ -33,7 +33,7 @@ const SOLIDS: [(&str, [f64; 3]); 5] = [
 ];
 /// Their contents: sand, cork, water, wood; lead-acid. kg/m³.
 const TRUTH: [f64; 5] = [1600.0, 200.0, 1000.0, 600.0, 2300.0];
-/// The guess: all the same.
+/// The guess: equal densities.
 const GUESS: f64 = 500.0;
 /// Measurements, 10 ms apart, and the standard deviation of a torque, N·m.
 const SAMPLES: usize = 600;

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         u.copy_from_slice(lqr.control(&deviation(state)).as_slice());
     });
 
-    // What the rest of the motion costs: Σ xᵀ Q x + uᵀ R u from each step on.
+    // Cost of the rest of the motion: Σ xᵀ Q x + uᵀ R u from each step on.
     let cost = |(state, u): (&State, &DVector<f64>)| {
         deviation(state).norm_squared() + 0.01 * u.norm_squared()
     };

@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Legs bent, at rest but for the leap.
+/// Legs bent, at rest except for the leap.
 fn take_off(model: &Model) -> State {
     let mut state = State::neutral(model);
     state.q[2] = 0.4;

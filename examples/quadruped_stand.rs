@@ -1,4 +1,4 @@
-//! A quadruped stands by LQR about a pose in which torques hold it on soft ground, linearised with its contact: pushed, it comes back.
+//! A quadruped stands by LQR about a pose held by torques on soft ground, linearised with its contact. Pushed, it returns.
 //!
 //! `cargo run --release --example quadruped_stand` – writes `out/quadruped_stand/rollout.csv` and a page beside it.
 
@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
 const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-/// A foot is light and the ground under it stiff: implicit in velocity, the step may be long all the same, s.
+/// Time step, s. It can be long though a foot is light and the ground stiff, since the integrator is implicit in velocity.
 const TIME_STEP: f64 = 2e-3;
 /// Steps from one that is shown to the next.
 const SHOWN: usize = 5;

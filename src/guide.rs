@@ -6,6 +6,10 @@ struct Primer;
 #[doc = include_str!("../guide/src/first_robot.md")]
 struct FirstRobot;
 
+#[cfg(feature = "cli")]
+#[doc = include_str!("../guide/src/command.md")]
+struct Command;
+
 #[doc = include_str!("../guide/src/conventions.md")]
 struct Conventions;
 
@@ -20,6 +24,9 @@ struct Simulation;
 
 #[doc = include_str!("../guide/src/worlds.md")]
 struct Worlds;
+
+#[doc = include_str!("../guide/src/sensors.md")]
+struct Sensors;
 
 #[doc = include_str!("../guide/src/contact.md")]
 struct Contact;

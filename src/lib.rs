@@ -63,9 +63,10 @@
 //! | `graphs` | no | the recorded functions of [`codegen`], compiled with the library instead of with each program that calls them |
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
-//! | `full` | no | all of the above |
+//! | `live` | no | a simulation in the browser while it runs (with `view`) |
 //! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
-//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `render`) |
+//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `live`, `render`) |
+//! | `full` | no | all of the above |
 //! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
 //!
 //! # Architecture invariants

@@ -115,7 +115,8 @@ impl Simulator<f64> {
     ///
     /// | contact | A says |
     /// |---|---|
-    /// | [`Rigid`](crate::contact::Rigid) | how the velocity after the impact follows that before it; not that a motion which starts higher lands later. In a chain of steps the derivative in where it starts is wrong, however short they are |
+    /// | [`Rigid`](crate::contact::Rigid), an impact by itself with restitution | what happens: that a motion which starts higher lands later, and how fast it lands. Rows of gradients, so some `n_tangent` times the cost of [`vjp`](Self::vjp) |
+    /// | `Rigid`, several impacts in one step or no restitution | how the velocity after the impact follows that before it; not that a motion which starts higher lands later. In a chain of steps the derivative in where it starts is wrong, however short they are |
     /// | [`RelaxedRigid`](crate::contact::RelaxedRigid) | the same where an impact lasts a few steps, as with its defaults: biased |
     /// | [`SoftContact`](crate::contact::SoftContact) with q = 1 + p | what happens, if the contact lasts some fifty steps; a table is there |
     ///

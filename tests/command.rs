@@ -1,6 +1,7 @@
 //! The program `dualbody`, run as a process.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -369,6 +370,24 @@ fn bench_reports_each_function() {
                 .iter()
                 .all(|own| own["seconds"].as_f64().is_some_and(|s| s > 0.0))
     );
+}
+
+#[test]
+fn live_prints_the_address_of_its_page() {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dualbody"))
+        .args(["live", CARTPOLE, "--no-open"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut line = String::new();
+    let mut out = BufReader::new(program.stdout.take().expect("its output"));
+    out.read_line(&mut line).expect("a line");
+    program
+        .kill()
+        .and_then(|()| program.wait())
+        .expect("it ends");
+    assert!(line.starts_with("http://127.0.0.1:"), "{line}");
+    assert_eq!(status(&run(&["live", "no_such_file.urdf"])), 2);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-"""Conversion of arguments that are no arrays of float64 in C order."""
+"""Conversion of arguments that are not arrays of float64 in C order."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 """The compiled module."""
 
+import builtins
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal, final
@@ -25,8 +26,12 @@ from .sim import (
     Linearization,
     Rollout,
     RolloutGradient,
+    Sensor,
+    SensorLinearization,
+    SensorNoise,
     StepGradient,
     Tendon,
+    TendonServo,
     Weld,
 )
 from .trajopt import Problem, Term
@@ -299,6 +304,7 @@ class Simulator:
         constraints: Sequence[Weld | Ball | Distance | Coupler | Tendon] | None = None,
         external_forces: Sequence[ExternalForce] | None = None,
         frame_actuators: Sequence[FrameActuator] | None = None,
+        tendon_servos: Sequence[TendonServo] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
         _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
@@ -338,6 +344,7 @@ class Simulator:
     @property
     def shapes_without_points(self) -> list[tuple[str, str]]: ...
     def neutral_contact(self) -> Array: ...
+    def live(self, q: ArrayLike | None = None, v: ArrayLike | None = None) -> Live: ...
     def step(
         self,
         q: ArrayLike,
@@ -473,6 +480,42 @@ class NativeFunction:
     def __call__(self, inputs: ArrayLike) -> Array: ...
 
 @final
+class Sensors:
+    def __new__(cls, model: Model, sensors: dict[str, Sensor]) -> Self: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def units(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def slice(self, name: str) -> builtins.slice: ...
+    def read(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        out: Array | None = None,
+    ) -> Array: ...
+    def linearize(
+        self,
+        simulator: Simulator,
+        q: ArrayLike,
+        v: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+    ) -> SensorLinearization: ...
+    def noisy(self, noise: dict[str, SensorNoise], time_step: float, seeds: Sequence[int]) -> NoisySensors: ...
+
+@final
+class NoisySensors:
+    def sample(self, readings: ArrayLike) -> Array: ...
+    def reset(self, seeds: Sequence[int], mask: Sequence[bool] | None = None) -> None: ...
+    def __len__(self) -> int: ...
+
+@final
 class NativeSimulator:
     def __new__(cls, simulator: Simulator, compiler: Compiler | None = None) -> NativeSimulator: ...
     @staticmethod
@@ -598,6 +641,16 @@ class Recording:
     ) -> bytes: ...
 
 @final
+class Live:
+    @property
+    def url(self) -> str: ...
+    @property
+    def state(self) -> tuple[Array, Array]: ...
+    def recording(self) -> Recording: ...
+    def stop(self) -> None: ...
+    def _repr_html_(self) -> str: ...
+
+@final
 class Pictures:
     def __new__(cls, recording: Recording, width: int = 640, height: int = 480) -> Self: ...
     def of(self, *q: ArrayLike) -> NDArray[np.uint8]: ...
@@ -655,7 +708,7 @@ def _build_model(
 ) -> Model: ...
 def _check_grid(nx: int, ny: int) -> None: ...
 def _srdf(model: Model, description: str | PathLike[str], prefix: str) -> tuple[list[tuple[str, str]], list[str]]: ...
-def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> tuple[float, Array, Array, Array]: ...
+def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> tuple[Array, Array, Array, Array]: ...
 def _estimate_soft_contact(
     mass: float, points: int, depth: float
 ) -> tuple[float, float, float, float, float]: ...

@@ -88,9 +88,11 @@ def _forced(
             raise ValueError(f"forces[{name!r}] has the shape {force.shape}, expected (..., {len(_AXES)})")
     own = np.zeros(simulator.nu) if u is None else np.asarray(u, dtype=float)
     batch = np.broadcast_shapes(*(x.shape[:-1] for x in (own, *given)))
-    parts = [np.broadcast_to(x, (*batch, x.shape[-1])) for x in (own, *given)]
+    own, *given = (np.broadcast_to(x, (*batch, x.shape[-1])) for x in (own, *given))
     forced = _with_inputs(simulator, actuators, tuple(forces), representation)
-    return forced, np.concatenate(parts, axis=-1)
+    # Inputs of tendons come after those of frames.
+    first = forced.input_names.index(f"force on {next(iter(forces))}: {_AXES[0]}")
+    return forced, np.concatenate([own[..., :first], *given, own[..., first:]], axis=-1)
 
 
 def _with_inputs(simulator: Simulator, actuators: Sequence[Any], frames: tuple[str, ...], representation: str) -> Simulator:

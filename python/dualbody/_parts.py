@@ -43,7 +43,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named.
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), except the joints that are named.
 
     Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
     Actuation("model").
@@ -157,6 +157,19 @@ class ExternalForce:
     place: Anchor
     force: Sequence[float]
     representation: RepresentationName = "mixed"
+
+
+@dataclass(frozen=True)
+class TendonServo:
+    """A servo along a tendon, with an input of its own: joints: {name: coefficient c} of its length, the sum of c q; servo, input_range and
+    force_range as of an Actuator, along the tendon; effort: limit, N·m or N. With one joint it is a further servo of that joint."""
+
+    name: str
+    joints: Mapping[str, float]
+    servo: tuple[float, float, float, float, float]
+    effort: float | None = None
+    input_range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class Rollout:
 
     @property
     def n_batch(self) -> int:
-        """Number of trajectories; 1 if it is no batch."""
+        """Number of trajectories; 1 without a batch."""
         return len(self.status) if isinstance(self.status, list) else 1
 
     @property

@@ -1,4 +1,4 @@
-"""Contact: the ground, laws of force there, and what touches."""
+"""Contact: the ground, contact models, and distances of links."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Terrain:
 
     @staticmethod
     def incline(angle: float) -> Plane:
-        """A plane through the origin that rises along x at an angle (rad): what lies on it slides towards -x."""
+        """A plane through the origin that rises along x at an angle (rad): objects on it slide towards -x."""
         import math
 
         return Plane((0.0, 0.0, 0.0), (-math.sin(angle), 0.0, math.cos(angle)))
@@ -162,7 +162,7 @@ class SoftContact:
         return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
 
     def with_restitution(self, restitution: float, speed: float) -> SoftContact:
-        """The contact damped such that what arrives at a speed (m/s) leaves with a part of it, 0 to 1, if nothing else acts; the restitution is
+        """The contact with a restitution of 0 to 1 at a speed of impact (m/s) in free motion; the restitution is
         lower for faster impacts. Sets damping and its exponent."""
         normal = _dualbody._with_restitution(self._normal(), restitution, speed)
         return SoftContact(self.friction, *normal)
@@ -290,7 +290,7 @@ class Surface:
 class Collisions:
     """Bodies that touch each other, by their collision shapes; of meshes the convex hulls.
 
-    Robots and objects of a world collide; links of one robot with self_collision, but for those that a joint connects. law: of all bodies, that of the ground if
+    Robots and objects of a world collide; links of one robot with self_collision, except those that a joint connects. law: of all bodies, that of the ground if
     left out, and of its kind. Soft contact has no bristles between bodies: friction is that of the damper, and what it holds creeps. excluded: pairs of links
     that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a b / (a + b). surfaces: meshes of
     triangles on links that are fixed to the world, by name. speculative: relaxed rigid contact meets what would arrive within a step, so that nothing passes
@@ -322,10 +322,10 @@ def pairs_of_srdf(
 
 
 class Nearest(NamedTuple):
-    """The nearest points of two links."""
+    """The nearest points of two links; with the axes of a batch first."""
 
     #: m; not positive where the links overlap: the least translation that separates them, negative
-    distance: float
+    distance: Any
     #: in the world, the first link's first, (2, 3), m
     points: Array
     #: from the first link to the second, in the world, (3,)
@@ -335,7 +335,8 @@ class Nearest(NamedTuple):
 
 
 def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
-    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,).
+    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,), or with the
+    axes of a batch first: then all results have these axes too.
 
     >>> import dualbody as db
     >>> world = db.World()
@@ -346,7 +347,8 @@ def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
     >>> round(near.distance, 12), near.gradient.tolist()[2]
     (0.8, 1.0)
     """
-    return Nearest(*_dualbody._nearest(model, q, first, second))
+    distance, points, normal, gradient = _dualbody._nearest(model, q, first, second)
+    return Nearest(distance if distance.ndim else float(distance), points, normal, gradient)
 
 
 @dataclass(frozen=True)

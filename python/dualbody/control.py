@@ -95,7 +95,7 @@ class FiniteHorizonLqr:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A pose in which a robot stays: q (nq,), contact (the state of soft contact, empty without), and the input u (nu,) that holds it.
+    """An equilibrium, a pose in which a robot stays: q (nq,), contact (the state of soft contact, empty without), and the input u (nu,) that holds it.
 
     >>> import dualbody as db
     >>> sim = db.Simulator(db.samples.cartpole(), actuated=["linear"])

@@ -313,7 +313,7 @@ def _robot(regressor: Regressor, numbers: Sequence[Array]) -> Robot:
 
 
 class ConsistentEstimate(NamedTuple):
-    """A robot that can be, near the estimate: all unknowns (n,), the robot, by how much the weighted squares are larger than the least, by how
+    """The physically consistent robot nearest to the estimate: all unknowns (n,), the robot, by how much the weighted squares are larger than the least, by how
     much the cost is above its least at most, and iterations."""
 
     unknowns: Array
@@ -360,7 +360,7 @@ class Estimate:
         return _robot(self.regressor, self._own.robot())
 
     def consistent(self, regularization: float | None = None, gap: float | None = None) -> ConsistentEstimate:
-        """The nearest robot that can be: inertias of bodies, friction that is not negative.
+        """The nearest physically consistent robot: inertias that some mass distribution has, friction that is not negative.
 
         regularization: weight of the distance from the nominal robot; gap: by how much the cost may be above the least.
         """
@@ -514,7 +514,7 @@ def shoot(
     regularization: float | None = None,
     max_iterations: int | None = None,
 ) -> ShootingEstimate:
-    """Adjusts numbers of a simulator until its motion is that of the data, by Levenberg and Marquardt's method. [Bock 1987]
+    """Adjusts parameters of a simulator until its motion agrees with the data, by Levenberg and Marquardt's method. [Bock 1987]
 
     samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations; None stands for the
     default.

@@ -84,7 +84,7 @@ def _is_zero(tangent: Any) -> bool:
 
 
 def _jvp(primals: Any, tangents: Any, *, call: Call) -> Any:
-    """Values with their changes. Pushes and pulls are linear in what stands behind the inputs."""
+    """Values with their changes. Pushforwards and pullbacks are linear in the changes."""
     results, n = _bind(call, *primals), call.n_inputs
     if call.kind == "value":
         active = tuple(i for i, tangent in enumerate(tangents) if not _is_zero(tangent))

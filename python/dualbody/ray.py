@@ -43,7 +43,7 @@ class Work:
     control: Callable[..., Array] | None = None
     #: A robot of its own for a state, of the same structure
     model: Callable[[Model, np.random.Generator], Model] | None = None
-    #: What is sent back of the rollout of a shard; all of it if nothing is said
+    #: The part of a shard's rollout that is returned; all of it if left out
     keep: Callable[[Rollout], Any] | None = None
 
 
@@ -120,7 +120,7 @@ def rollouts(
     retries: int = 3,
     progress: Callable[[int], object] | None = None,
 ) -> Iterator[tuple[int, Any]]:
-    """Rollouts of `count` states: (index of the first state, what is kept) of one shard after the other.
+    """Rollouts of `count` states: (index of the first state, kept part) of one shard after the other.
 
     parameters (count, p): of the control, a row for each state. shard: states of a task; in_flight: tasks that are away at most, twice the
     cluster's cores by default; threads: cores of a task; retries: of a task whose worker is lost; progress(states done).

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         Sensor,
         SensorNoise,
         Tendon,
+        TendonServo,
         Weld,
     )
 
@@ -63,6 +64,7 @@ __all__ = [
     "Status",
     "StepGradient",
     "Tendon",
+    "TendonServo",
     "Weld",
     "contact_kinematics",
     "named_inputs",
@@ -83,7 +85,7 @@ def __getattr__(name: str) -> object:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-#: What the compiled module calls.
+#: Functions that the compiled module calls.
 _CALLED = (_progress, _rollout, _rollout_slopes)
 
 

@@ -40,6 +40,7 @@ __all__ = [
     "FramePosition",
     "FrameVelocity",
     "InputError",
+    "LinkDistances",
     "Problem",
     "RecedingHorizon",
     "Residual",
@@ -151,6 +152,35 @@ class FrameDistance:
     frame: str
     from_: str | Sequence[float]
     _kind: ClassVar[str] = "frame_distance"
+
+
+@dataclass(frozen=True)
+class LinkDistances:
+    """Distances of pairs of links by their collision shapes, m: to keep clear of obstacles, which are links too (fixed objects of a world), and of oneself.
+
+    One number a pair; with `samples_between` as many again for each configuration between a node and the one before it, evenly spaced on the way q ⊕ (-s v) with the
+    velocity of the node. The way to the last node is looked at by a final constraint. Negative where links overlap.
+
+    >>> import dualbody as db
+    >>> clear = db.trajopt.LinkDistances([("hand", "shelf"), ("hand", "upper_arm")], samples_between=2)
+    >>> constraint, soft = clear.at_least(0.05), db.trajopt.Term(10.0, clear, clear.barrier(0.05))
+    """
+
+    pairs: Sequence[tuple[str, str]]
+    samples_between: int = 0
+    _kind: ClassVar[str] = "link_distances"
+
+    def _bounds(self, distance: float) -> tuple[list[float], list[float]]:
+        n = len(self.pairs) * (self.samples_between + 1)
+        return [distance] * n, [float("inf")] * n
+
+    def at_least(self, distance: float) -> Constraint:
+        """The constraint that every distance is at least so many m."""
+        return Constraint(self, self._bounds(distance))
+
+    def barrier(self, distance: float) -> Activation:
+        """The activation of the soft form: ½ Σ of the squares of what is missing."""
+        return Activation.barrier(*self._bounds(distance))
 
 
 @dataclass(frozen=True)

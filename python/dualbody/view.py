@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ._dualbody import Pictures, Plot, Recording
+from ._dualbody import Live, Pictures, Plot, Recording
 
-__all__ = ["Page", "Pictures", "Plot", "Recording"]
+__all__ = ["Live", "Page", "Pictures", "Plot", "Recording"]
 
 
 class Page:

@@ -100,7 +100,7 @@ mod _dualbody {
         _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
-    use super::view::{_plot, _recording, PyPictures, PyPlot, PyRecording};
+    use super::view::{_plot, _recording, PyLive, PyPictures, PyPlot, PyRecording};
     #[pymodule_export]
     use super::world::{_build_world, PyWorld, carried_state};
 

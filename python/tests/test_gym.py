@@ -17,7 +17,7 @@ import dualbody as db  # noqa: E402
 import dualbody.gym as gym  # noqa: E402
 from dualbody.gym.draws import keys  # noqa: E402
 
-NAMES = ["dualbody/CartPole-v0", "dualbody/Quadruped-v0"]
+NAMES = ["dualbody/CartPole-v0", "dualbody/PushBlock-v0", "dualbody/Quadruped-v0"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -47,7 +47,7 @@ def test_a_batch_equals_single_environments(name: str, mode: AutoresetMode) -> N
         if mode is AutoresetMode.SAME_STEP and ended.any():
             i = int(np.flatnonzero(ended)[0])
             np.testing.assert_allclose(one[4]["final_obs"][i], other[4]["final_obs"][i], atol=1e-3, rtol=1e-3)
-    assert ends > 0 or "Quadruped" in name
+    assert ends > 0 or "CartPole" not in name
 
 
 def test_seeds_make_episodes_the_same() -> None:
@@ -194,3 +194,31 @@ def test_frames_show_the_state(name: str) -> None:
     for _ in range(10):
         env.step(env.action_space.sample())
     assert not np.array_equal(first, env.render())
+
+
+def test_a_finger_behind_the_block_pushes_it_to_the_goal() -> None:
+    """Walks around the block to the far side of it, then pushes it along its way to the goal."""
+    task = gym.push_block()
+    env = gym.SingleEnv(task)
+    pushed, first = 0, []
+    for seed in range(4):
+        observed, _ = env.reset(seed=seed)
+        first.append(np.hypot(*observed[:2]))
+        for _ in range(task.max_steps):
+            block, finger, speed = observed[:2], observed[7:9], observed[-2:]
+            behind = block + block / np.hypot(*block) * 0.075
+            side = finger - block
+            if np.hypot(*(finger - behind)) > 0.04 and side @ block < 0.8 * np.hypot(*side) * np.hypot(*block):
+                # Around the block at a distance.
+                turn = np.array([-side[1], side[0]]) * np.sign(side[0] * block[1] - side[1] * block[0])
+                goal = block + 0.13 * (side + 0.6 * turn) / np.hypot(*(side + 0.6 * turn))
+            else:
+                goal = block
+            observed, _, over, cut, _ = env.step(np.clip(40.0 * (goal - finger) - 4.0 * speed, -5.0, 5.0).astype(np.float32))
+            if np.hypot(*observed[:2]) < 0.03:
+                pushed += 1
+                break
+            if over or cut:
+                break
+    assert pushed >= 3, pushed
+    assert min(first) > 0.09

@@ -9,7 +9,7 @@ import pytest
 
 import dualbody as db
 from dualbody.contact import Contacts, Terrain
-from dualbody.sim import Actuation, Actuator
+from dualbody.sim import Actuation, Actuator, TendonServo
 
 STEPS = 20
 #: Of central differences.
@@ -119,6 +119,18 @@ def test_servos_take_ranges_of_input_and_force() -> None:
     assert np.allclose(force / force[0], [1.0, 10.0 / 3.0, -4.0 / 3.0])
     with pytest.raises(ValueError, match="there is none"):
         Actuator(input_range=(-1.0, 1.0))
+
+
+def test_servos_along_tendons_have_inputs_of_their_own() -> None:
+    model = db.samples.double_pendulum().with_gravity([0, 0, 0])
+    joints = dict.fromkeys(model.joint_names, 1.0)
+    both = TendonServo("sum", joints, servo=(1.0, 1e4, 0.0, 1e4, 100.0), input_range=(-0.5, 0.5))
+    simulator = db.Simulator(model, time_step=0.01, actuated=[], tendon_servos=[both])
+    assert simulator.input_names == ["sum"] and simulator.effort_bounds()[1][0] == 0.5
+    rollout = simulator.rollout([0.0, 0.0], [0.0, 0.0], inputs=np.tile([0.4], (300, 1)))
+    assert abs(rollout.q[-1].sum() - 0.4) < 1e-3
+    pushed = simulator.acceleration([0.0, 0.0], [0.0, 0.0], [0.4], forces={model.link_names[-1]: [0, 0, 0, 0, 0, 0]})
+    assert np.allclose(pushed, simulator.acceleration([0.0, 0.0], [0.0, 0.0], [0.4]))
 
 
 def test_servos_are_stable_and_dry_friction_holds() -> None:

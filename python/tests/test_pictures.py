@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,19 @@ def test_odd_arguments_are_named() -> None:
         recording.to_gif(8, 8, rate=0.0)
     with pytest.raises(ValueError, match="configurations"):
         Pictures(recording).of()
+
+
+def test_a_live_simulation_serves_its_page_until_it_is_stopped() -> None:
+    live = db.Simulator(db.samples.pendulum(), time_step=0.001).live([0.5])
+    with urllib.request.urlopen(live.url) as answer:
+        assert b"pivot" in answer.read()
+    assert live.url in live._repr_html_()
+    assert live.state[0] == pytest.approx([0.5], abs=0.2) and len(live.recording()) >= 1
+    live.stop()
+    with pytest.raises(OSError):
+        urllib.request.urlopen(live.url, timeout=5)
+    with pytest.raises(ValueError, match="ended"):
+        live.recording()
 
 
 @pytest.mark.parametrize("arguments, status", [(["--version"], 0), (["info", "no_such.urdf"], 2)])

@@ -5,7 +5,7 @@
 //! [`finite_difference::estimate`] says how exact it is. Directions are worked off in chunks of fixed width, so there
 //! may be any number of them.
 //!
-//! # Which way pays when
+//! # Choosing a method
 //! Three ways lead through a motion: dual numbers that go along with the steps; the Jacobians A and B of each step
 //! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards; and vector-Jacobian products of the
 //! steps ([`vjp`](crate::Simulator::vjp)), from the last to the first. All are exact, and give the same numbers.

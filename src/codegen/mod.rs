@@ -35,7 +35,7 @@
 //! Recording a step takes all of the physics over [`Traced`](crate::scalar::Traced), which is compiled with each program that calls these functions. With the
 //! feature `graphs` it is compiled with the library: the first build takes longer, and a changed line in the program costs nothing of it.
 //!
-//! # Which way when
+//! # Choosing a target
 //! * The library itself, where it runs: no compiler is needed, robots may change, contact may be of any kind.
 //! * A graph that is [interpreted](crate::scalar::Graph::evaluate_into), without a compiler, for a
 //!   derivative that the library lacks, such as a gradient in very many parameters: an instruction takes

@@ -7,7 +7,8 @@
 //! | `dualbody check FILE` | what the file holds that the model does not use, impossible inertias, steps that are too long |
 //! | `dualbody info FILE` | the tree, masses and limits, also as JSON |
 //! | `dualbody view FILE` | a page with a slider for each joint, opened in the browser |
-//! | `dualbody simulate FILE` | a motion as a table, JSON or a page |
+//! | `dualbody live FILE` | a simulation in the browser while it runs: pulled with the mouse, steered by sliders |
+//! | `dualbody simulate FILE` | a motion as a table, JSON, a page or an animated picture |
 //! | `dualbody convert FROM TO` | the robot in another format, and what is lost |
 //! | `dualbody bench FILE` | times of the dynamics, the step and its Jacobians on this machine |
 //! | `dualbody completions SHELL` | completions of these words for a shell |
@@ -20,6 +21,7 @@ mod bench;
 mod check;
 mod convert;
 mod info;
+mod live;
 mod output;
 mod robot;
 mod setup;
@@ -46,6 +48,7 @@ enum Command {
     Check(check::Check),
     Info(info::Info),
     View(view::View),
+    Live(live::Live),
     Simulate(simulate::Simulate),
     Convert(convert::Convert),
     Bench(bench::Bench),
@@ -92,6 +95,7 @@ fn execute(command: Command) -> Result<Outcome, Box<dyn Error>> {
         Command::Check(check) => check.run(),
         Command::Info(info) => info.run(),
         Command::View(view) => view.run(),
+        Command::Live(live) => live.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Convert(convert) => convert.run(),
         Command::Bench(bench) => bench.run(),

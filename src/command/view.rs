@@ -1,8 +1,9 @@
 //! `dualbody view`: a page with sliders.
 
 use std::error::Error;
+use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -54,8 +55,8 @@ fn temporary(stem: &str) -> Result<PathBuf, Box<dyn Error>> {
     Err("no folder for temporary files: name a page with --output".into())
 }
 
-/// Opens a page in the browser; where there is none a warning says so.
-pub(super) fn open(path: &Path) {
+/// Opens a page or an address in the browser; where there is none a warning says so.
+pub(super) fn open(path: impl AsRef<OsStr>) {
     if let Err(error) = open::that_detached(path) {
         complain("warning", &format!("no browser was started: {error}"));
     }

@@ -1,7 +1,7 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral, bounded and frictional rows.
 //!
 //! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or y = 0 but for what a bounded force does not
-//! hold, or friction in a cone, either convex or after Coulomb with De Saxcé's correction. Five ideas:
+//! hold, or friction in a cone, either convex or after Coulomb with De Saxcé's correction. Six ideas:
 //!
 //! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding; that on an
 //!   interval is on three as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last forces, needs few steps,
@@ -10,6 +10,8 @@
 //!   the problem regular, and are weakened step by step.
 //! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
 //!   right active set can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
+//! * **Blocks.** A pile of bodies has many rows, each on two bodies. There G = Xᵀ X is never written: Newton's matrices are those of the bodies, in sparse
+//!   blocks. Where the active set is not found, descent with a line search in the coordinates of the bodies leads near to it.
 //! * **Recorded numbers.** A graph cannot decide: for a [traced](crate::scalar::traced) number the path is followed for a fixed number of
 //!   steps to its end, and whether that has been reached is a condition of the graph.
 //! * **Implicit derivatives.** All decisions are made on values in `f64`; over any scalar, steps with the one factorised matrix on the pieces
@@ -28,9 +30,14 @@
 //! # References
 //! [De Saxcé & Feng 1998]; [Alart & Curnier 1991]; [Acary, Cadoux, Lemaréchal, Malick 2011]; [Tasora & Anitescu 2011];
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024] for proximal steps;
+//! [Castro, Permenter & Han 2022] for velocities as unknowns; [Davis 2006] for the order of elimination;
 //! [Le Lidec, Jallet, Montaut, Laptev, Schmid, Carpentier 2024]; [Howell et al. 2022] for the central path of Coulomb's law.
 
+mod block_factor;
+mod blocks;
+mod by_blocks;
 mod certificate;
+mod descent;
 mod implicit;
 mod interior;
 mod interval;
@@ -40,6 +47,7 @@ mod newton;
 mod problem;
 mod proximal;
 mod recorded;
+mod response;
 mod search;
 mod second_order_cone;
 mod sensitivity;
@@ -50,7 +58,9 @@ mod system;
 mod tests;
 mod transposed;
 
+pub(crate) use blocks::Columns;
 pub use certificate::{Certificate, Mode, Status};
+pub(crate) use problem::BlockProblem;
 pub use problem::{Block, ConeProblem, Law};
 pub use smoothed::Smoothed;
 pub use solver::{ConeOptions, ConeSolver, REGULARIZATION};

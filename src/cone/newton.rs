@@ -1,6 +1,7 @@
 //! Semismooth Newton on the active set: the equations of the pieces of the laws that hold.
 
 use super::Law;
+use super::blocks::{Blocks, inverse};
 use super::jacobian::{EquationJacobian, Square, jacobian_of};
 use super::law::{Piece, equations, piece_of_cone, piece_of_interval, piece_of_ray};
 use super::smoothed::Smoothed;
@@ -40,6 +41,11 @@ pub(super) struct Newton {
     pub(super) y: Vec<f64>,
     pub(super) equations: Vec<UnitEquations>,
     pub(super) lu: Lu,
+    /// X and R of a system with blocks, which has no W′.
+    pub(super) blocks: Blocks,
+    pub(super) has_blocks: bool,
+    /// B⁻¹ of each unit, where there are blocks.
+    inverses: Vec<Square>,
     step: Vec<f64>,
     best: (f64, Vec<f64>),
     /// ρ and f̄ of a proximal problem, whose velocities are those of the system plus ρ (f − f̄); ρ = 0 for the system itself.
@@ -118,8 +124,7 @@ impl Newton {
             let ridge = unsettled.clamp(least_ridge, RIDGES_END);
             // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
             if ridge != last_ridge || self.changed || !self.is_flat() {
-                self.assemble_forces(ridge + self.rho);
-                self.lu.factorize();
+                self.factorize(ridge + self.rho);
                 self.steps += 1;
             }
             last_ridge = ridge;
@@ -140,7 +145,11 @@ impl Newton {
 
     /// Velocities, pieces and equations at f. Returns the largest equation beside the [`Newton::size`].
     pub(super) fn evaluate(&mut self) -> f64 {
-        self.system.velocities(&self.f, &self.system.g, &mut self.y);
+        let (f, g) = (&self.f, &self.system.g);
+        match self.has_blocks {
+            true => self.blocks.velocities(f, g, &mut self.y),
+            false => self.system.velocities(f, g, &mut self.y),
+        }
         if self.rho > 0.0 {
             let forces = self.f.iter().zip(&self.center);
             let all = self.y.iter_mut().zip(forces);
@@ -193,6 +202,50 @@ impl Newton {
 
     fn runs_away(&self) -> bool {
         largest(&self.f) > RUNAWAY * self.size_of_problem()
+    }
+
+    /// Factorises Newton's matrix for the pieces that hold.
+    fn factorize(&mut self, ridge: f64) {
+        if !self.has_blocks {
+            self.assemble_forces(ridge);
+            return self.lu.factorize();
+        }
+        self.linearize();
+        self.inverses.clear();
+        for (unit, own) in self.system.units.iter().zip(&self.equations) {
+            let (mut b, jacobian) = (own.jacobian.f, &own.jacobian.y);
+            for j in 0..unit.rows() {
+                let compliance = self.blocks.diagonal[unit.row + j] + ridge;
+                (0..unit.rows()).for_each(|i| b[i][j] += jacobian[i][j] * compliance);
+            }
+            self.inverses.push(inverse(&b, unit.rows()));
+        }
+        let (equations, inverses) = (&self.equations, &self.inverses);
+        self.blocks.factorize(&self.system.units, |k| {
+            let own = &equations[k];
+            let has_force = own.piece != Piece::Separated;
+            has_force.then(|| square_product(&inverses[k], &own.jacobian.y))
+        });
+    }
+
+    /// δf = −B⁻¹ (e + `E_y` Xᵀ δz)  with  (1 + X B⁻¹ `E_y` Xᵀ) δz = −X B⁻¹ e.
+    fn step_by_blocks(&mut self) {
+        let (units, blocks) = (&self.system.units, &self.blocks);
+        let all = || units.iter().zip(self.equations.iter().zip(&self.inverses));
+        self.step.clear();
+        self.step.resize(blocks.columns.n_coordinates(), 0.0);
+        for (unit, (own, inverse)) in all() {
+            let change = product(inverse, own.e).map(|x| -x);
+            blocks.add_unit(unit, change, &mut self.step);
+        }
+        blocks.solve(&mut self.step);
+        for (unit, (own, inverse)) in all() {
+            let change = product(&own.jacobian.y, blocks.columns.along(unit, &self.step));
+            let change = product(inverse, each(|i| own.e[i] + change[i]));
+            for i in 0..unit.rows() {
+                self.f[unit.row + i] -= change[i];
+            }
+        }
     }
 
     /// ∂e/∂f + ∂e/∂y (W′ + ridge).
@@ -250,6 +303,9 @@ impl Newton {
     }
 
     fn step_once(&mut self) {
+        if self.has_blocks {
+            return self.step_by_blocks();
+        }
         self.let_vanish();
         self.step.clear();
         for (unit, own) in self.system.units.iter().zip(&self.equations) {
@@ -379,6 +435,12 @@ fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
         (&[x, y, z], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, z])),
         (w, out) => out[0] = own.jacobian.y[0][0] * w[0],
     }
+}
+
+/// A B.
+fn square_product(a: &Square, b: &Square) -> Square {
+    let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
 /// A x.

@@ -1,5 +1,6 @@
 //! Problem of contact forces: blocks of rows, and the law between force and velocity of each.
 
+use super::blocks::Columns;
 use crate::scalar::Scalar;
 
 /// Rows that one law speaks of.
@@ -54,6 +55,21 @@ pub struct ConeProblem<'a, T> {
     pub regularization: &'a [T],
     /// g, the free velocity: y without forces, length n.
     pub free_velocity: &'a [T],
+}
+
+/// A lane of a problem whose matrix is G = Xᵀ X, with X by blocks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockProblem<'a> {
+    pub(crate) law: Law,
+    pub(crate) blocks: &'a [Block],
+    /// μ ≥ 0 of every cone, and b ≥ 0 of every interval.
+    pub(crate) friction: &'a [f64],
+    /// X.
+    pub(crate) columns: &'a Columns,
+    /// R ≥ 0; the same across the normal in all directions of a cone.
+    pub(crate) regularization: &'a [f64],
+    /// g.
+    pub(crate) free_velocity: &'a [f64],
 }
 
 impl<T: Scalar> ConeProblem<'_, T> {

@@ -33,10 +33,15 @@ const STRONGEST: f64 = 1e3;
 impl Search {
     /// Looks for forces by proximal steps, from none.
     pub(super) fn by_proximal_steps(&mut self, tolerance: f64) -> bool {
+        self.newton.f.fill(0.0);
+        self.proximal_steps_from_here(FIRST_RHO, tolerance)
+    }
+
+    /// Looks for forces by proximal steps from those that are there, at first with a ρ that is given.
+    pub(super) fn proximal_steps_from_here(&mut self, mut rho: f64, tolerance: f64) -> bool {
         let start = self.iterations();
         let end = self.allowed.min(start + MOST);
-        self.newton.f.fill(0.0);
-        let (mut rho, mut residual) = (FIRST_RHO, self.newton.note());
+        let mut residual = self.newton.note();
         while self.iterations() < end {
             let before = self.iterations();
             let target = (0.5 * tolerance).max(INEXACT * residual);

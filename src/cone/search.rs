@@ -2,6 +2,7 @@
 
 use super::Law;
 use super::certificate::{Certificate, Status, measure, project};
+use super::descent::Descent;
 use super::interior::{Interior, PathTarget};
 use super::interval::clamped;
 use super::newton::Newton;
@@ -33,6 +34,7 @@ const ACCEPTABLE: f64 = 1e-9;
 pub(super) struct Search {
     pub(super) newton: Newton,
     interior: Interior,
+    pub(super) descent: Descent,
     /// Tikhonov regularisation that was added to the diagonal of W′.
     pub(super) regularization: f64,
     /// Forces of the regularised problem.
@@ -62,12 +64,21 @@ impl Search {
     ) -> bool {
         self.allowed = usize::MAX;
         let newton = &mut self.newton;
+        newton.has_blocks = false;
         let finite = newton.system.load(problem, lane);
         newton.reset();
         for (i, f) in f.iter().enumerate() {
             newton.f[i] = f.value(lane) / newton.system.scale[i];
         }
         finite && newton.f.iter().all(|f| f.is_finite())
+    }
+
+    /// Takes the forces there are for those of a solution, with a regularisation that was added.
+    pub(super) fn adopt(&mut self, regularization: f64) {
+        self.regularization = regularization;
+        self.newton.kappa = 0.0;
+        self.add_to_diagonal(regularization);
+        self.newton.evaluate();
     }
 
     /// Whether the forces are finite, also in the units of the problem.
@@ -80,6 +91,7 @@ impl Search {
     /// A problem that says nothing in place of one that is not finite.
     pub(super) fn give_up(&mut self) -> Certificate {
         self.newton.system.blank();
+        self.newton.blocks.blank();
         self.newton.reset();
         self.newton.evaluate();
         self.regularization = 0.0;
@@ -194,6 +206,9 @@ impl Search {
 
     fn find(&mut self, tolerance: f64) -> bool {
         self.newton.regularized = false;
+        if self.newton.has_blocks {
+            return self.by_descent(tolerance);
+        }
         if self.may_start_here() && self.solve_active_set(NEWTON_STEPS, tolerance) {
             return true;
         }
@@ -284,7 +299,11 @@ impl Search {
         self.newton.steps = steps;
     }
 
-    fn add_to_diagonal(&mut self, x: f64) {
+    pub(super) fn add_to_diagonal(&mut self, x: f64) {
+        if self.newton.has_blocks {
+            let all = self.newton.blocks.diagonal.iter_mut();
+            return all.for_each(|r| *r += x);
+        }
         let system = &mut self.newton.system;
         for i in 0..system.n {
             system.w[i * system.n + i] += x;

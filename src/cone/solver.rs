@@ -1,7 +1,7 @@
 //! The solver: lane by lane in plain numbers, then derivatives.
 
 use super::certificate::{Certificate, Mode, Status, mode};
-use super::problem::ConeProblem;
+use super::problem::{BlockProblem, ConeProblem};
 use super::recorded::Recorded;
 use super::search::Search;
 use super::smoothed::Smoothed;
@@ -219,6 +219,48 @@ impl<T: Scalar> ConeSolver<T> {
             self.find_modes();
         }
         certificate
+    }
+
+    /// Solves a problem with blocks, from no forces: with memory and time that grow with the blocks and those that fill, not with the square of the rows.
+    /// Not smoothed.
+    pub(crate) fn solve_blocks(
+        &mut self,
+        problem: &BlockProblem<'_>,
+        f: &mut [f64],
+    ) -> Certificate {
+        self.blocks = problem.blocks.len();
+        self.modes.clear();
+        self.statuses.clear();
+        let finite = self.search.start_blocks(problem);
+        let mut certificate = Certificate::default();
+        if finite {
+            certificate = self.search.run(&self.options);
+        }
+        if !finite || !self.search.is_finite() {
+            certificate = self.search.give_up();
+        }
+        let newton = &self.search.newton;
+        let forces = newton.f.iter().zip(&newton.system.scale);
+        f.iter_mut()
+            .zip(forces)
+            .for_each(|(f, (force, scale))| *f = force * scale);
+        if self.options.measured {
+            self.find_modes();
+        }
+        self.statuses.push(certificate.status);
+        certificate
+    }
+
+    /// Takes forces that were found by blocks for those of the last solution, and gives them what the problem has besides values.
+    pub(crate) fn adopt(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
+        let regularization = self.search.regularization;
+        self.y.resize(f.len(), T::zero());
+        self.e.resize(f.len(), T::zero());
+        self.search.start(problem, f, 0);
+        self.search.adopt(regularization);
+        if is_more_than_values::<T>() {
+            self.differentiate(problem, f);
+        }
     }
 
     fn find_modes(&mut self) {

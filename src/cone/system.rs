@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 const NO_DIAGONAL: f64 = 1e-14;
 
 /// A regularisation as large as this, beside the size of its row, leaves most digits of a solution.
-const REGULARIZED_ABOVE: f64 = 1e-6;
+pub(super) const REGULARIZED_ABOVE: f64 = 1e-6;
 
 /// The smallest parts that a law speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,9 +135,9 @@ impl System {
         self.w.fill(0.0);
         self.g.fill(0.0);
         self.scale.fill(1.0);
-        for i in 0..self.n {
-            self.w[i * self.n + i] = 1.0;
-        }
+        // Of a problem with blocks there is none.
+        let diagonal = self.w.iter_mut().step_by(self.n + 1);
+        diagonal.for_each(|w| *w = 1.0);
         for unit in &mut self.units {
             unit.mu = 0.0;
         }
@@ -189,17 +189,9 @@ impl<T: Scalar> System<T> {
 
     /// Finds s from the diagonal of W.
     pub(super) fn find_scale(&mut self) {
-        let (n, zero) = (self.n, T::zero());
+        let n = self.n;
         let diagonal = |i: usize| self.w[i * n + i].detached();
-        let largest = (0..n).map(diagonal).fold(zero, |most, x| x.max(most));
-        for unit in &self.units {
-            let rows = unit.row..unit.row + unit.rows();
-            let sum = rows.clone().map(diagonal).fold(zero, |sum, x| sum + x);
-            let mean = sum / unit.rows() as f64;
-            let size = (largest * NO_DIAGONAL).select_lt(mean, mean, largest);
-            let positive = zero.select_lt(size, size, T::one());
-            self.scale[rows].fill(T::one() / positive.sqrt());
-        }
+        find_scale(&self.units, diagonal, &mut self.scale);
     }
 
     /// b′ = b / s of intervals.
@@ -241,12 +233,31 @@ impl<T: Scalar> System<T> {
     }
 }
 
+/// Finds s of the rows of all units from the diagonal of W.
+pub(super) fn find_scale<T: Scalar>(
+    units: &[Unit<T>],
+    diagonal: impl Fn(usize) -> T,
+    scale: &mut [T],
+) {
+    let zero = T::zero();
+    let all = (0..scale.len()).map(&diagonal);
+    let largest = all.fold(zero, |most, x| x.max(most));
+    for unit in units {
+        let rows = unit.row..unit.row + unit.rows();
+        let sum = rows.clone().map(&diagonal).fold(zero, |sum, x| sum + x);
+        let mean = sum / unit.rows() as f64;
+        let size = (largest * NO_DIAGONAL).select_lt(mean, mean, largest);
+        let positive = zero.select_lt(size, size, T::one());
+        scale[rows].fill(T::one() / positive.sqrt());
+    }
+}
+
 /// Whether a bound is none.
 fn is_infinite_bound<T: Scalar>(bound: T) -> bool {
     bound.has_value() && bound.value(0) == f64::INFINITY
 }
 
-fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
+pub(super) fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
     to.clear();
     to.extend(from.iter().map(|x| x.value(lane)));
 }

@@ -198,7 +198,7 @@ impl LinkShapes {
 
     /// # Panics
     /// If the shapes are those of another robot.
-    pub(super) fn check(&self, model: &Model) {
+    pub(crate) fn check(&self, model: &Model) {
         assert!(
             self.structure == model.structure(),
             "the shapes are those of another robot than \"{}\"",

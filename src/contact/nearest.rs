@@ -6,10 +6,14 @@ use nalgebra::{DVector, Vector3};
 
 use super::kinematics::{BodyPoint, each_jacobian_column};
 use super::link_shapes::{LinkShape, LinkShapes};
+#[cfg(feature = "trajopt")]
+use super::pairs::plain_pose;
 use crate::collision::{PairFeature, Witness, nearest_features, witness};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::error::{UnknownName, message};
 use crate::model::{FrameId, Model};
+#[cfg(feature = "trajopt")]
+use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
 /// The nearest points of two links.
@@ -120,18 +124,7 @@ impl LinkShapes {
         first: &str,
         second: &str,
     ) -> Result<Nearest, NearestError> {
-        for link in [first, second] {
-            if let Some(missing) = self.missing().iter().find(|missing| missing.link == link) {
-                return Err(NearestError::MissingShape {
-                    link: link.to_owned(),
-                    reason: missing.reason.clone(),
-                });
-            }
-        }
-        let links = [
-            self.find_link(model, first)?,
-            self.find_link(model, second)?,
-        ];
+        let links = self.find_pair(model, first, second)?;
         let mut kinematics = Kinematics::new(model);
         forward_kinematics_into(model, q, &vec![0.0; model.nv()], &mut kinematics);
         let mut out = Nearest::new(model);
@@ -142,6 +135,27 @@ impl LinkShapes {
             first: first.to_owned(),
             second: second.to_owned(),
         })
+    }
+
+    /// The frames of two links that have all their shapes.
+    pub(crate) fn find_pair(
+        &self,
+        model: &Model,
+        first: &str,
+        second: &str,
+    ) -> Result<[FrameId; 2], NearestError> {
+        for link in [first, second] {
+            if let Some(missing) = self.missing().iter().find(|missing| missing.link == link) {
+                return Err(NearestError::MissingShape {
+                    link: link.to_owned(),
+                    reason: missing.reason.clone(),
+                });
+            }
+        }
+        Ok([
+            self.find_link(model, first)?,
+            self.find_link(model, second)?,
+        ])
     }
 
     /// Computes the nearest points of two links, without allocation. Returns `false`, with an infinite distance, where there is none: a link without shapes, two
@@ -167,31 +181,55 @@ impl LinkShapes {
         out.distance = f64::INFINITY;
         out.feature = None;
         out.gradient.fill(0.0);
+        let Some((shapes, feature, found)) =
+            self.nearest_shapes(links, |shape| pose(kinematics, shape))
+        else {
+            return false;
+        };
+        (out.distance, out.points, out.normal) = (found.distance, found.points, found.normal);
+        (out.shapes, out.feature) = (shapes, Some(feature));
+        self.add_gradient(model, kinematics, out);
+        true
+    }
+
+    /// The nearest shapes of two links, of equally near ones the first, and their features.
+    fn nearest_shapes(
+        &self,
+        links: [FrameId; 2],
+        pose: impl Fn(&LinkShape) -> Transform<f64>,
+    ) -> Option<([usize; 2], PairFeature, Witness<f64>)> {
         let of = |link: FrameId| {
             let shapes = self.shapes().iter().enumerate();
             shapes.filter(move |(_, shape)| shape.link == link)
         };
+        let mut nearest: Option<([usize; 2], PairFeature, Witness<f64>)> = None;
         for (i, a) in of(links[0]) {
-            let X_WA = pose(kinematics, a);
+            let X_WA = pose(a);
             for (j, b) in of(links[1]) {
-                let X_WB = pose(kinematics, b);
-                if let Some((feature, found)) = nearest_of_shapes(a, &X_WA, b, &X_WB)
-                    && found.distance < out.distance
-                {
-                    let Witness {
-                        distance,
-                        points,
-                        normal,
-                    } = found;
-                    (out.distance, out.points, out.normal) = (distance, points, normal);
-                    (out.shapes, out.feature) = ([i, j], Some(feature));
+                let Some((feature, found)) = nearest_of_shapes(a, &X_WA, b, &pose(b)) else {
+                    continue;
+                };
+                let least = nearest.map_or(f64::INFINITY, |(_, _, near)| near.distance);
+                if found.distance < least {
+                    nearest = Some(([i, j], feature, found));
                 }
             }
         }
-        if out.feature.is_some() {
-            self.add_gradient(model, kinematics, out);
-        }
-        out.feature.is_some()
+        nearest
+    }
+
+    /// The distance of two links over the scalar, by the features that are nearest on plain values; `None` where there is none.
+    #[cfg(feature = "trajopt")]
+    pub(crate) fn distance<T: Scalar>(
+        &self,
+        kinematics: &Kinematics<T>,
+        links: [FrameId; 2],
+    ) -> Option<T> {
+        let plain = |own: &LinkShape| plain_pose(&kinematics.pose(own.body), 0) * own.placement;
+        let (shapes, feature, _) = self.nearest_shapes(links, plain)?;
+        let [a, b] = shapes.map(|k| &self.shapes()[k]);
+        let [X_WA, X_WB] = [a, b].map(|own| kinematics.pose(own.body) * own.placement.lift());
+        Some(witness(&feature, &a.shape, &X_WA, &b.shape, &X_WB).distance)
     }
 
     /// ∂d/∂q = n · (J₂ − J₁), with the points as those of the bodies.

@@ -47,9 +47,9 @@ pub struct SolverOptions {
     /// the others, those farthest apart; points that would go into the ground with the forces of these are added, again at most so many
     /// of each link at once. So all obey the law, and more only spread the same load over more points, at a higher cost.
     pub points_per_link: usize,
-    /// Most points of a robot that take part in a step; default 256, for which memory is set aside. Of more, those come first that lack most
-    /// of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). Rows need the square of
-    /// it: [`Contacts::check_memory`](super::Contacts::check_memory).
+    /// Most points of a robot or an object that take part in a step, in the mean over those of a world; default 256, for which memory is set aside. Of more,
+    /// those come first that lack most of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). The rows of one
+    /// robot need the square of it: [`Contacts::check_memory`](super::Contacts::check_memory).
     pub points: usize,
 }
 

@@ -54,6 +54,12 @@ impl<P: Scalar> Contacts<P> {
         kind.map(|kind| kind.name)
     }
 
+    /// Whether some impact may leave a part of its speed, by a law that is not smoothed.
+    pub(crate) fn may_bounce(&self) -> bool {
+        let laws = self.point_laws().as_slice().iter();
+        self.smoothing().is_none() && { laws }.any(|law| law.restitution().is_some())
+    }
+
     /// Friction law of the cones.
     pub(crate) fn cone(&self) -> Law {
         self.point_laws()

@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use super::columns::{Columns, Payload};
@@ -17,6 +19,8 @@ pub struct CrbaScratch<T> {
     X_PB: Vec<Transform<T>>,
     composite: Vec<Inertia<T>>,
     columns: Columns<T>,
+    /// Coordinates of each tree of joints.
+    trees: Vec<Range<usize>>,
 }
 
 impl<T: Scalar> CrbaScratch<T> {
@@ -28,8 +32,24 @@ impl<T: Scalar> CrbaScratch<T> {
             X_PB: vec![Transform::identity(); n],
             composite: vec![Inertia::zero(); n],
             columns: Columns::new(model),
+            trees: trees(model),
         }
     }
+}
+
+/// Coordinates of each tree of joints on the world; followers make one of all.
+fn trees<P: Scalar>(model: &Model<P>) -> Vec<Range<usize>> {
+    let roots = model.bodies().iter().filter(|body| body.parent.is_none());
+    let mut starts: Vec<usize> = roots.map(|body| body.v).collect();
+    if model.has_coupling() {
+        starts.truncate(1);
+    }
+    let ends = starts.iter().copied().skip(1).chain([model.nv()]);
+    starts
+        .iter()
+        .zip(ends)
+        .map(|(&start, end)| start..end)
+        .collect()
 }
 
 /// Computes the mass matrix M(q), `nv` × `nv`, symmetric:  T = ½ vᵀ M v.
@@ -88,6 +108,7 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         X_PB,
         composite,
         columns,
+        ..
     } = scratch;
     T::vectorized(
         #[inline(always)]
@@ -103,16 +124,27 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
 }
 
 /// [`mass_matrix_into`] where the pose of each body in its parent is known.
+///
+/// * `out` – output, zero where a row and a column belong to different trees
 pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
     scratch: &mut CrbaScratch<T>,
     out: &mut DMatrix<T>,
 ) {
-    out.as_mut_slice().fill(T::zero());
     let CrbaScratch {
-        composite, columns, ..
+        composite,
+        columns,
+        trees,
+        ..
     } = scratch;
+    let nv = model.nv();
+    // What is between trees stays zero.
+    for tree in trees {
+        for column in out.as_mut_slice()[nv * tree.start..nv * tree.end].chunks_exact_mut(nv) {
+            column[tree.clone()].fill(T::zero());
+        }
+    }
     T::vectorized(
         #[inline(always)]
         || inward(model, X_PB, composite, columns, out),

@@ -1,5 +1,7 @@
 //! Factorisation of the mass matrix that keeps the zeros of the tree.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::model::Model;
@@ -56,20 +58,26 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
+        let mut factor = Self::unfilled(model);
+        factor.refactor(mass_matrix);
+        factor
+    }
+
+    /// Memory for the factors of a model, which are none yet: zeros, of which those between trees are never touched.
+    pub(crate) fn unfilled<P: Scalar>(model: &Model<P>) -> Self {
         let Ancestors {
             lists,
             starts,
             ends,
         } = Ancestors::of(model);
-        let mut factor = Self {
-            factors: DMatrix::zeros(model.nv(), model.nv()),
+        let n = model.nv();
+        Self {
+            factors: DMatrix::from_vec(n, n, vec![T::zero(); n * n]),
             ancestors: lists,
             starts,
             groups: groups(&ends),
             ends,
-        };
-        factor.refactor(mass_matrix);
-        factor
+        }
     }
 
     /// Factorises another mass matrix of the same model, without allocation.
@@ -97,11 +105,13 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
-            for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
-                // M_ij −= M_ki M_kj / M_kk for all j up to i, including zeros of those that are not ancestors of k
+            let ancestors = &self.ancestors[self.starts[k]..self.starts[k + 1]];
+            let root = ancestors.last().copied().unwrap_or(k);
+            for &i in ancestors {
+                // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, including zeros of those that are not ancestors of k
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
-                subtract_scaled(&mut column[..=i], ratio, &own[..=i]);
+                subtract_scaled(&mut column[root..=i], ratio, &own[root..=i]);
                 own[i] = ratio;
                 column[k] = ratio;
             }
@@ -232,6 +242,31 @@ impl<T: Scalar> MassMatrixFactor<T> {
                 }
                 x[j] = y;
             }
+        }
+    }
+
+    /// Backward substitution in the coordinates of a tree alone, of which `x` has the entries.
+    pub(crate) fn back_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
+        for j in tree.clone().rev() {
+            let below = j + 1..self.ends[j].min(tree.end);
+            let shares = &self.column(j)[below.clone()];
+            let mut y = x[j - tree.start];
+            for (&share, i) in shares.iter().zip(below).rev() {
+                y = (-share).mul_add(x[i - tree.start], y);
+            }
+            x[j - tree.start] = y;
+        }
+    }
+
+    /// Forward substitution in the coordinates of a tree alone, of which `x` has the entries.
+    pub(crate) fn forward_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
+        for k in tree.clone() {
+            let mut z = x[k - tree.start] * self.reciprocal(k);
+            let own = self.ancestors_of(k).iter().rev();
+            for &j in own.filter(|&&j| j >= tree.start) {
+                z = (-x[j - tree.start]).mul_add(self.column(k)[j], z);
+            }
+            x[k - tree.start] = z;
         }
     }
 

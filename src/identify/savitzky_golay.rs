@@ -93,7 +93,10 @@ impl SavitzkyGolay {
     /// # Panics
     /// If the derivative is larger than 2.
     pub fn weights(&self, derivative: usize) -> &[f64] {
-        assert!(derivative <= 2, "there is no derivative {derivative}");
+        assert!(
+            derivative <= 2,
+            "derivatives of order 0 to 2 exist, got {derivative}"
+        );
         &self.weights[derivative]
     }
 

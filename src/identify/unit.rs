@@ -70,7 +70,11 @@ impl Unit {
         let (factor, fits) = match self {
             Self::Si => return Ok(1.0),
             Self::Scale(factor) if factor.is_finite() && factor != 0.0 => return Ok(factor),
-            Self::Scale(factor) => return Err(format!("a scale of {factor} is no unit")),
+            Self::Scale(factor) => {
+                return Err(format!(
+                    "a scale of {factor} is not a unit: expected a finite number other than 0"
+                ));
+            }
             Self::Degree => (PI / 180.0, Dimension::Angle),
             Self::Turn => (TAU, Dimension::Angle),
             Self::TurnPerMinute if quantity != Quantity::Velocity => {
@@ -80,11 +84,11 @@ impl Unit {
             Self::Millimetre => (1e-3, Dimension::Length),
         };
         if quantity == Quantity::Force {
-            return Err(format!("{self:?} is no unit of force"));
+            return Err(format!("{self:?} is not a unit of force"));
         }
         if fits != dimension {
             return Err(format!(
-                "{self:?} is no unit of a joint whose coordinate is {}",
+                "{self:?} is not a unit of a joint whose coordinate is {}",
                 match dimension {
                     Dimension::Angle => "an angle",
                     Dimension::Length => "a length",

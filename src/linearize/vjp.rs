@@ -126,8 +126,7 @@ impl Simulator<f64> {
     /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps.
     ///
     /// # Impacts
-    /// It is the derivative of the step, as A and B are: in a step in which a point lands it says of rigid contact nothing about *when* that
-    /// happens. What each contact model gives through an impact stands at [`linearize`](Self::linearize).
+    /// It is the derivative of the step, as A and B are. For each contact model, see [`linearize`](Self::linearize).
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)

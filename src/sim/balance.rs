@@ -33,7 +33,7 @@ pub(crate) struct Balance<T: Scalar> {
 
 impl<T: Scalar> Balance<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let given = simulator.contacts().map(Contacts::solver_options);
         let given = given.unwrap_or_default();
@@ -48,7 +48,7 @@ impl<T: Scalar> Balance<T> {
         };
         Self {
             placed: Placed::new(model),
-            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            factor: MassMatrixFactor::unfilled(model),
             rows: Rows::new(model, rows, blocks),
             solver: ForceSolver::new(rows, blocks, options),
             certificate: Certificate::default(),
@@ -117,11 +117,20 @@ impl<T: Scalar> Balance<T> {
         let scale = smoothed
             .filter(|_| !is_f64::<P>())
             .map(|_| T::from((dt / plain).sqrt()));
-        let (rows, solver) = (&mut self.rows, &mut self.solver);
+        let (rows, factor, solver) = (&mut self.rows, &self.factor, &mut self.solver);
         self.certificate = match scale {
-            Some(scale) => rows.solve_scaled(law, solver, scale),
-            None => rows.solve(law, solver),
+            Some(scale) => rows.solve_scaled(law, factor, solver, scale),
+            None => rows.solve(law, factor, solver),
         };
+    }
+
+    /// Readies rows and solver for derivatives.
+    pub(crate) fn prepare_slopes<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let (law, solver) = (law_of(at), &mut self.solver);
+        self.rows.prepare_slopes(law, &self.factor, solver);
     }
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.

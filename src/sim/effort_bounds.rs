@@ -12,7 +12,7 @@ const NONE: Interval = Interval {
 };
 
 impl Simulator {
-    /// The effort limits of the actuated joints, of servos the ranges of their inputs, then those of frame actuators: lower and upper, length `nu`, infinite
+    /// The effort limits of the actuated joints, of servos the ranges of their inputs, then those of frame actuators and of servos of tendons: lower and upper, length `nu`, infinite
     /// where there are none. For `Problem::with_input_bounds` of trajectory optimisation.
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let mut bounds = vec![NONE; self.model().nv()];
@@ -33,7 +33,9 @@ impl Simulator {
             lower: own.lower().unwrap_or(NONE.lower),
             upper: own.upper().unwrap_or(NONE.upper),
         });
-        let all = joints.chain(frames);
+        let tendons = self.tendon_servos().iter();
+        let tendons = tendons.map(|own| own.servo().input_range.unwrap_or(NONE));
+        let all = joints.chain(frames).chain(tendons);
         all.map(|own| (own.lower, own.upper)).unzip()
     }
 }

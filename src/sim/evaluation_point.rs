@@ -29,7 +29,7 @@ impl AtEnd {
 }
 
 /// Inputs of the balance of forces.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     pub(crate) simulator: &'a Simulator<P>,
     pub(crate) state: &'a State<T>,
@@ -40,6 +40,10 @@ pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     pub(crate) is_instant: bool,
     /// [`Simulator::half_step`], s; `None` where velocity forces are those of the state.
     pub(crate) half_step: Option<T>,
+    /// Length of the step, s: the time step of the simulator, or that of an impact.
+    pub(crate) dt: P,
+    /// A contact point without force, by its place among all of this state.
+    pub(crate) left_out: Option<usize>,
 }
 
 impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
@@ -52,6 +56,8 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
             at_end: AtEnd::Nothing,
             is_instant: true,
             half_step: None,
+            dt: simulator.time_step(),
+            left_out: None,
         }
     }
 
@@ -62,6 +68,21 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
             is_instant: false,
             half_step: simulator.half_step(state.v.as_slice()),
             ..Self::instant(simulator, state, u)
+        }
+    }
+
+    /// The forces of a step of another length, s, in which nothing rotates fast.
+    pub(crate) fn lasting(
+        simulator: &'a Simulator<P>,
+        state: &'a State<T>,
+        u: &'a [T],
+        dt: P,
+    ) -> Self {
+        let in_the_middle = simulator.always_in_the_middle();
+        Self {
+            half_step: in_the_middle.then(|| (dt * 0.5).into()),
+            dt,
+            ..Self::of_step(simulator, state, u)
         }
     }
 
@@ -78,7 +99,7 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
     }
 
     pub(crate) fn dt(&self) -> P {
-        self.simulator.time_step()
+        self.dt
     }
 
     /// `true` if no force depends on the acceleration.
@@ -88,7 +109,9 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
 
     /// `true` if forces have rows, whose forces a solver finds.
     pub(crate) fn has_rows(&self) -> bool {
-        self.solved_contacts().is_some() || !self.simulator.constraints().is_empty()
+        self.solved_contacts().is_some()
+            || !self.simulator.constraints().is_empty()
+            || !self.is_explicit() && self.simulator.has_following_tendons()
     }
 
     /// Contacts whose forces a solver finds.
@@ -100,6 +123,12 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
     pub(crate) fn explicit_contacts(&self) -> Option<&'a Contacts<P>> {
         let contacts = self.simulator.contacts();
         contacts.filter(|_| self.solved_contacts().is_none())
+    }
+
+    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
+    /// where they are those of its start.
+    pub(crate) fn contact_duration(&self) -> P {
+        self.solved_contacts().map_or(P::zero(), |_| self.dt)
     }
 }
 
@@ -119,13 +148,19 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn needs_solver(&self) -> bool {
         self.solved_contacts(self.at_end()).is_some()
             || !self.constraints().is_empty()
+            || self.at_end().has_joints() && self.has_following_tendons()
             || self.contacts().is_some_and(Contacts::have_pairs)
     }
 
-    /// The most rows of joints, each a block: joint limits and bounded forces.
+    /// `true` if an impact may be found at its time within a step.
+    pub(crate) fn may_bounce(&self) -> bool {
+        self.contacts().is_some_and(Contacts::may_bounce)
+    }
+
+    /// The most rows of joints, each a block: joint limits, bounded forces, and servos of tendons.
     pub(crate) fn joint_rows(&self) -> usize {
         let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
-        self.model().nv() + bounded
+        self.model().nv() + bounded + self.tendon_servos().len()
     }
 
     /// Contacts whose forces a solver finds in a step.
@@ -137,12 +172,5 @@ impl<P: Scalar> Simulator<P> {
                 contacts.are_solved_explicitly()
             }
         })
-    }
-
-    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
-    /// where they are those of its start.
-    pub(crate) fn contact_duration(&self) -> P {
-        let solved = self.solved_contacts(self.at_end());
-        solved.map_or(P::zero(), |_| self.time_step())
     }
 }

@@ -59,7 +59,8 @@ impl<P: Scalar> Simulator<P> {
         &u[self.actuated().len()..]
     }
 
-    /// The names of the entries of u: of joints (numbered, `<joint>.<k>`, where one has several coordinates), then of frame actuators. Allocates.
+    /// The names of the entries of u: of joints (numbered, `<joint>.<k>`, where one has several coordinates), then of frame actuators, then of servos of tendons.
+    /// Allocates.
     ///
     /// # Examples
     /// ```
@@ -71,8 +72,10 @@ impl<P: Scalar> Simulator<P> {
         let velocities = velocity_names(self.model());
         let joints = self.actuated().iter().map(|&k| velocities[k].clone());
         let frames = self.frames.actuators.iter();
+        let tendons = self.tendon_servos().iter();
         joints
             .chain(frames.map(|actuator| actuator.name().to_owned()))
+            .chain(tendons.map(|servo| servo.name().to_owned()))
             .collect()
     }
 }

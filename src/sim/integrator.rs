@@ -58,7 +58,7 @@ pub enum Integrator {
     /// v⁺ = v + Δt a, then q⁺ = q ⊕ Δt v⁺: of first order, one evaluation of the dynamics. A floating or planar base, or a free object, is stepped by
     /// position and velocity of its own centre of mass in the world, so that a free body keeps its linear momentum.
     ///
-    /// Forces are those of the start of the step but for two kinds, which no short enough step can be found for beforehand:
+    /// Forces are those of the start of the step, except two kinds whose stability limit is unknown in advance:
     ///
     /// * Dampers, springs, servos, smoothed friction, speed limits and stops of joints are those of its end, linear in v⁺ with the coefficients of its start:
     ///   (M + Δt C + Δt² K) a = τ − h − Δt K v. So joints are stable at any stiffness and any step. A stop that would pull is let go,

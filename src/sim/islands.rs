@@ -3,129 +3,83 @@
 //! G = J M⁻¹ Jᵀ then has a block for each such island, and the forces of each are a problem of their own: the cost is that of the islands, not that of all
 //! rows together. A robot is one tree, and one island.
 
-use std::ops::Range;
-
-use crate::cone::{Block, Certificate, ConeOptions, ConeProblem, ConeSolver, Mode, Status};
+use super::sparse_rows::SparseRows;
+use crate::cone::{
+    Block, BlockProblem, Certificate, Columns, ConeOptions, ConeProblem, ConeSolver, Mode, Status,
+};
+use crate::dynamics::MassMatrixFactor;
 use crate::model::Model;
-use crate::scalar::{Linear, Scalar};
+use crate::scalar::{Linear, Scalar, is_more_than_values};
+
+/// Rows from which on an island of several trees is solved by blocks; smaller ones are quicker in one piece.
+const MANY_ROWS: usize = 48;
 
 /// The islands of the rows of an instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// First coordinate of the tree of each one; empty where there is one tree.
-    trees: Vec<usize>,
-    /// Another tree with which a row connects the one of a coordinate, or itself; for the first coordinate of each tree.
+    /// Another tree with which rows connect each tree, or itself; then the island of each.
     joined: Vec<usize>,
-    /// Island of each row and of each block.
-    pub(super) of_rows: Vec<usize>,
+    /// Island of each block.
     of_blocks: Vec<usize>,
     count: usize,
 }
 
 impl Islands {
-    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let trees = trees(model);
-        let is_one = trees.iter().all(|&first| first == 0);
-        Self {
-            trees: if is_one { Vec::new() } else { trees },
-            joined: Vec::new(),
-            of_rows: Vec::new(),
-            of_blocks: Vec::new(),
-            count: 1,
-        }
-    }
-
-    /// Whether there are several.
-    pub(super) fn are_several(&self) -> bool {
-        self.count > 1
-    }
-
-    /// The coordinates on which some rows act, from the first of a tree on, one after the last; all of them where there is one tree.
-    pub(super) fn range<T: Scalar>(&self, jacobian: &[T], nv: usize) -> Range<usize> {
-        if self.trees.is_empty() || !T::HAS_VALUES {
-            return 0..nv;
-        }
-        let acts = |k: &usize| jacobian.iter().skip(*k).step_by(nv).any(|x| !x.is_zero());
-        let first = (0..nv).find(acts).map_or(0, |k| self.trees[k]);
-        first..(first..nv).rev().find(acts).map_or(first, |k| k + 1)
-    }
-
     /// Finds the islands of rows.
-    ///
-    /// * `jacobian` – J, row after row, a number for each coordinate
-    pub(super) fn find<T: Scalar>(&mut self, jacobian: &[T], blocks: &[Block]) {
-        self.count = 1;
-        // What is recorded has no zeros that are known.
-        if self.trees.is_empty() || !T::HAS_VALUES {
-            return;
-        }
-        let nv = self.trees.len();
+    pub(super) fn find<T: Scalar>(&mut self, rows: &SparseRows<T>, blocks: &[Block]) {
         self.joined.clear();
-        self.joined.extend(0..nv);
-        self.of_rows.clear();
+        self.joined.extend(0..rows.n_trees());
         self.of_blocks.clear();
-        let mut rows = jacobian.chunks_exact(nv);
+        let mut row = 0;
         for block in blocks {
             let mut own = None;
-            for row in rows.by_ref().take(block.rows()) {
-                own = self.join(own, row);
+            for tree in (row..row + block.rows()).flat_map(|row| rows.trees_of(row)) {
+                own = Some(self.join(own.unwrap_or(tree), tree));
             }
+            row += block.rows();
             self.of_blocks.push(own.unwrap_or(0));
         }
-        self.number(blocks);
+        self.number();
     }
 
-    /// Joins the trees on which a row acts with one on which the rows before it do.
-    fn join<T: Scalar>(&mut self, mut own: Option<usize>, row: &[T]) -> Option<usize> {
-        let mut k = 0;
-        while k < row.len() {
-            if row[k].is_zero() {
-                k += 1;
-                continue;
-            }
-            let tree = self.root(self.trees[k]);
-            let root = own.map_or(tree, |own| self.root(own));
-            let (first, second) = (root.min(tree), root.max(tree));
-            self.joined[second] = first;
-            own = Some(first);
-            // The rest of this tree says no more.
-            let first = self.trees[k];
-            while k < row.len() && self.trees[k] == first {
-                k += 1;
-            }
-        }
-        own
+    /// Joins two trees, and all that is joined with them.
+    fn join(&mut self, a: usize, b: usize) -> usize {
+        let (a, b) = (self.root(a), self.root(b));
+        let (first, second) = (a.min(b), a.max(b));
+        self.joined[second] = first;
+        first
     }
 
-    fn root(&self, mut tree: usize) -> usize {
+    fn root(&mut self, mut tree: usize) -> usize {
         while self.joined[tree] != tree {
+            // Half of the way is skipped the next time.
+            self.joined[tree] = self.joined[self.joined[tree]];
             tree = self.joined[tree];
         }
         tree
     }
 
-    /// From a tree of each block to the island of each row and block, numbered from zero in the order of the blocks.
-    fn number(&mut self, blocks: &[Block]) {
-        let nv = self.trees.len();
+    /// From a tree of each block to its island, numbered from zero in the order of the blocks.
+    fn number(&mut self) {
         for k in 0..self.of_blocks.len() {
             self.of_blocks[k] = self.root(self.of_blocks[k]);
         }
-        self.joined.fill(nv);
+        let none = self.joined.len();
+        self.joined.fill(none);
         self.count = 0;
-        for (block, own) in blocks.iter().zip(&mut self.of_blocks) {
+        for own in &mut self.of_blocks {
             let number = &mut self.joined[*own];
-            if *number == nv {
+            if *number == none {
                 *number = self.count;
                 self.count += 1;
             }
             *own = *number;
-            (self.of_rows).extend(std::iter::repeat_n(*own, block.rows()));
         }
     }
 }
 
 /// First coordinate of what is connected with each one, by joints or by joints that follow others.
-fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
+pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
     let mut trees: Vec<usize> = (0..model.nv()).collect();
     let root = |trees: &[usize], mut k: usize| {
         while trees[k] != k {
@@ -146,18 +100,26 @@ fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
         }
         own.push(first);
     }
-    (0..trees.len()).map(|k| root(&trees, k)).collect()
+    let mut out: Vec<usize> = (0..trees.len()).map(|k| root(&trees, k)).collect();
+    // What is between connected coordinates counts as connected with them.
+    for k in (1..out.len()).rev() {
+        if out[k] < k {
+            out[k - 1] = out[k - 1].min(out[k]);
+        }
+    }
+    out
 }
 
 /// The solver of the forces of all islands.
 #[derive(Clone, Debug)]
 pub(super) struct ForceSolver<T: Scalar> {
-    /// Of all rows where they are one island; its options are those of all.
+    /// Of all rows where there is one tree; its options are those of all.
     pub(super) one: ConeSolver<T>,
+    /// As many as there were at most.
     islands: Vec<Island<T>>,
+    count: usize,
     statuses: Vec<Status>,
     modes: Vec<Mode>,
-    are_several: bool,
 }
 
 /// The problem of an island, with its solver.
@@ -167,6 +129,7 @@ struct Island<T: Scalar> {
     blocks: Vec<usize>,
     kinds: Vec<Block>,
     friction: Vec<T>,
+    /// G, where the island is solved in one piece, or derivatives are asked for.
     matrix: Vec<T>,
     regularization: Vec<T>,
     free_velocity: Vec<T>,
@@ -174,6 +137,20 @@ struct Island<T: Scalar> {
     weights: Vec<T>,
     by_friction: Vec<T>,
     solver: ConeSolver<T>,
+    by_blocks: Option<Box<ByBlocks>>,
+    is_by_blocks: bool,
+}
+
+/// A lane of a problem by blocks.
+#[derive(Clone, Debug, Default)]
+struct ByBlocks {
+    columns: Columns,
+    nodes: Vec<usize>,
+    friction: Vec<f64>,
+    regularization: Vec<f64>,
+    free_velocity: Vec<f64>,
+    forces: Vec<f64>,
+    statuses: Vec<Status>,
 }
 
 impl<T: Scalar> ForceSolver<T> {
@@ -182,57 +159,92 @@ impl<T: Scalar> ForceSolver<T> {
         Self {
             one: ConeSolver::new(rows, blocks).with_options(options),
             islands: Vec::new(),
+            count: 0,
             statuses: Vec::with_capacity(T::LANES),
             modes: Vec::new(),
-            are_several: false,
         }
     }
 
     /// Statuses of the last solution, of the worst island, for each lane.
     pub(super) fn statuses(&self) -> &[Status] {
-        match self.are_several {
-            true => &self.statuses,
-            false => self.one.statuses(),
+        match self.count {
+            0 => self.one.statuses(),
+            _ => &self.statuses,
         }
     }
 
     /// Modes of the blocks in the last solution, in the first lane first.
     pub(super) fn modes(&self) -> &[Mode] {
-        match self.are_several {
-            true => &self.modes,
-            false => self.one.modes(),
+        match self.count {
+            0 => self.one.modes(),
+            _ => &self.modes,
         }
     }
 
-    /// Finds the forces.
-    pub(super) fn solve(
+    /// Finds the forces of one tree.
+    pub(super) fn solve(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
+        self.one.solve(problem, f)
+    }
+
+    /// Finds the forces of rows on several trees, of which the problem has no matrix.
+    pub(super) fn solve_islands(
         &mut self,
         problem: &ConeProblem<'_, T>,
+        rows: &SparseRows<T>,
+        factor: &MassMatrixFactor<T>,
         islands: &Islands,
         f: &mut [T],
     ) -> Certificate {
-        self.are_several = islands.are_several();
-        if !self.are_several {
-            return self.one.solve(problem, f);
-        }
         self.statuses.clear();
         self.statuses.resize(T::LANES, Status::default());
         self.modes.clear();
         self.modes.resize(problem.blocks.len(), Mode::Separated);
         let options = self.one.options;
-        let new = || Island::new(options);
-        self.islands.resize_with(islands.count, new);
+        self.list(problem, islands);
         let mut worst = Certificate::default();
-        for (k, island) in self.islands.iter_mut().enumerate() {
-            island.load(problem, islands, k, f);
+        for island in &mut self.islands[..self.count] {
             island.solver.options = options;
-            worst = worst.worse(island.solve(problem, f));
-            let statuses = self.statuses.iter_mut().zip(island.solver.statuses());
+            island.load(problem, f);
+            worst = worst.worse(island.solve(problem, rows, factor));
+            scatter(&island.rows, &island.forces, f);
+            let statuses = self.statuses.iter_mut().zip(island.statuses());
             statuses.for_each(|(worst, &own)| *worst = (*worst).max(own));
             let modes = island.blocks.iter().zip(island.solver.modes());
             modes.for_each(|(&block, &own)| self.modes[block] = own);
         }
         worst
+    }
+
+    /// Lists rows and blocks of each island.
+    fn list(&mut self, problem: &ConeProblem<'_, T>, islands: &Islands) {
+        let (options, most) = (self.one.options, self.islands.len().max(islands.count));
+        self.islands.resize_with(most, || Island::new(options));
+        self.count = islands.count;
+        for island in &mut self.islands {
+            island.rows.clear();
+            island.blocks.clear();
+        }
+        let mut row = 0;
+        for (block, (kind, &own)) in problem.blocks.iter().zip(&islands.of_blocks).enumerate() {
+            let island = &mut self.islands[own];
+            island.blocks.push(block);
+            island.rows.extend(row..row + kind.rows());
+            row += kind.rows();
+        }
+    }
+
+    /// Readies islands that were solved by blocks for derivatives, which take their rows in one piece.
+    pub(super) fn prepare_slopes(
+        &mut self,
+        problem: &ConeProblem<'_, T>,
+        rows: &SparseRows<T>,
+        factor: &MassMatrixFactor<T>,
+    ) {
+        let all = self.islands[..self.count].iter_mut();
+        for island in all.filter(|island| island.is_by_blocks) {
+            island.form_matrix(rows, factor);
+            island.adopt(problem);
+        }
     }
 
     /// See [`ConeSolver::respond_transposed`].
@@ -243,12 +255,12 @@ impl<T: Scalar> ForceSolver<T> {
         weights: &mut [T],
         by_friction: &mut [T],
     ) {
-        if !self.are_several {
+        if self.count == 0 {
             self.one
                 .respond_transposed(problem, f, weights, by_friction);
             return;
         }
-        for island in &mut self.islands {
+        for island in &mut self.islands[..self.count] {
             island.respond_transposed(problem, weights, by_friction);
         }
     }
@@ -261,13 +273,13 @@ impl<T: Scalar> ForceSolver<T> {
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
     ) {
-        if !self.are_several {
+        if self.count == 0 {
             memory.resize(2 * f.len(), S::zero());
             self.one.apply_sensitivity(problem, f, changes, memory);
             return;
         }
         for change in changes {
-            for island in &mut self.islands {
+            for island in &mut self.islands[..self.count] {
                 island.respond(problem, change, memory);
             }
         }
@@ -288,29 +300,32 @@ impl<T: Scalar> Island<T> {
             weights: Vec::new(),
             by_friction: Vec::new(),
             solver: ConeSolver::new(0, 0).with_options(options),
+            by_blocks: None,
+            is_by_blocks: false,
         }
     }
 
     /// Takes its part of a problem, and of forces to start from.
-    fn load(&mut self, problem: &ConeProblem<'_, T>, islands: &Islands, k: usize, f: &[T]) {
-        self.rows.clear();
-        let rows = islands.of_rows.iter().enumerate();
-        self.rows
-            .extend(rows.filter(|(_, own)| **own == k).map(|(row, _)| row));
-        self.blocks.clear();
-        let blocks = islands.of_blocks.iter().enumerate();
-        (self.blocks).extend(blocks.filter(|(_, own)| **own == k).map(|(block, _)| block));
+    fn load(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         self.kinds.clear();
         (self.kinds).extend(self.blocks.iter().map(|&block| problem.blocks[block]));
         gather(&self.blocks, problem.friction, &mut self.friction);
         gather(&self.rows, problem.regularization, &mut self.regularization);
         gather(&self.rows, problem.free_velocity, &mut self.free_velocity);
         gather(&self.rows, f, &mut self.forces);
-        let n = problem.free_velocity.len();
+    }
+
+    /// G of its rows.
+    fn form_matrix(&mut self, rows: &SparseRows<T>, factor: &MassMatrixFactor<T>) {
+        let n = self.rows.len();
         self.matrix.clear();
-        for &j in &self.rows {
-            let column = &problem.matrix[n * j..n * (j + 1)];
-            self.matrix.extend(self.rows.iter().map(|&i| column[i]));
+        self.matrix.resize(n * n, T::zero());
+        for i in 0..n {
+            for j in 0..=i {
+                let entry = rows.product(factor, self.rows[i], self.rows[j]);
+                self.matrix[n * i + j] = entry;
+                self.matrix[n * j + i] = entry;
+            }
         }
     }
 
@@ -330,13 +345,81 @@ impl<T: Scalar> Island<T> {
         (problem, &mut self.solver)
     }
 
-    fn solve(&mut self, of: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
+    /// Finds its forces.
+    fn solve(
+        &mut self,
+        of: &ConeProblem<'_, T>,
+        rows: &SparseRows<T>,
+        factor: &MassMatrixFactor<T>,
+    ) -> Certificate {
+        let are_many = self.rows.len() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
+        self.is_by_blocks = are_many && self.solver.options.smoothing == 0.0;
+        if self.is_by_blocks {
+            return self.solve_by_blocks(of, rows, factor);
+        }
+        self.form_matrix(rows, factor);
         let mut forces = std::mem::take(&mut self.forces);
         let (problem, solver) = self.parts(of);
         let certificate = solver.solve(&problem, &mut forces);
-        scatter(&self.rows, &forces, f);
         self.forces = forces;
         certificate
+    }
+
+    /// Finds its forces by blocks, lane by lane, then what they have besides values.
+    fn solve_by_blocks(
+        &mut self,
+        of: &ConeProblem<'_, T>,
+        rows: &SparseRows<T>,
+        factor: &MassMatrixFactor<T>,
+    ) -> Certificate {
+        let mut own = self.by_blocks.take().unwrap_or_default();
+        own.statuses.clear();
+        let mut worst = Certificate::default();
+        for lane in 0..T::LANES {
+            rows.fill_columns(factor, &self.rows, lane, &mut own.nodes, &mut own.columns);
+            values(&self.friction, lane, &mut own.friction);
+            values(&self.regularization, lane, &mut own.regularization);
+            values(&self.free_velocity, lane, &mut own.free_velocity);
+            own.forces.clear();
+            own.forces.resize(self.rows.len(), 0.0);
+            let problem = BlockProblem {
+                law: of.law,
+                blocks: &self.kinds,
+                friction: &own.friction,
+                columns: &own.columns,
+                regularization: &own.regularization,
+                free_velocity: &own.free_velocity,
+            };
+            let certificate = self.solver.solve_blocks(&problem, &mut own.forces);
+            own.statuses.push(certificate.status);
+            worst = worst.worse(certificate);
+            for (f, &value) in self.forces.iter_mut().zip(&own.forces) {
+                let others = *f;
+                *f = T::from_values(|l| if l == lane { value } else { others.value(l) });
+            }
+        }
+        self.by_blocks = Some(own);
+        if is_more_than_values::<T>() && worst.status != Status::NotFinite {
+            self.form_matrix(rows, factor);
+            self.adopt(of);
+        }
+        worst
+    }
+
+    /// Lets the solver take its forces for those of the problem in one piece.
+    fn adopt(&mut self, of: &ConeProblem<'_, T>) {
+        let mut forces = std::mem::take(&mut self.forces);
+        let (problem, solver) = self.parts(of);
+        solver.adopt(&problem, &mut forces);
+        self.forces = forces;
+    }
+
+    /// Status of the last solution in each lane.
+    fn statuses(&self) -> &[Status] {
+        match self.by_blocks.as_deref().filter(|_| self.is_by_blocks) {
+            Some(own) => &own.statuses,
+            None => self.solver.statuses(),
+        }
     }
 
     fn respond_transposed(
@@ -393,6 +476,12 @@ fn gather<T: Copy>(at: &[usize], from: &[T], to: &mut Vec<T>) {
     to.extend(at.iter().map(|&k| from[k]));
 }
 
+/// The values of a lane.
+fn values<T: Scalar>(of: &[T], lane: usize, to: &mut Vec<f64>) {
+    to.clear();
+    to.extend(of.iter().map(|x| x.value(lane)));
+}
+
 /// Puts entries where they belong.
 fn scatter<T: Copy>(at: &[usize], from: &[T], to: &mut [T]) {
     for (&k, &x) in at.iter().zip(from) {
@@ -404,45 +493,30 @@ fn scatter<T: Copy>(at: &[usize], from: &[T], to: &mut [T]) {
 mod tests {
     use super::*;
 
-    fn islands(trees: Vec<usize>) -> Islands {
-        Islands {
-            trees,
-            joined: Vec::new(),
-            of_rows: Vec::new(),
-            of_blocks: Vec::new(),
-            count: 1,
-        }
-    }
-
     // Trees {0, 1}, {2}, {3, 4}, {5}: a cone on the first two, a ray on the third, a pair of bilateral rows of which one is on the first and one on the last.
     #[test]
     fn rows_that_share_no_tree_even_through_others_are_islands_of_their_own() {
-        let mut islands = islands(vec![0, 0, 2, 3, 3, 5]);
-        let cone = [
-            [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-            [1.0, 0.0, -2.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 3.0, 0.0, 0.0, 0.0],
-        ];
-        let ray = [[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]];
-        let pair = [
-            [0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
-        ];
-        let rows: Vec<f64> = [&cone[..], &ray, &pair].concat().concat();
+        let mut rows = SparseRows::new(&[0, 0, 2, 3, 3, 5]);
+        rows.grow(3);
+        for (row, k) in [(0, 1), (1, 0), (1, 2), (2, 2)] {
+            rows.add(3, row, k, 1.0);
+        }
+        for k in [4, 0, 5] {
+            rows.grow(1);
+            rows.add(1, 0, k, 1.0);
+        }
+        let mut islands = Islands::default();
         islands.find(&rows, &[Block::Cone, Block::Ray, Block::Free(2)]);
-        assert!(islands.are_several());
-        assert_eq!(islands.of_rows, [0, 0, 0, 1, 0, 0]);
-        assert_eq!(islands.of_blocks, [0, 1, 0]);
-        assert_eq!(islands.range(&cone.concat(), 6), 0..3);
-        assert_eq!(islands.range(&ray.concat(), 6), 3..5);
-        islands.find(&rows[..18], &[Block::Cone]);
-        assert!(!islands.are_several());
+        assert_eq!((islands.count, &islands.of_blocks[..]), (2, &[0, 1, 0][..]));
+        rows.truncate(3);
+        islands.find(&rows, &[Block::Cone]);
+        assert_eq!((islands.count, &islands.of_blocks[..]), (1, &[0][..]));
     }
 
     #[test]
     fn a_robot_is_one_tree_and_free_bodies_are_many() {
         use crate::model::{Mass, Object, World, samples};
-        assert!(Islands::new(&samples::arm()).trees.is_empty());
+        assert!(trees(&samples::arm()).iter().all(|&first| first == 0));
         let mut world = World::default();
         for name in ["a", "b"] {
             let ball = Object::free(Mass::Kilograms(1.0));
@@ -450,6 +524,6 @@ mod tests {
         }
         let model = world.build().expect("a world");
         let expected: Vec<usize> = (0..12).map(|k| k / 6 * 6).collect();
-        assert_eq!(Islands::new(&model).trees, expected);
+        assert_eq!(trees(&model), expected);
     }
 }

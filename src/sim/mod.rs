@@ -11,6 +11,7 @@
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
+//! | servos of tendons, further ones of a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
@@ -58,6 +59,7 @@ mod rollout;
 mod rows;
 mod sensors;
 mod simulator;
+mod sparse_rows;
 mod state;
 mod status;
 mod step;
@@ -66,7 +68,7 @@ mod terms;
 pub use crate::contact::reason::ContactReason;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, FrictionLaw, Interval, PositionLimits, Servo,
-    TorqueSpeed, VelocityLimit,
+    TendonServo, TorqueSpeed, VelocityLimit,
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};

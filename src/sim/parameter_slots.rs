@@ -30,6 +30,8 @@ pub enum SimulatorParameterGroup {
     ExternalForce(usize),
     /// A frame actuator, in the order of [`Simulator::frame_actuators`].
     FrameActuator(usize),
+    /// A servo of a tendon, in the order of [`Simulator::tendon_servos`].
+    TendonServo(usize),
     /// The time step, which is the last number.
     TimeStep,
 }
@@ -54,6 +56,8 @@ pub(crate) struct PartSlots {
     pub(crate) pair_law: Range<usize>,
     /// Of each external force, then of each frame actuator.
     pub(crate) frame_terms: Vec<Range<usize>>,
+    /// Of each servo of a tendon.
+    pub(crate) tendons: Vec<Range<usize>>,
 }
 
 impl PartSlots {
@@ -73,6 +77,7 @@ impl PartSlots {
             shapes: vec![0..0; n_shapes],
             pair_law: 0..0,
             frame_terms: vec![0..0; n_terms],
+            tendons: vec![0..0; simulator.tendon_servos().len()],
         };
         for (group, range) in layout.groups() {
             match *group {
@@ -86,6 +91,7 @@ impl PartSlots {
                 Group::PairLaw => slots.pair_law = range.clone(),
                 Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
                 Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),
+                Group::TendonServo(k) => slots.tendons[k] = range.clone(),
             }
         }
         slots

@@ -9,6 +9,7 @@
 //! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
 //! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |
 //! | each external force, then each frame actuator | origin of its place in its frame, turn of the place; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
+//! | each servo of a tendon | coefficients; gear, gains and ranges; effort limit | |
 //! | the method | time step | s |
 //!
 //! Turns are increments, zero as they are, about the axes of the place. Not among them: axes of rims, which are unit vectors (the placement of the joint that
@@ -19,7 +20,7 @@ use nalgebra::DVector;
 use super::names::velocity_names;
 use super::parameter_slots::SimulatorParameterGroup as Group;
 use super::simulator::Simulator;
-use super::{Actuation, Actuator};
+use super::{Actuation, Actuator, TendonServo};
 use crate::contact::{ContactLaw, ContactPart, Contacts};
 use crate::model::ParameterLayout;
 use crate::numbers::{Domain, EachIn, Number, Numbers, of};
@@ -106,7 +107,8 @@ impl<P: Scalar> Simulator<P> {
             }
         });
         let actuators = out.actuation().into_iter().flat_map(Actuation::actuators);
-        actuators.for_each(Actuator::check);
+        let of_tendons = out.tendon_servos().iter().map(TendonServo::actuator);
+        actuators.chain(of_tendons).for_each(Actuator::check);
         let laws = out.contacts().into_iter().flat_map(Contacts::laws);
         laws.for_each(ContactLaw::check);
         out.with_resistance_found()
@@ -146,6 +148,9 @@ impl<P: Scalar> Simulator<P> {
         for (k, actuator) in self.frames.actuators.iter_mut().enumerate() {
             actuator.each_placed_number(&mut of(Group::FrameActuator(k), &mut on_frame));
         }
+        for (k, servo) in self.tendons.iter_mut().enumerate() {
+            servo.each_number(&mut of(Group::TendonServo(k), each));
+        }
         let name = "time step";
         let time_step = Number::new(&name, &name, Domain::Positive);
         each(Group::TimeStep, time_step, &mut self.time_step);
@@ -175,6 +180,7 @@ impl<P: Scalar> Simulator<P> {
             Group::PairLaw => "contact of bodies".to_owned(),
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
+            Group::TendonServo(k) => self.tendons[k].name().to_owned(),
         })
     }
 }

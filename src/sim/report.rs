@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::AccelerationScratch;
@@ -12,11 +12,13 @@ use super::terms::Contact;
 use crate::cone::{Certificate, Mode};
 use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::contact::{Contacts, PointState};
-use crate::dynamics::Calls;
-use crate::model::FrameId;
+use crate::dynamics::{
+    Calls, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_velocity,
+};
+use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
-use crate::spatial::linear::dot;
+use crate::spatial::linear::{cross, dot};
+use crate::spatial::{Force, Representation};
 
 /// Report on the points of contact, and on constraints, at an instant.
 #[derive(Clone, Debug)]
@@ -54,6 +56,108 @@ pub struct PairReport<T: Scalar = f64> {
     pub mode: Mode,
     /// Its behaviour, and so why a derivative is zero or is not.
     pub reason: ContactReason,
+}
+
+impl<T: Scalar> ContactReport<T> {
+    /// Whether two links touch, in either order: whether one of their points is in contact, in the first lane.
+    pub fn are_touching(&self, links: [FrameId; 2]) -> bool {
+        let mut between = self.between(links);
+        between.any(|(pair, _)| pair.mode != Mode::Separated)
+    }
+
+    /// Computes the force of the second link on the first, the sum over their points, in the world, N.
+    pub fn force_between(&self, links: [FrameId; 2]) -> Vector3<T> {
+        let zero = Vector3::from_element(T::zero());
+        let between = self.between(links);
+        between.fold(zero, |sum, (pair, is_turned)| match is_turned {
+            false => sum + pair.force,
+            true => sum - pair.force,
+        })
+    }
+
+    /// The points between two links, and whether the links are in the opposite order there.
+    fn between(&self, links: [FrameId; 2]) -> impl Iterator<Item = (&PairReport<T>, bool)> {
+        let turned = [links[1], links[0]];
+        let pairs = self.pairs.iter();
+        pairs.filter_map(move |pair| match pair.links {
+            own if own == links => Some((pair, false)),
+            own if own == turned => Some((pair, true)),
+            _ => None,
+        })
+    }
+}
+
+impl<T: Scalar> PairReport<T> {
+    /// Computes the Jacobian of the velocity of the first link relative to the second at the point, 6 × `nv`, rows `[linear; angular]` in the world's axes:
+    /// J q̇ is the velocity of the [`point`](Self::point) and the difference of the angular velocities. A force there acts on the joints by the transpose of the first three
+    /// rows. Allocates.
+    ///
+    /// * `q` – configuration of the report, length `nq`
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the report is one of another robot.
+    pub fn jacobian<P: Scalar>(&self, model: &Model<P>, q: &[T]) -> DMatrix<T>
+    where
+        T: Over<P>,
+    {
+        self.difference(model, |frame| {
+            let mut J = frame_jacobian(model, q, frame, Representation::Mixed);
+            let arm = self.point.position - frame_pose(model, q, frame).translation;
+            shift(&mut J, &arm);
+            J
+        })
+    }
+
+    /// Computes the rate of the [Jacobian](Self::jacobian), 6 × `nv`, of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of the one less that of the other.
+    /// Allocates.
+    ///
+    /// * `q`, `v` – configuration and velocity of the report, lengths `nq` and `nv`
+    ///
+    /// # Panics
+    /// If a slice has the wrong length, or the report is one of another robot.
+    pub fn jacobian_derivative<P: Scalar>(&self, model: &Model<P>, q: &[T], v: &[T]) -> DMatrix<T>
+    where
+        T: Over<P>,
+    {
+        let mixed = Representation::Mixed;
+        self.difference(model, |frame| {
+            let J = frame_jacobian(model, q, frame, mixed);
+            let mut rate = frame_jacobian_derivative(model, q, v, frame, mixed);
+            let arm = self.point.position - frame_pose(model, q, frame).translation;
+            // d(J_ω × r)/dt = J̇_ω × r + J_ω × (ω × r)
+            shift(&mut rate, &arm);
+            let turning = cross(&frame_velocity(model, q, v, frame, mixed).angular, &arm);
+            for (mut rate, column) in rate.column_iter_mut().zip(J.column_iter()) {
+                let more = cross(&Vector3::new(column[3], column[4], column[5]), &turning);
+                (0..3).for_each(|k| rate[k] += more[k]);
+            }
+            rate
+        })
+    }
+
+    /// What the first link has less what the second one has.
+    fn difference<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        of: impl Fn(FrameId) -> DMatrix<T>,
+    ) -> DMatrix<T> {
+        let [first, second] = self.links;
+        let n = model.frames().len();
+        assert!(
+            first.0 < n && second.0 < n,
+            "the report is one of another robot than \"{}\"",
+            model.name()
+        );
+        of(first) - of(second)
+    }
+}
+
+/// Moves a Jacobian to a point an arm away: v + ω × r.
+fn shift<T: Scalar>(J: &mut DMatrix<T>, arm: &Vector3<T>) {
+    for mut column in J.column_iter_mut() {
+        let more = cross(&Vector3::new(column[3], column[4], column[5]), arm);
+        (0..3).for_each(|k| column[k] += more[k]);
+    }
 }
 
 impl<P: Scalar> Simulator<P> {

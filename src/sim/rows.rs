@@ -1,8 +1,7 @@
 //! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
-use std::ops::Range;
-
-use super::islands::{ForceSolver, Islands};
+use super::islands::{ForceSolver, Islands, trees};
+use super::sparse_rows::SparseRows;
 use crate::cone::{Block, Certificate, ConeProblem, Law};
 use crate::dynamics::MassMatrixFactor;
 use crate::linalg::product::dot;
@@ -21,8 +20,6 @@ pub(crate) struct Rows<T> {
     half: Vec<[T; GROUP]>,
     /// D⁻¹ X of one group.
     scaled: Vec<[T; GROUP]>,
-    /// Coordinates that X of each group has.
-    ranges: Vec<Range<usize>>,
     references: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
@@ -31,6 +28,12 @@ pub(crate) struct Rows<T> {
     regularization: Vec<T>,
     offset: Vec<T>,
     forces: Vec<T>,
+    /// In a world of several trees, in place of J, X and G: those are then written for derivatives alone.
+    sparse: Option<Box<SparseRows<T>>>,
+    /// Diagonal of G there.
+    diagonal: Vec<T>,
+    /// Acceleration by turning axes there.
+    turned: Vec<T>,
     islands: Islands,
 }
 
@@ -45,18 +48,24 @@ impl<T: Scalar> Rows<T> {
     /// Memory for so many.
     pub(super) fn new<P: Scalar>(model: &Model<P>, rows: usize, blocks: usize) -> Self {
         let nv = model.nv();
+        let trees = trees(model);
+        // What is recorded has no zeros that are known.
+        let are_several = T::HAS_VALUES && trees.iter().any(|&first| first > 0);
+        let dense = |rows: usize| if are_several { 0 } else { rows };
         Self {
             nv,
-            islands: Islands::new(model),
+            sparse: are_several.then(|| Box::new(SparseRows::new(&trees))),
+            diagonal: Vec::new(),
+            turned: Vec::new(),
+            islands: Islands::default(),
             count: 0,
-            jacobian: Vec::with_capacity(rows * nv),
-            half: Vec::with_capacity((rows / GROUP + 1) * nv),
+            jacobian: Vec::with_capacity(dense(rows) * nv),
+            half: Vec::with_capacity((dense(rows) / GROUP + 1) * nv),
             scaled: Vec::with_capacity(nv),
-            ranges: Vec::with_capacity(rows / GROUP + 1),
             references: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
-            matrix: Vec::with_capacity(rows * rows),
+            matrix: Vec::with_capacity(dense(rows) * rows),
             regularization: Vec::with_capacity(rows),
             offset: Vec::with_capacity(rows),
             forces: Vec::with_capacity(rows),
@@ -66,6 +75,9 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn clear(&mut self) {
         self.count = 0;
         self.jacobian.clear();
+        if let Some(sparse) = &mut self.sparse {
+            sparse.truncate(0);
+        }
         self.references.clear();
         self.blocks.clear();
         self.friction.clear();
@@ -84,23 +96,48 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn truncate(&mut self, to: Mark) {
         self.count = to.rows;
         self.jacobian.truncate(to.rows * self.nv);
+        if let Some(sparse) = &mut self.sparse {
+            sparse.truncate(to.rows);
+        }
         self.references.truncate(to.rows);
         self.regularization.truncate(to.rows);
         self.blocks.truncate(to.blocks);
         self.friction.truncate(to.blocks);
     }
 
-    /// More rows of zeros, to be filled.
-    pub(super) fn grow(&mut self, rows: usize) -> &mut [T] {
+    /// More rows of zeros, to be filled: they act on the same bodies or coordinates.
+    pub(super) fn grow(&mut self, rows: usize) -> NewRows<'_, T> {
         let start = self.jacobian.len();
         self.count += rows;
-        self.jacobian.resize(self.count * self.nv, T::zero());
-        &mut self.jacobian[start..]
+        match &mut self.sparse {
+            None => self.jacobian.resize(self.count * self.nv, T::zero()),
+            Some(sparse) => sparse.grow(rows),
+        }
+        NewRows {
+            nv: self.nv,
+            rows,
+            dense: &mut self.jacobian[start..],
+            sparse: self.sparse.as_deref_mut(),
+        }
+    }
+
+    /// More rows, all of whose entries are given, row after row.
+    pub(super) fn push_dense(&mut self, entries: &[T]) {
+        let nv = self.nv.max(1);
+        if self.sparse.is_none() {
+            self.grow(entries.len() / nv).dense.copy_from_slice(entries);
+            return;
+        }
+        for row in entries.chunks_exact(nv) {
+            let mut own = self.grow(1);
+            let entries = row.iter().enumerate().filter(|(_, x)| !x.is_zero());
+            entries.for_each(|(k, &x)| own.add(0, k, x));
+        }
     }
 
     /// A row with a single entry.
     pub(super) fn push_unit(&mut self, k: usize, entry: f64) {
-        self.grow(1)[k] = T::constant(entry);
+        self.grow(1).add(0, k, T::constant(entry));
     }
 
     /// Sets the reference acceleration (m/s² or rad/s²) and the regularisation R of the next row that has been added.
@@ -131,6 +168,16 @@ impl<T: Scalar> Rows<T> {
     ///
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
     pub(super) fn form_delassus(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
+        if let Some(sparse) = &mut self.sparse {
+            sparse.form_halves(factor, tau);
+            let rows = 0..self.count;
+            self.diagonal.clear();
+            self.offset.clear();
+            (self.diagonal).extend(rows.clone().map(|i| sparse.product(factor, i, i)));
+            (self.offset).extend(rows.map(|i| sparse.offset(factor, i)));
+            self.turned.clear();
+            return self.turned.resize(self.nv, T::zero());
+        }
         self.transpose(tau);
         self.matrix.resize(self.count * self.count, T::zero());
         self.offset.resize(self.count, T::zero());
@@ -157,15 +204,6 @@ impl<T: Scalar> Rows<T> {
                 own[k][i % GROUP] = row[k];
             }
         }
-        self.ranges.clear();
-        for rows in self.jacobian.chunks(GROUP * nv.max(1)) {
-            self.ranges.push(self.islands.range(rows, nv));
-        }
-        // What stands beside the rows is in the last group.
-        self.ranges.resize(self.groups(), 0..nv);
-        if let Some(last) = self.ranges.last_mut() {
-            *last = 0..nv;
-        }
     }
 
     /// The columns of Xᵀ D⁻¹ X for one group of rows.
@@ -177,14 +215,10 @@ impl<T: Scalar> Rows<T> {
             let reciprocal = factor.reciprocal(k);
             self.scaled.push(each(|i| x[i] * reciprocal));
         }
-        let own = self.ranges[first / GROUP].clone();
         for from in (first..=self.count).step_by(GROUP) {
-            let other = &self.ranges[from / GROUP];
-            let start = own.start.max(other.start);
-            let range = start..own.end.min(other.end).max(start);
             for column in (first..end).step_by(TILE) {
-                let x = &self.half[nv * (from / GROUP)..][range.clone()];
-                let tile = products(x, &self.scaled[range.clone()], column - first);
+                let x = &self.half[nv * (from / GROUP)..][..nv];
+                let tile = products(x, &self.scaled, column - first);
                 self.store(&tile, from, column);
             }
         }
@@ -216,7 +250,34 @@ impl<T: Scalar> Rows<T> {
         self.count
     }
 
-    /// The entries of J in so many first rows, one after the other.
+    /// Writes J and X for derivatives, and readies the solver for them, in a world of several trees.
+    pub(super) fn prepare_slopes(
+        &mut self,
+        law: Law,
+        factor: &MassMatrixFactor<T>,
+        solver: &mut ForceSolver<T>,
+    ) {
+        let Some(sparse) = &self.sparse else { return };
+        self.jacobian.clear();
+        self.jacobian.resize(self.count * self.nv, T::zero());
+        sparse.fill_jacobian(&mut self.jacobian);
+        let groups = self.groups();
+        self.half.clear();
+        self.half.resize(self.nv * groups, [T::zero(); GROUP]);
+        sparse.fill_halves(&mut self.half);
+        solver.prepare_slopes(&self.problem(law), sparse, factor);
+    }
+
+    /// J of a coordinate times the forces of the rows.
+    pub(super) fn force_along(&self, k: usize) -> impl Iterator<Item = (T, T)> + '_ {
+        let forces = self.forces.iter().enumerate();
+        forces.map(move |(row, &f)| match &self.sparse {
+            None => (self.jacobian[self.nv * row + k], f),
+            Some(sparse) => (sparse.entry(row, k), f),
+        })
+    }
+
+    /// The entries of J in so many first rows, one after the other; in a world of several trees once derivatives are prepared.
     pub(crate) fn first_rows(&self, rows: usize) -> &[T] {
         &self.jacobian[..self.nv * rows]
     }
@@ -239,11 +300,18 @@ impl<T: Scalar> Rows<T> {
 
     /// `G_ii`.
     pub(crate) fn delassus(&self, row: usize) -> T {
-        self.matrix[row * (self.count + 1)]
+        match self.sparse {
+            None => self.matrix[row * (self.count + 1)],
+            Some(_) => self.diagonal[row],
+        }
     }
 
     /// All rows see another acceleration, by `x` along the coordinate `k`.
     pub(super) fn turn(&mut self, k: usize, x: T) {
+        if self.sparse.is_some() {
+            self.turned[k] += x;
+            return;
+        }
         for (row, offset) in self.offset.iter_mut().enumerate() {
             *offset = self.jacobian[self.nv * row + k].mul_add(x, *offset);
         }
@@ -251,6 +319,10 @@ impl<T: Scalar> Rows<T> {
 
     /// J `a_free` − reference.
     pub(super) fn subtract_references(&mut self) {
+        if let Some(sparse) = &self.sparse {
+            let rows = self.offset.iter_mut().enumerate();
+            rows.for_each(|(row, offset)| *offset += sparse.dot(row, &self.turned));
+        }
         let rows = self.offset.iter_mut().zip(&self.references);
         rows.for_each(|(offset, &reference)| *offset -= reference);
     }
@@ -259,11 +331,12 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn solve_scaled(
         &mut self,
         law: Law,
+        factor: &MassMatrixFactor<T>,
         solver: &mut ForceSolver<T>,
         scale: T,
     ) -> Certificate {
         self.scale(scale);
-        let certificate = self.solve(law, solver);
+        let certificate = self.solve(law, factor, solver);
         let back = T::one() / scale;
         self.scale(back);
         self.forces.iter_mut().for_each(|f| *f *= back);
@@ -295,12 +368,23 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
-    pub(super) fn solve(&mut self, law: Law, solver: &mut ForceSolver<T>) -> Certificate {
+    pub(super) fn solve(
+        &mut self,
+        law: Law,
+        factor: &MassMatrixFactor<T>,
+        solver: &mut ForceSolver<T>,
+    ) -> Certificate {
         let mut forces = std::mem::take(&mut self.forces);
         forces.clear();
         forces.resize(self.offset.len(), T::zero());
-        self.islands.find(&self.jacobian, &self.blocks);
-        let certificate = solver.solve(&self.problem(law), &self.islands, &mut forces);
+        let certificate = match &self.sparse {
+            None => solver.solve(&self.problem(law), &mut forces),
+            Some(sparse) => {
+                self.islands.find(sparse, &self.blocks);
+                let (problem, islands) = (self.problem(law), &self.islands);
+                solver.solve_islands(&problem, sparse, factor, islands, &mut forces)
+            }
+        };
         self.forces = forces;
         certificate
     }
@@ -340,6 +424,9 @@ impl<T: Scalar> Rows<T> {
 
     /// a = M⁻¹ (τ + Jᵀ f)
     pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, a: &mut [T]) {
+        if let Some(sparse) = &self.sparse {
+            return sparse.accelerations(factor, &self.forces, a);
+        }
         vectorized(
             #[inline(always)]
             || {
@@ -376,6 +463,24 @@ impl<T: Scalar> Rows<T> {
     /// The forces of so many last rows.
     pub(super) fn last_forces(&self, rows: usize) -> &[T] {
         &self.forces[self.forces.len() - rows..]
+    }
+}
+
+/// Rows that have just been added.
+pub(super) struct NewRows<'a, T> {
+    nv: usize,
+    rows: usize,
+    dense: &'a mut [T],
+    sparse: Option<&'a mut SparseRows<T>>,
+}
+
+impl<T: Scalar> NewRows<'_, T> {
+    /// Adds to an entry.
+    pub(super) fn add(&mut self, row: usize, k: usize, x: T) {
+        match &mut self.sparse {
+            None => self.dense[row * self.nv + k] += x,
+            Some(sparse) => sparse.add(self.rows, row, k, x),
+        }
     }
 }
 

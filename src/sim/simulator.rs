@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::actuation::Actuation;
+use super::actuation::{Actuation, TendonServo};
 use super::force::FrameTerms;
 use super::integrator::Integrator;
 use super::state::State;
@@ -19,7 +19,7 @@ use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
 
-/// Speed from which on a rollout has diverged where nothing else is said, rad/s or m/s: ten million turns a minute, and three thousand times the
+/// Default divergence threshold, rad/s or m/s: ten million turns a minute, and three thousand times the
 /// speed of sound. The fastest rotors of all reach a fiftieth of it, and forces of such motion are still far from overflow.
 const DEFAULT_DIVERGENCE_BOUND: f64 = 1e6;
 
@@ -58,6 +58,7 @@ pub struct Simulator<P = f64> {
     pub(super) constraints: Vec<Constraint<P>>,
     /// External forces, and actuators on frames.
     pub(super) frames: FrameTerms<P>,
+    pub(super) tendons: Vec<TendonServo<P>>,
     /// Whether joints have dampers, springs, friction, speed limits or stops.
     resists: bool,
 }
@@ -88,6 +89,7 @@ impl<P: Scalar> Simulator<P> {
             contacts: None,
             constraints: Vec::new(),
             frames: FrameTerms::default(),
+            tendons: Vec::new(),
             resists: false,
         }
         .with_resistance_found()
@@ -101,7 +103,7 @@ impl<P: Scalar> Simulator<P> {
             let has_spring = q.is_some() && is_anything(passive.stiffness);
             resists |= is_anything(passive.damping) || has_spring;
         });
-        self.resists = resists;
+        self.resists = resists || self.has_following_tendons();
         self
     }
 
@@ -227,6 +229,7 @@ impl<P: Scalar> Simulator<P> {
         Self {
             actuation: None,
             frames: FrameTerms::default(),
+            tendons: Vec::new(),
             ..self.without_contacts()
         }
     }
@@ -245,6 +248,38 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
+    /// Sets servos that act along tendons, or as further ones on joints: each has an input of its own, the last ones of u, in this order.
+    ///
+    /// # Panics
+    /// If one is that of another robot, two have the same name, or the integrator is the implicit midpoint rule and one has gains.
+    #[must_use]
+    pub fn with_tendon_servos(mut self, servos: Vec<TendonServo<P>>) -> Self {
+        for (k, servo) in servos.iter().enumerate() {
+            servo.check(&self.model);
+            let name = servo.name();
+            let known = servos[..k].iter().any(|other| other.name() == name);
+            assert!(!known, "two servos of tendons are called \"{name}\"");
+        }
+        self.tendons = servos;
+        self.check_integrator();
+        self.with_resistance_found()
+    }
+
+    /// Servos along tendons.
+    pub fn tendon_servos(&self) -> &[TendonServo<P>] {
+        &self.tendons
+    }
+
+    /// Place of the input of a servo of a tendon.
+    pub(crate) fn tendon_input(&self, k: usize) -> usize {
+        self.actuated.len() + self.frames.nu() + k
+    }
+
+    /// Whether the force of a tendon follows the motion over a step.
+    pub(crate) fn has_following_tendons(&self) -> bool {
+        self.tendons.iter().any(TendonServo::follows)
+    }
+
     /// Number of rows of the constraints.
     pub(crate) fn held_rows(&self) -> usize {
         self.constraints.iter().map(Constraint::rows).sum()
@@ -259,6 +294,7 @@ impl<P: Scalar> Simulator<P> {
         let refused = match &self.contacts {
             _ if self.integrator != Integrator::ImplicitMidpoint => None,
             Some(_) => Some("contacts"),
+            None if self.has_following_tendons() => Some("servos of tendons"),
             None => (self.constraints.iter().any(Constraint::gives_way))
                 .then_some("constraints that are springs or have a largest force"),
         };
@@ -356,9 +392,9 @@ impl<P: Scalar> Simulator<P> {
         self.integrator
     }
 
-    /// Number of inputs: degrees of freedom of the actuated joints, then one for each frame actuator.
+    /// Number of inputs: degrees of freedom of the actuated joints, then one for each frame actuator, then one for each servo of a tendon.
     pub fn nu(&self) -> usize {
-        self.actuated.len() + self.frames.nu()
+        self.actuated.len() + self.frames.nu() + self.tendons.len()
     }
 
     /// The velocity coordinate on which each entry of the input acts that is for a joint: the first entries of u.
@@ -412,6 +448,7 @@ impl<P: Scalar> Simulator<P> {
             contacts: self.contacts.as_ref().map(Cast::cast),
             constraints: self.constraints.lift(),
             frames: self.frames.lift(),
+            tendons: self.tendons.lift(),
             resists: false,
         }
         .with_resistance_found()
@@ -430,6 +467,7 @@ impl<P: Scalar> Simulator<P> {
             contacts: None,
             constraints: (self.constraints.iter().map(|c| c.map_numbers(value))).collect(),
             frames: self.frames.map_numbers(value),
+            tendons: self.tendons.map_numbers(value),
             resists: self.resists,
         }
     }

@@ -11,10 +11,10 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Cast, Over, Scalar};
 
-/// Configuration, velocity, and what contact remembers.
+/// Configuration, velocity, and the state of soft contact.
 ///
-/// A state is numbers only: it does not know of which robot. What takes one compares lengths; the state of another robot with as many
-/// coordinates is taken for one of this robot. [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
+/// A state carries no model identity; functions check lengths only, so the state of another robot with as many
+/// coordinates is not refused. [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.

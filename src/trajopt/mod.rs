@@ -34,6 +34,7 @@
 //! | follow one that goes on beyond the horizon? | the same, with [`Problem::set_first_stage`] |
 //! | minimise some other function? | [`minimize`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
+//! | of obstacles of any shape, and of oneself? | [`LinkDistances::at_least`], at nodes and between them; [`LinkDistances::barrier`] |
 //! | let the start be chosen too? | [`InitialState::Free`] |
 //!
 //! Solvers see a system, a residual and a problem through pointers (`system/any.rs`, `residual.rs`) and are compiled once, in this library; a program
@@ -83,8 +84,8 @@ pub use regularization::RegularizationOptions;
 pub use residual::{AnyResidual, Dependence, EvalOn, Node, Residual, ResidualJacobian};
 pub use residuals::{
     CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose, FramePosition,
-    FrameVelocity, InputError, Obstacle, Schedule, StateError, effort_barrier, position_barrier,
-    position_bounds, velocity_barrier,
+    FrameVelocity, InputError, LinkDistances, Obstacle, Schedule, StateError, effort_barrier,
+    position_barrier, position_bounds, velocity_barrier,
 };
 pub use robot::Robot;
 pub use scratch::Scratch;

@@ -3,7 +3,7 @@
 //! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is
 //! computed here, by [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a
 //! page without a motion turn or shift a body about its own z axis, which is what [`joint`](crate::joint) lays its
-//! frame for, and carry along what hangs on it.
+//! frame for, and carry along what hangs on it. Such a page also says which collision shapes overlap.
 //!
 //! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the
 //! script element that holds it nor start another; the script shows it as text.
@@ -13,6 +13,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::camera::Camera;
+use super::collisions::{Collisions, collisions};
 use super::files::write;
 use super::mesh::Mesh;
 use super::meshes::Meshes;
@@ -34,19 +35,26 @@ struct Data<'a> {
     scenery: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
+    /// What a page of a simulation that runs has besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    live: Option<serde_json::Value>,
+    /// Of a page with sliders.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    collisions: Option<Collisions>,
 }
 
 const STYLE: &str = include_str!("page/page.css");
 const BODY: &str = include_str!("page/page.html");
 
 /// Scripts in the order in which they need one another.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("page/data.js"),
     include_str!("page/math.js"),
     include_str!("page/shapes.js"),
     include_str!("page/shaders.js"),
     include_str!("page/renderer.js"),
     include_str!("page/camera.js"),
+    include_str!("page/collide.js"),
     include_str!("page/scene.js"),
     include_str!("page/player.js"),
     include_str!("page/plots.js"),
@@ -54,10 +62,13 @@ const SCRIPTS: [&str; 11] = [
     include_str!("page/main.js"),
 ];
 
+/// Script of a simulation that runs, after the others.
+const LIVE: &str = include_str!("page/live.js");
+
 impl Recording {
     /// Writes the recording as a page; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
-        page(self, Some(motion(self)).filter(|_| self.len() > 0))
+        page(self, Some(motion(self)).filter(|_| self.len() > 0), None)
     }
 
     /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a
@@ -73,7 +84,7 @@ impl Recording {
     }
 }
 
-/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, the tree with names,
+/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, which marks links that collide, the tree with names,
 /// and frames, centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
 ///
 /// # Examples
@@ -84,15 +95,25 @@ impl Recording {
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn model_page(model: &Model) -> String {
-    page(&Recording::new(model), None)
+    page(&Recording::new(model), None, None)
 }
 
-fn page(recording: &Recording, motion: Option<Motion>) -> String {
+/// The page of a simulation that runs on a port of this machine.
+///
+/// * `targets` – sliders of its inputs
+#[cfg(feature = "live")]
+pub(super) fn live_page(recording: &Recording, targets: &impl Serialize, port: u16) -> String {
+    let live = serde_json::json!({ "targets": targets, "port": port });
+    page(recording, None, Some(live))
+}
+
+fn page(recording: &Recording, motion: Option<Motion>, live: Option<serde_json::Value>) -> String {
     let mut meshes = Meshes::default();
     let tracks = recording.robots.iter();
     let robots = tracks.map(|track| robot(track, &mut meshes)).collect();
     let objects = recording.scene_objects.iter();
     let scenery = objects.map(|object| object.scenery(&mut meshes)).collect();
+    let port = live.as_ref().map(|live| live["port"].clone());
     let data = Data {
         title: &recording.title,
         warnings: meshes.warnings(),
@@ -100,14 +121,23 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
         robots,
         scenery,
         meshes: meshes.meshes,
+        collisions: motion
+            .is_none()
+            .then(|| collisions(&recording.robots[0].model))
+            .flatten(),
         motion,
+        live,
     };
     // Only keys that are no text and failing writers can go wrong; there are none.
     let data = serde_json::to_string(&data).unwrap_or_else(|error| unreachable!("{error}"));
     let data = data.replace('<', "\\u003c");
-    let (title, script) = (escaped(&recording.title), SCRIPTS.concat());
-    // Nothing may be fetched, whatever stands in the page.
-    let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:";
+    let more = if port.is_some() { LIVE } else { "" };
+    let (title, script) = (escaped(&recording.title), SCRIPTS.concat() + more);
+    // Nothing may be fetched, whatever stands in the page, but frames of a simulation from where it runs.
+    let mut policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:".to_owned();
+    if let Some(port) = &port {
+        policy += &format!("; connect-src ws://127.0.0.1:{port} ws://localhost:{port}");
+    }
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\

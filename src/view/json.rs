@@ -14,6 +14,7 @@ use super::files::{
 use super::recording::{Recording, Series};
 use super::rows::Rows;
 use super::scene_object::SceneObject;
+use super::touches::Touches;
 use super::track::{ForceTrack, Track};
 use crate::error::{RecordingError, UnknownName};
 use crate::model::{FrameId, Model, numbered};
@@ -54,6 +55,9 @@ struct Robot {
     /// Constraints that are drawn.
     #[serde(default)]
     bonds: Vec<StoredBond>,
+    /// Points of contact and the forces there, at some moments.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<Touches>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -223,6 +227,7 @@ fn robot(track: &Track) -> Robot {
             .iter()
             .map(|bond| bond.stored(&track.model))
             .collect(),
+        contacts: track.touches.clone(),
     }
 }
 
@@ -266,6 +271,15 @@ fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Trac
     for frame in &robot.frames {
         track.show_frame(frame).map_err(unknown)?;
     }
+    let moments = robot.contacts.iter().map(|at| at.moment);
+    let next = moments.clone().skip(1).chain([length]);
+    if let Some((k, _)) = moments.zip(next).find(|(k, next)| k >= next) {
+        let reason = format!(
+            "contacts of moment {k} are not before the next ones, or not within {length} times"
+        );
+        return Err(malformed(path, 1, reason));
+    }
+    track.touches = robot.contacts;
     for bond in robot.bonds {
         track.bonds.push(Bond::read(bond, model).map_err(unknown)?);
     }

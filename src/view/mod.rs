@@ -30,9 +30,11 @@
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
 //! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//! | what sensors read? | [`Recording::add_readings`] | an evaluation of each moment |
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
 //! the feature `render`, `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With
+//! the feature `live`, `Live` shows a simulation in the browser while it runs, to be dragged and steered. With
 //! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
 //! writes a file that the viewer opens.
 //!
@@ -42,16 +44,19 @@ mod applied;
 mod blob;
 mod bond;
 mod camera;
+mod collisions;
 mod csv;
 mod files;
 mod furnish;
 mod ground;
-#[cfg(feature = "cli")]
+#[cfg(feature = "live")]
 mod hold;
 mod html;
 #[cfg(feature = "identification")]
 mod identification;
 mod json;
+#[cfg(feature = "live")]
+mod live;
 mod mesh;
 mod meshes;
 mod motion;
@@ -63,6 +68,7 @@ mod plot;
 mod plots;
 #[cfg(any(feature = "plot", feature = "render"))]
 mod png;
+mod readings;
 mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
@@ -73,6 +79,7 @@ mod shape;
 mod skeleton;
 #[cfg(test)]
 mod tests;
+mod touches;
 mod track;
 
 pub use crate::error::RecordingError;
@@ -81,6 +88,8 @@ pub use ground::Heights;
 pub use html::model_page;
 #[cfg(feature = "identification")]
 pub use identification::identification_page;
+#[cfg(feature = "live")]
+pub use live::Live;
 #[cfg(feature = "render")]
 pub use pictures::{Picture, PictureOptions, Pictures};
 #[cfg(feature = "plot")]

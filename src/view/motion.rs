@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::blob::Blob;
 use super::recording::Recording;
 use super::shape::pose;
+use super::touches::{self, ShownTouches};
 use super::track::Track;
 use crate::dynamics::{
     Kinematics, elastic_energy, forward_kinematics_into, kinetic_energy_at, potential_energy_at,
@@ -41,6 +42,8 @@ struct RobotMotion {
     rotations: Blob,
     plots: Vec<Plot>,
     forces: Vec<Force>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contacts: Option<ShownTouches>,
 }
 
 /// Lines over time that have one unit.
@@ -81,7 +84,7 @@ pub(super) fn motion(recording: &Recording) -> Motion {
 fn bytes_per_moment(recording: &Recording) -> usize {
     let robots = recording.robots.iter().map(|track| {
         let (bodies, numbers) = (track.model.n_bodies(), track.column_names().len());
-        20 * bodies + 4 * (numbers + 3)
+        20 * bodies + 4 * (numbers + 3) + 24 * touches::most(&track.touches)
     });
     8 + robots.sum::<usize>() + 4 * recording.series.len()
 }
@@ -146,6 +149,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
         rotations: Blob::unit(rotations),
         plots,
         forces: forces(track, kept),
+        contacts: touches::shown(&track.touches, kept),
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::camera::Camera;
 use super::rows::Rows;
 use super::scene_object::SceneObject;
+use super::touches;
 use super::track::Track;
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
@@ -113,8 +114,8 @@ impl Recording {
         recording
     }
 
-    /// A rollout with what a picture of it needs beside the robot: the constraints, and the ground where there is
-    /// contact.
+    /// A rollout with what a picture of it needs beside the robot: the constraints, and where there is contact the ground and the points that touch with their
+    /// forces, for which each moment on the page costs a step.
     ///
     /// # Panics
     /// If the rollout is one of another robot.
@@ -132,8 +133,26 @@ impl Recording {
         out.robots[0].show_constraints(simulator.constraints());
         if let Some(contacts) = simulator.contacts() {
             out.show_ground(contacts.terrain());
+            out.show_contacts(simulator);
         }
         out
+    }
+
+    /// Draws the points that touch the ground or another body, and the forces there, of the first robot: those that the simulator finds at the recorded states under
+    /// the recorded inputs, at up to 60 moments a second. Moments that are recorded afterwards keep the last ones.
+    ///
+    /// # Panics
+    /// If the simulator is one of another robot.
+    pub fn show_contacts(&mut self, simulator: &Simulator) -> &mut Self {
+        let track = &mut self.robots[0];
+        assert!(
+            track.model.structure() == simulator.model().structure(),
+            "the contacts are those of \"{}\", another robot than \"{}\"",
+            simulator.model().name(),
+            track.model.name()
+        );
+        track.touches = touches::find(track, &self.times, simulator);
+        self
     }
 
     /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there

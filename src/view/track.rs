@@ -4,6 +4,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::bond::Bond;
 use super::rows::Rows;
+use super::touches::Touches;
 use crate::constraint::Constraint;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, numbered};
@@ -29,6 +30,8 @@ pub struct Track {
     pub(super) frames: Vec<FrameId>,
     pub(super) forces: Vec<ForceTrack>,
     pub(super) bonds: Vec<Bond>,
+    /// Points of contact at some moments, in their order.
+    pub(super) touches: Vec<Touches>,
 }
 
 /// A force on a frame over time, to be drawn as an arrow at the frame's origin.
@@ -55,6 +58,7 @@ impl Track {
             frames: Vec::new(),
             forces: Vec::new(),
             bonds: Vec::new(),
+            touches: Vec::new(),
         }
     }
 

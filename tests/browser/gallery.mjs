@@ -30,6 +30,14 @@ const PICTURES = [
   ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
   ["four_bar", 0.6, { azimuth: -75, elevation: 8, distance: 1.1, lookAt: [0.2, 0, 0.7] }],
   ["quadrotor", 5.2, { azimuth: -75, elevation: 10, distance: 3.7, lookAt: [0, 0, 0.95] }],
+  ["two_arms", 0.3, { azimuth: -60, elevation: 14, distance: 3.2, lookAt: [0, 0, 1.1] }],
+  ["newtons_cradle", 0.0, { azimuth: -75, elevation: 8, distance: 1.6, lookAt: [0.1, 0, 0.75] }],
+  ["stack", 0.9, { azimuth: -65, elevation: 12, distance: 2.2, lookAt: [0.3, 0, 0.2] }],
+  ["gripper", 0.9, { azimuth: -70, elevation: 12, distance: 0.8, lookAt: [0, 0, 0.25] }],
+  ["push_box", 0.9, { azimuth: -60, elevation: 32, distance: 0.7, lookAt: [0.08, 0, 0.03] }],
+  ["reach_around", 0.9, { azimuth: -60, elevation: 10, distance: 2.2, lookAt: [0.35, 0, 0.4] }],
+  ["dominoes", 0.5, { azimuth: -60, elevation: 16, distance: 0.9, lookAt: [0.24, 0, 0.05] }],
+  ["pour", 0.35, { azimuth: 35, elevation: 25, distance: 1.3, lookAt: [0, 0, 0.15] }],
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 

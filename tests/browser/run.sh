@@ -10,7 +10,8 @@ bash tests/browser/install.sh
 if [ "${1:-}" = --gallery ]; then
   for example in pendulum inverse_dynamics derivatives batch computed_torque cartpole pages plots \
     cartpole_swing_up acrobot_swing_up arm_reach quadruped_jump_in_flight hopper mpc_cartpole obstacle_course \
-    hopper_codesign payload falling_spheres bouncing_ball box_on_incline quadruped_stand four_bar two_arms newtons_cradle stack quadrotor; do
+    hopper_codesign payload falling_spheres bouncing_ball box_on_incline quadruped_stand four_bar two_arms newtons_cradle stack quadrotor \
+    gripper push_box reach_around dominoes pour; do
     cargo run --quiet --release --features full --example "$example" > /dev/null
   done
   node tests/browser/gallery.mjs
@@ -19,5 +20,8 @@ if [ "${1:-}" = --gallery ]; then
   for picture in guide/src/pictures/*.png; do cp "assets/gallery/$(basename "$picture")" "$picture"; done
 else
   cargo run --quiet --profile "${PROFILE:-release}" --features full --example pages
-  node --test tests/browser/checks.mjs
+  node --test tests/browser/checks.mjs tests/browser/collide.mjs
+  cargo build --quiet --profile "${PROFILE:-release}" --features full --bin dualbody
+  folder="${PROFILE:-release}"
+  DUALBODY="${CARGO_TARGET_DIR:-target}/${folder/#dev/debug}/dualbody" node --test --test-concurrency=1 tests/browser/live.mjs
 fi

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
-const FLOORS: [&[&str]; 20] = [
+const FLOORS: [&[&str]; 21] = [
     &["error", "stop"],
     &["scalar"],
     &[
@@ -28,6 +28,7 @@ const FLOORS: [&[&str]; 20] = [
     &["view"],
     &["codegen"],
     &["command"],
+    &["bin"],
 ];
 
 fn sources(folder: &Path, out: &mut Vec<PathBuf>) {

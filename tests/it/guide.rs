@@ -84,9 +84,9 @@ fn has_named(target: &str, source: &str, label: &str) -> bool {
         return true;
     };
     let kinds = ["fn", "const fn", "struct", "enum", "trait", "const", "type"];
-    let is_item = |kind: &&str| declares(source, &format!("pub {kind} {name}"));
+    let is_item = |kind: &str| declares(source, &format!("pub {kind} {name}"));
     let modules = [format!("/{name}.rs"), format!("/{name}/mod.rs")];
-    kinds.iter().any(|kind| is_item(&kind)) || modules.iter().any(|end| target.ends_with(end))
+    kinds.iter().any(|kind| is_item(kind)) || modules.iter().any(|end| target.ends_with(end))
 }
 
 /// The reason why a link of a chapter leads nowhere.
@@ -270,4 +270,16 @@ fn every_entry_of_the_glossary_has_a_meaning_and_a_place() {
         assert!(!meaning.is_empty() && is_linked, "{entry}");
     }
     assert!(terms.len() > 60, "{} terms", terms.len());
+}
+
+#[test]
+fn every_example_is_in_the_tables() {
+    let readmes = ["README.md", "examples/README.md"].map(|path| read(&root().join(path)));
+    for name in names(&root().join("examples"), ".rs") {
+        let name = format!("`{}`", name.trim_end_matches(".rs"));
+        // Those with features of their own are in the longer table only.
+        let rare = ["`plots`", "`rerun`"].contains(&name.as_str());
+        assert!(rare || readmes[0].contains(&name), "README.md: {name}");
+        assert!(readmes[1].contains(&name), "examples/README.md: {name}");
+    }
 }

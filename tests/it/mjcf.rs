@@ -261,7 +261,6 @@ fn what_is_not_used_is_in_the_report_with_its_line() {
         ("mujoco/option@wind", 4),
         ("mujoco/option@colour", 4),
         ("mujoco/actuator/muscle", 5),
-        ("mujoco/sensor/jointpos", 7),
         ("mujoco/thing", 7),
     ];
     for note in expected {

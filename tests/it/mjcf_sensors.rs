@@ -2,7 +2,7 @@
 
 use dualbody::sim::{Sensor, Sensors};
 use dualbody::spatial::Representation;
-use dualbody::{Integrator, Model, Simulator, State};
+use dualbody::{Integrator, Model, ModelOptions, Simulator, State};
 
 use crate::common::OTHER_ALGORITHM;
 use crate::mjcf::{Record, file, find, golden};
@@ -127,4 +127,66 @@ fn readings_equal_those_that_mujoco_finds_of_the_same_text() {
         }
     }
     assert!(hits > 12, "{hits} rays hit something");
+}
+
+/// Those of the file: position and orientation, force and torque, linear and angular belong to one sensor here.
+#[test]
+fn sensors_of_the_file_are_those_that_are_written_by_hand() {
+    let scene = file("sensors");
+    let by_hand = sensors(&scene.model);
+    let known = scene.known_sensors();
+    let simulator = Simulator::new(scene.model.clone());
+    let state = State::new(scene.reference.q.as_slice(), &[0.1; 9]);
+    let [own, hand] = [&known, &by_hand].map(|all| all.read(&simulator, &state, &[0.2; 9]));
+    let same = [
+        ("shoulder_q", "shoulder_q"),
+        ("imu_b", "imu_b"),
+        ("tip_a", "tip_a"),
+        ("wrist_f", "wrist"),
+        ("tip_r", "tip_p"),
+        ("tip_av", "tip_lv"),
+        ("down_d", "down_d"),
+    ];
+    for (theirs, ours) in same {
+        let [theirs, ours] = [(&known, theirs), (&by_hand, ours)]
+            .map(|(all, name)| all.range(name).expect("a sensor"));
+        assert_eq!(own.as_slice()[theirs], hand.as_slice()[ours]);
+    }
+    // The robot has walls beside it on the world, and they do not move.
+    assert!(known.range("com").is_some());
+    assert_eq!(
+        known.range("tip_la"),
+        None,
+        "its numbers have gravity in them"
+    );
+    let reach = scene.sensors.iter().find(|own| own.name == "tip_d");
+    assert_eq!(reach.expect("a sensor").noise.limit, RANGE);
+}
+
+#[test]
+fn sensors_that_cannot_be_had_are_named() {
+    let xml = "<mujoco><worldbody><body name='b'><joint name='j'/><geom size='0.1'/><site name='s'/></body></worldbody>
+      <sensor><gyro site='s' noise='0.1'/><gyro site='nowhere'/><clock/>
+      <framepos objtype='xbody' objname='b'/><framepos objtype='body' objname='b'/><touch site='s'/></sensor></mujoco>";
+    let (scene, report) = ModelOptions::default()
+        .load_mjcf_scene_str(xml)
+        .expect("a scene");
+    let text = report.to_string();
+    for reason in [
+        "does not have",
+        "is not modelled",
+        "inertial frame",
+        "counts all contact",
+    ] {
+        assert!(text.contains(reason), "{reason} is not in {text}");
+    }
+    let names = scene.known_sensors();
+    assert_eq!(names.names()[0], "gyro 0.x");
+    assert_eq!(names.len(), 3 + 7 + 1);
+    assert_eq!(scene.sensors[0].noise.white, 0.1);
+    let broken = xml.replace("noise='0.1'", "noise='-1'");
+    let error = ModelOptions::default()
+        .load_mjcf_scene_str(&broken)
+        .unwrap_err();
+    assert!(error.to_string().contains("negative"), "{error}");
 }

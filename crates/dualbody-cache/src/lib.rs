@@ -101,7 +101,7 @@ impl Cache {
         let own = unfinished(path);
         let kept = make(&own).and_then(|()| Ok(finish(&own, path)?));
         if kept.is_err() {
-            // What is left there is of no use to anybody.
+            // The rest is unused.
             let _ = fs::remove_dir_all(&own).or_else(|_| fs::remove_file(&own));
         }
         kept

@@ -28,7 +28,7 @@ pub extern "C" fn kit_give(rows: usize, count: usize, bits: i32) -> *mut std::ff
 /// Copies a tensor of the first GPU, calls its deleter, and gives the sum of its numbers; NaN, with the reason on stderr, if that fails.
 ///
 /// # Safety
-/// The tensor must be one of `DLPack`, version 1, that nobody else calls the deleter of.
+/// The tensor must be one of `DLPack`, version 1, whose deleter nothing else calls.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn kit_take(
     tensor: *mut std::ffi::c_void,

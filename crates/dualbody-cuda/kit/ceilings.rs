@@ -1,4 +1,4 @@
-//! What a GPU can do at most: fused multiply-adds a second, and bytes of its memory a second; and what a function needs at least of both.
+//! Limits of a GPU: fused multiply-adds and bytes of memory a second; and the least that a function needs of both.
 
 use std::collections::BTreeMap;
 

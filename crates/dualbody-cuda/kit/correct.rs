@@ -14,7 +14,7 @@ use crate::make::file_name;
 use crate::report::Report;
 use crate::variants::LIMIT;
 
-/// Numbers of states that are no multiples of the 32 threads of a warp; the last one is smaller where outputs are many.
+/// Sizes of batches that are not multiples of the 32 threads of a warp; the last one is smaller where outputs are many.
 const COUNTS: [usize; 3] = [45, 1_003, 100_003];
 /// Outputs of the largest batch, about.
 const OUTPUTS: usize = 8_000_000;
@@ -30,7 +30,7 @@ fn tolerance<R: Real>(ground: Ground) -> f64 {
     }
 }
 
-/// What a run left on the device.
+/// Results of a run on the device.
 struct Found<R> {
     numbers: Vec<R>,
     kept: Vec<R>,
@@ -204,7 +204,7 @@ fn off<R: Real>(found: &Found<R>, cases: &Cases, count: usize) -> Off {
     out
 }
 
-/// States whose last one was not kept as it is.
+/// States whose last one was not kept unchanged.
 fn kept_wrong<R: Real>(found: &Found<R>, cases: &Cases, count: usize) -> usize {
     let Some(first) = found.kept.len().checked_sub(found.numbers.len()) else {
         return 0;

@@ -14,13 +14,13 @@ use crate::functions::{Function, Kind};
 const STEPS: usize = 8;
 /// Numbers of expected outputs of a function, about.
 const NUMBERS: usize = 120_000;
-/// The most and the fewest states of a function, which are no multiples of the 32 threads of a warp.
+/// The most and the fewest states of a function, which are not multiples of the 32 threads of a warp.
 const STATES: (usize, usize) = (9, 61);
 /// States of these that leave a condition.
 const FAST: usize = 2;
 /// Factor of the speeds of these.
 const FACTOR: f64 = 400.0;
-/// Size of the entries of a gain, under which no light link whirls.
+/// Size of the entries of a gain, under which no light link rotates fast.
 const GAIN: f64 = 1.0 / 128.0;
 
 /// The nearest number of single precision, so that kernels of both precisions read the same inputs.

@@ -12,7 +12,7 @@ use dualbody_cuda::{
 use crate::catalogue::{Ground, Robot};
 use crate::sizes::Report;
 
-/// What a function computes.
+/// Quantity that a function computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     InverseDynamics,

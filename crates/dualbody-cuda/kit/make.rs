@@ -14,7 +14,7 @@ use crate::functions::{Function, Kind, kinds, serves};
 use crate::special::sources;
 use crate::variants::{LONGEST, precompile};
 
-/// What is made.
+/// Parts of a kit to make.
 pub(crate) struct Order {
     /// The kit's folder, with `robots/*.urdf`.
     pub(crate) folder: PathBuf,

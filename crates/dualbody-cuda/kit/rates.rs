@@ -29,7 +29,7 @@ const STEPS: usize = 100;
 /// Robots whose rates are measured.
 pub(crate) const MEASURED: [&str; 4] = ["ur5", "panda", "quadruped", "humanoid"];
 
-/// What a device can do in a second, at most.
+/// Limits of a device, a second.
 pub(crate) struct Ceilings {
     single: f64,
     double: f64,

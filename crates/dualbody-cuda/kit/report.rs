@@ -1,4 +1,4 @@
-//! What was found: as JSON, which is written whole after each row, and as a table at the end.
+//! Results: as JSON, which is written whole after each row, and as a table at the end.
 
 use std::fmt::Write;
 use std::fs;

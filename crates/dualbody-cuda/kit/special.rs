@@ -1,4 +1,4 @@
-//! What goes wrong as it should, and what devices do side by side.
+//! Expected failures, and concurrent work of devices.
 
 use std::error::Error;
 

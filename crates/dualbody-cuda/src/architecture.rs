@@ -1,4 +1,4 @@
-//! What machine code is for.
+//! Architectures of machine code.
 
 use std::fmt;
 

@@ -16,7 +16,7 @@ use crate::nvrtc::{self, Program};
 
 /// NVRTC with its flags, and the folder for what it compiles, `dualbody-cuda` among the user's caches unless another one is chosen.
 ///
-/// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. What was compiled is found again by the text, the
+/// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. Compiled code is found again by the text, the
 /// version of NVRTC, the architecture and the flags; a file that was damaged since is compiled once more. Nothing is ever removed from the folder: delete it when it grows too large.
 ///
 /// NVRTC works within the program and cannot be interrupted: a [`StopSignal`] that is [watched](StopSignal::watch) ends a compilation of several kernels before the next one, which for
@@ -60,7 +60,7 @@ impl Compiler {
         self
     }
 
-    /// Keeps compiled kernels in this folder, which is made when it is needed. Whoever may write to it may change what runs on the GPU.
+    /// Keeps compiled kernels in this folder, which is made when it is needed. Anyone with write access to it can change the code that runs on the GPU.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
         self.cache = Some(Cache::new(folder));
@@ -68,7 +68,7 @@ impl Compiler {
     }
 
     /// Looks for kernels in this folder first, which [`precompile`](Self::precompile) has filled, whatever version of NVRTC compiled them. Where it has all of them,
-    /// no NVRTC is needed. Whoever may write to it may change what runs on the GPU.
+    /// no NVRTC is needed. Anyone with write access to it can change the code that runs on the GPU.
     #[must_use]
     pub fn with_precompiled(mut self, folder: impl Into<PathBuf>) -> Self {
         self.precompiled = Some(Cache::new(folder));
@@ -162,7 +162,7 @@ impl Compiler {
     ) -> Result<Vec<Compiled>, CudaError> {
         let (kernels, next) = (&source.kernels, AtomicUsize::new(0));
         let signals = StopSignal::watched();
-        // Each thread takes the next kernel that nobody has taken.
+        // Each thread takes the next free kernel.
         let work = || {
             let taken = iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
             let taken = taken.map_while(|k| Some((k, kernels.get(k)?)));
@@ -203,7 +203,7 @@ impl Compiler {
     }
 }
 
-/// What a thread returns; a panic in it goes on here.
+/// The result of a thread; a panic in it continues here.
 fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
     thread
         .join()

@@ -92,7 +92,7 @@ impl<R: Real> CudaSimulator<R> {
         })
     }
 
-    /// Calls a function of state, input, parameters and more, which stand in this order.
+    /// Calls a function of state, input, parameters and more, in this order.
     fn call(
         &self,
         function: &CudaFunction<R>,

@@ -56,7 +56,7 @@ impl Device {
         self.context.name().map_err(self.failure("name a device"))
     }
 
-    /// What its machine code is for.
+    /// Architecture of its machine code.
     ///
     /// # Errors
     /// If the driver fails.
@@ -75,7 +75,7 @@ impl Device {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
     }
 
-    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB if nothing is said. Batches
+    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB by default. Batches
     /// that need more are computed in several pieces, none of them so small that it does not fill the device.
     pub fn limit_workspace(&self, bytes: usize) {
         self.workspace.set_limit(bytes);
@@ -121,7 +121,7 @@ impl Device {
         allocated.map_err(|error| self.no_memory::<N>(len, error))
     }
 
-    /// What the driver says where it gives no memory for so many numbers.
+    /// The driver's error for a failed allocation of so many numbers.
     fn no_memory<N>(&self, len: usize, error: DriverError) -> CudaError {
         let bytes = len.saturating_mul(size_of::<N>());
         match (error.0, self.context.mem_get_info()) {

@@ -19,7 +19,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
         tensor::export(self)
     }
 
-    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row after row. What computes the tensor must have ended; the copy has, when this
+    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row after row. The computation of the tensor must have ended; the copy has ended when this
     /// returns.
     ///
     /// # Errors

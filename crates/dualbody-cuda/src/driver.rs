@@ -1,4 +1,4 @@
-//! Calls of the driver that Rust cannot check, but for starts of kernels.
+//! Calls of the driver that Rust cannot check, except starts of kernels.
 
 #![expect(
     unsafe_code,

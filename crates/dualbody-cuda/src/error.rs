@@ -44,7 +44,7 @@ pub enum CudaError {
     /// The driver fails at something else.
     #[error("the CUDA driver failed to {what}: {reason}")]
     Driver {
-        /// What was to be done.
+        /// The operation.
         what: &'static str,
         /// Reason of the driver.
         reason: String,
@@ -91,7 +91,7 @@ pub enum CudaError {
     /// A batch, or an array for it, is larger than kernels can count.
     #[error("{what} are more than a kernel can count ({most})")]
     TooMany {
-        /// What is too much.
+        /// The quantity that is too large.
         what: String,
         /// The most that there may be.
         most: usize,
@@ -99,7 +99,7 @@ pub enum CudaError {
     /// A kernel, or an array, is of another kind or on another device than it must be.
     #[error("{what}")]
     Mismatch {
-        /// What does not fit.
+        /// The argument that does not fit.
         what: String,
     },
     /// The graph cannot be written as code.

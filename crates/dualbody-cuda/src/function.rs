@@ -16,7 +16,7 @@ use crate::real::Real;
 
 /// A graph as kernels over `f64`, or over `f32`, which compute it for many states, one a thread.
 ///
-/// What the kernels of a long function hand to each other needs memory of the device while it is computed: [`work`](CudaSizes::work) numbers for each state.
+/// Values passed between the kernels of a long function need memory of the device while it is computed: [`work`](CudaSizes::work) numbers for each state.
 /// Results are the same on every run, and those of the graph to rounding.
 #[derive(Debug)]
 pub struct CudaFunction<R = f64> {
@@ -40,7 +40,7 @@ impl<R: Real> CudaFunction<R> {
     /// * `shared` – names of inputs that are the same for all states
     ///
     /// # Errors
-    /// If a name is no identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the driver fails.
+    /// If a name is not an identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the driver fails.
     pub fn new(
         graph: &Graph,
         name: &str,
@@ -134,10 +134,10 @@ impl<R: Real> CudaFunction<R> {
         self.kernel.condition(status)
     }
 
-    /// Checks that the function was made of a robot as it is.
+    /// Checks that the function was recorded from a robot, and that the robot has not changed since.
     ///
     /// # Errors
-    /// If it is of another one, or a number of the robot has changed.
+    /// If it is of another robot, or a parameter of the robot has changed.
     pub fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
         self.kernel.check_robot(model)
     }

@@ -57,7 +57,7 @@ impl Kernel {
         condition.map_or("", |own| &own.condition)
     }
 
-    /// Checks that it was made of a robot as it is.
+    /// Checks that it was recorded from a robot, and that the robot has not changed since.
     pub(crate) fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
         Ok(check_made_of(self.origin.as_ref(), model)?)
     }

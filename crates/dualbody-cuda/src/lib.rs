@@ -1,6 +1,6 @@
 //! Generated CUDA of [`dualbody`]: functions, steps and motions of thousands of states of a robot on a GPU.
 //!
-//! What the library computes is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
+//! The library's computation is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
 //! is kept in a folder, and run. There is no second copy of the physics. Nothing is needed to build this crate; the driver (`libcuda`) and NVRTC (`libnvrtc`) are looked for when a
 //! program runs, and where one is missing an error says what was looked for.
 //!
@@ -42,14 +42,14 @@
 //! ```
 //!
 //! # Memory
-//! Number k of state i stands at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
+//! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
 //! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
-//! What the kernels of a long function hand to each other, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
+//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
 //! humanoid. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
 //!
 //! # How large it gets
 //! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
-//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom stand in brackets:
+//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom are in brackets:
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
 //! |---|---|---|---|---|---|
@@ -71,7 +71,7 @@
 //!
 //! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; derivatives do not. Functions of up to 10,000 operations are one kernel, longer ones are
 //! cut into parts of 2,000, each of which is a kernel; all are compiled at once, on all cores. Registers are the most of one of these, the rest is their sum. Steps are one kernel however long
-//! they are, with functions of up to 10,000 operations in it. What is compiled is kept on disk, and may be carried to machines without NVRTC ([`Compiler::precompile`]).
+//! they are, with functions of up to 10,000 operations in it. Compiled kernels are kept on disk, and can be copied to machines without NVRTC ([`Compiler::precompile`]).
 //!
 //! Kernels that loop over a table of the bodies, with the work at each kind of joint recorded once, would be of constant size and need no compiling for another robot. They are not here: a loop
 //! would keep all numbers of all bodies in that same memory, and look up axes and placements that are constants here. Where nothing may be compiled, the library's own loops serve.
@@ -94,8 +94,8 @@
 //!
 //! # Safety
 //! All unsafe code is in `nvrtc.rs` and `driver.rs` (calls of these libraries), `launcher.rs` (starts of kernels, whose text this crate has made and whose arrays it has measured) and `tensor.rs`
-//! (tensors of `DLPack`). Whoever may write to the folder of
-//! compiled kernels may change what runs on the GPU.
+//! (tensors of `DLPack`). Anyone with write access to the folder of
+//! compiled kernels can change the code that runs on the GPU.
 
 #![deny(unsafe_code)]
 

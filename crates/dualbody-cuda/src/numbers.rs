@@ -21,7 +21,7 @@ pub struct Numbers<R> {
 impl<R: Real> Numbers<R> {
     /// Zeros.
     ///
-    /// * `rows` – numbers of a state; `count` – states. What all states share is a single state.
+    /// * `rows` – numbers of a state; `count` – states. A value shared by all states is a single state.
     ///
     /// # Errors
     /// If the device has no memory for them.
@@ -77,7 +77,7 @@ impl<R: Real> Numbers<R> {
         &self.device
     }
 
-    /// Copies numbers to the device as they lie there: number k of state i at k × `count` + i.
+    /// Copies numbers to the device in their order there: number k of state i at k × `count` + i.
     ///
     /// # Errors
     /// If there are not as many, or the driver fails.
@@ -99,7 +99,7 @@ impl<R: Real> Numbers<R> {
         self.upload(&turned(numbers, self.count, self.rows))
     }
 
-    /// Copies all numbers back as they lie there, after the kernels before have run.
+    /// Copies all numbers back in their order there, after the kernels before have run.
     ///
     /// # Errors
     /// If one of the kernels before, or the driver, has failed.

@@ -65,7 +65,7 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // SAFETY: the program is one that NVRTC has made, and nobody uses it any more. There is nothing to do if that fails.
+        // SAFETY: the program is one that NVRTC has made, and is not used any more. There is nothing to do if that fails.
         let _ = unsafe { result::destroy_program(self.0) };
     }
 }

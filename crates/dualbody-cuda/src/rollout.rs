@@ -22,7 +22,7 @@ pub struct CudaRollout {
     taken: Vec<u32>,
 }
 
-/// What a rollout leaves on the device.
+/// Results of a rollout on the device.
 pub(crate) struct Left<'a, R> {
     pub(crate) states: &'a CudaStates<R>,
     pub(crate) kept: &'a Numbers<R>,

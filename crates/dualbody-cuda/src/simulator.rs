@@ -17,7 +17,7 @@ use crate::stepper::{CudaStepper, Schedule, StepInputs};
 /// Steps many states of one robot, or of variants of it, on a GPU: the face of [`BatchSimulator`](dualbody::sim::BatchSimulator), in `f64` or `f32`.
 ///
 /// The step is traced and compiled when the simulator is made; the rest where it is asked for: [`with_feedback`](Self::with_feedback),
-/// [`with_jacobians`](Self::with_jacobians), [`with_gradients`](Self::with_gradients). What can be traced: [`dualbody::scalar::traced`].
+/// [`with_jacobians`](Self::with_jacobians), [`with_gradients`](Self::with_gradients). Traceable functions: [`dualbody::scalar::traced`].
 #[derive(Debug)]
 pub struct CudaSimulator<R = f64> {
     pub(crate) own: Simulator,
@@ -159,10 +159,10 @@ impl<R: Real> CudaSimulator<R> {
         self.parameters.upload_states(&given)
     }
 
-    /// Checks that the kernels were made of a robot as it is.
+    /// Checks that the kernels were recorded from a robot, and that the robot has not changed since.
     ///
     /// # Errors
-    /// If they are of another one, or a number of the robot has changed.
+    /// If they are of another robot, or a parameter of the robot has changed.
     pub fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
         self.step.check_robot(model)
     }

@@ -56,7 +56,7 @@ impl<R: Real> CudaStepper<R> {
     /// * `name` – of the function, an identifier of C
     ///
     /// # Errors
-    /// If the graph is no step, a name is no identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the
+    /// If the graph is not a step, a name is not an identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the
     /// driver fails.
     pub fn new(
         graph: &Graph,
@@ -135,10 +135,10 @@ impl<R: Real> CudaStepper<R> {
         self.kernel.condition(status)
     }
 
-    /// Checks that the step was made of a robot as it is.
+    /// Checks that the step was recorded from a robot, and that the robot has not changed since.
     ///
     /// # Errors
-    /// If it is of another one, or a number of the robot has changed.
+    /// If it is of another robot, or a parameter of the robot has changed.
     pub fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
         self.kernel.check_robot(model)
     }

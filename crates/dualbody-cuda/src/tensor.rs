@@ -67,7 +67,7 @@ pub(crate) fn import<R: Real>(numbers: &mut Numbers<R>, tensor: &Dlpack) -> Resu
     if bytes == 0 {
         return Ok(());
     }
-    // SAFETY: nobody writes to its fields while it is borrowed.
+    // SAFETY: nothing writes to its fields while it is borrowed.
     let described = unsafe { tensor.tensor() };
     let from = described.data as u64 + described.byte_offset;
     let bound = device.context.bind_to_thread();

@@ -55,7 +55,7 @@ impl Workspace {
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
         let (states, needed) = self.sizes(bytes, count, multiprocessors)?;
         if memory.as_ref().is_none_or(|own| own.len() < needed) {
-            // What was there is free before more is asked for.
+            // The old memory is freed before the new allocation.
             *memory = None;
             *memory = Some(allocate(needed)?);
         }

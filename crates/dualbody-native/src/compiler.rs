@@ -16,7 +16,7 @@ use crate::process;
 /// The default is the one that the variable `CC` names, or `cc`, with optimisation for this very machine (`-O2 -march=native`), and the folder
 /// `dualbody-native` among the user's caches. It takes flags as GCC and Clang do.
 ///
-/// What was compiled is found again by the text, the compiler, its flags and the machine that it compiles for (all that it predefines), so that
+/// Compiled code is found again by the text, the compiler, its flags and the machine that it compiles for (all that it predefines), so that
 /// nothing is compiled twice and no file serves another machine. Nothing is ever removed from the folder: delete it when it grows too large.
 ///
 /// A [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) a function is compiled ends the compiler and what it has
@@ -63,7 +63,7 @@ impl Compiler {
         self
     }
 
-    /// Keeps compiled code in this folder, which is made when it is needed. Whoever may write to it may change what the program does.
+    /// Keeps compiled code in this folder, which is made when it is needed. Anyone with write access to it can change the behaviour of the program.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
         self.cache = Some(Cache::new(folder));

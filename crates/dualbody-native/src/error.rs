@@ -25,7 +25,7 @@ pub enum NativeError {
     Refused {
         /// Its command with all flags.
         command: String,
-        /// What it was to compile.
+        /// The code that it was compiling.
         what: String,
         /// Its messages.
         log: String,

@@ -43,7 +43,7 @@ impl<R: Real> NativeFunction<R> {
     /// * `name` – of the function, an identifier of C
     ///
     /// # Errors
-    /// If the name is no identifier, there is no compiler, it refuses the text or its flags, or the file cannot be kept or loaded. If a
+    /// If the name is not an identifier, there is no compiler, it refuses the text or its flags, or the file cannot be kept or loaded. If a
     /// [`StopSignal`](dualbody::StopSignal) ends the compiler.
     pub fn new(graph: &Graph, name: &str, compiler: &Compiler) -> Result<Self, NativeError> {
         let source = graph.to_c(name, R::PRECISION)?;
@@ -71,7 +71,7 @@ impl<R: Real> NativeFunction<R> {
         self.loaded.n_outputs
     }
 
-    /// Computes the outputs, as [`Graph::evaluate_into`] does. Does not allocate but for an error.
+    /// Computes the outputs, as [`Graph::evaluate_into`] does. Does not allocate, except for an error.
     ///
     /// * `inputs` – the numbers of all inputs, one input after the other
     /// * `outputs` – output, likewise; not to be used where a condition does not hold

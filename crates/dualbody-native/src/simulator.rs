@@ -1,6 +1,6 @@
 //! A simulator whose steps are compiled.
 //!
-//! What needs the library's own code of a step, to trace it or where nothing is compiled, is compiled in programs that call it: they have that code anyway.
+//! Functions that need the library's own code of a step, to trace it or without a compiler, are compiled in programs that call them: these have that code anyway.
 
 use std::num::NonZero;
 use std::thread;
@@ -18,8 +18,8 @@ use crate::numbers::{self, Functions, Numbers};
 /// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
 ///
 /// Where a step takes something for granted that does not hold at a state (see [what can be traced](dualbody::scalar::traced)), and where nothing
-/// could be compiled, the library's own code computes it: results are the same to rounding, but for forces of relaxed contact and constraints, which
-/// are so to some 1e-7 of the change of velocity in a step.
+/// could be compiled, the library's own code computes it: results are the same to rounding, except forces of regularised contact and constraints, which
+/// are the same to some 1e-7 of the change of velocity in a step.
 #[derive(Debug)]
 pub struct NativeSimulator {
     pub(crate) own: Simulator,

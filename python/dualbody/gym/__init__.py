@@ -14,10 +14,11 @@ import gymnasium
 
 from .draws import Draws
 from .environments import BatchEnv, SingleEnv
+from .push_block import push_block
 from .robots import cartpole, quadruped, quadruped_model
 from .task import Task
 
-__all__ = ["BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "quadruped", "quadruped_model"]
+__all__ = ["BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
 
 
 def _make_cartpole(render_mode: str | None = None) -> SingleEnv:
@@ -36,8 +37,17 @@ def _make_quadrupeds(num_envs: int = 1, **keywords: Any) -> BatchEnv:
     return BatchEnv(quadruped(), num_envs, **keywords)
 
 
+def _make_push_block(render_mode: str | None = None) -> SingleEnv:
+    return SingleEnv(push_block(), render_mode)
+
+
+def _make_push_blocks(num_envs: int = 1, **keywords: Any) -> BatchEnv:
+    return BatchEnv(push_block(), num_envs, **keywords)
+
+
 _entries: list[tuple[str, Any, Any]] = [
     ("CartPole", _make_cartpole, _make_cartpoles),
+    ("PushBlock", _make_push_block, _make_push_blocks),
     ("Quadruped", _make_quadruped, _make_quadrupeds),
 ]
 for _name, _one, _many in _entries:

@@ -38,7 +38,7 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins an episode: what is observed, and no more. seed: of its random numbers from now on."""
+        """Begins an episode: the observation, and an empty info. seed: of its random numbers from now on."""
         super().reset(seed=seed)
         if self.task.starts is None:
             self._states = States(self.task, [seed], [self.np_random])
@@ -52,7 +52,7 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Takes a step with an action (nu,): what is observed, the reward, whether the episode is over, whether it is cut, and no more."""
+        """Takes a step with an action (nu,): the observation, the reward, whether the episode is terminated, whether it is truncated, and an empty info."""
         if self._states is None:
             raise RuntimeError("reset the environment before its first step")
         reward, over, cut = self._states.step(np.asarray(action)[None])
@@ -89,8 +89,8 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins episodes: what is observed of each state, and no more. seed: one for all, or one for each state; options: "reset_mask"
-        (num_envs,) says which begin anew, all if it is left out."""
+        """Begins episodes: an observation for each state, and an empty info. seed: one for all, or one for each state; options: "reset_mask"
+        (num_envs,) selects those that begin anew, all if it is left out."""
         mask = (options or {}).get("reset_mask")
         if mask is not None and self._states is not None:
             which = np.asarray(mask, np.bool_)
@@ -118,8 +118,8 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Takes a step with each action (num_envs, nu): what is observed, rewards, which episodes are over, which are cut, and "final_obs" of
-        those that end where the next one begins in the same step."""
+        """Takes a step with each action (num_envs, nu): observations, rewards, terminated and truncated episodes, and "final_obs" of
+        those that end if the next one begins in the same step."""
         states = self._states
         if states is None:
             raise RuntimeError("reset the environment before its first step")

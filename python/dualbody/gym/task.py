@@ -1,4 +1,4 @@
-"""What is to be learned, and the states of a batch on the way."""
+"""Tasks of reinforcement learning, and the states of a batch during episodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be learned. q (n, nq), v (n, nv), u (n, nu) are the states and inputs of a batch."""
+    """A task of reinforcement learning. q (n, nq), v (n, nv), u (n, nu) are the states and inputs of a batch."""
 
     simulator: Simulator
     #: State (nq,), (nv,) from which an episode starts, by a generator of its own
@@ -68,7 +68,7 @@ class States:
         self._neutral = simulator.neutral_contact()
         self.contact = np.zeros((n, len(self._neutral)))
         self.steps = np.zeros(n, np.int64)
-        #: What the first state has gone through since its start: for pictures.
+        #: History of the first state since its start, for pictures
         self.history: list[tuple[Array, Array]] = []
         self._keys = np.zeros(n, np.uint64)
         self._generators = list(generators or [])

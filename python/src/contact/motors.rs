@@ -3,7 +3,8 @@
 use dualbody::Model;
 use dualbody::contact::HuntCrossley;
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed,
+    VelocityLimit,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -47,13 +48,6 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
     let torque_speed = value
         .getattr("torque_speed")?
         .extract::<Option<(f64, f64, f64)>>()?;
-    let servo: Option<[f64; 5]> = value.getattr("servo")?.extract()?;
-    let range = |name: &str| -> PyResult<Option<Interval>> {
-        let ends: Option<(f64, f64)> = value.getattr(name)?.extract()?;
-        Ok(ends.map(|(lower, upper)| Interval { lower, upper }))
-    };
-    let [input_range, force_range] = ["input_range", "force_range"].map(range);
-    let (input_range, force_range) = (input_range?, force_range?);
     let friction = value.getattr("friction")?;
     let friction = match friction.extract::<Option<f64>>() {
         Ok(force) => force.map(CoulombFriction::exact),
@@ -67,15 +61,7 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
         .getattr("position")?
         .extract::<Option<(Option<f64>, Option<f64>, [f64; 4])>>()?;
     Ok(Actuator {
-        servo: servo.map(|[gear, gain, bias, position_gain, velocity_gain]| Servo {
-            gear,
-            gain,
-            bias,
-            position_gain,
-            velocity_gain,
-            input_range,
-            force_range,
-        }),
+        servo: servo_of(value)?,
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
             torque,
             threshold,
@@ -90,6 +76,27 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
         }),
         velocity: velocity.map(|(speed, damping)| VelocityLimit { speed, damping }),
     })
+}
+
+/// The servo that a part of a robot has, with its ranges.
+pub(super) fn servo_of(value: &Bound<'_, PyAny>) -> PyResult<Option<Servo>> {
+    let range = |name: &str| -> PyResult<Option<Interval>> {
+        let ends: Option<(f64, f64)> = value.getattr(name)?.extract()?;
+        Ok(ends.map(|(lower, upper)| Interval { lower, upper }))
+    };
+    let servo: Option<[f64; 5]> = value.getattr("servo")?.extract()?;
+    let (input_range, force_range) = (range("input_range")?, range("force_range")?);
+    Ok(
+        servo.map(|[gear, gain, bias, position_gain, velocity_gain]| Servo {
+            gear,
+            gain,
+            bias,
+            position_gain,
+            velocity_gain,
+            input_range,
+            force_range,
+        }),
+    )
 }
 
 fn stop_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {

@@ -1,19 +1,27 @@
 //! Distances between links.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
-use dualbody::contact::{LinkShapes, Nearest, NearestError};
-use numpy::PyArrayMethods;
+use dualbody::contact::{LinkShapes, NearestError};
 use pyo3::prelude::*;
 
-use crate::arrays::{read_vector, vector};
+use crate::arrays::{Array, Rows, argument, in_rows, numbers_mut, room};
 use crate::errors::{OrRaise, Raise, value_error};
 use crate::model::PyModel;
 use crate::scratch::find_or_make;
 
 thread_local! {
     /// Shapes of models, with the identities of these: to read meshes takes long.
-    static SHAPES: RefCell<Vec<(u64, LinkShapes)>> = const { RefCell::new(Vec::new()) };
+    static SHAPES: RefCell<Vec<(u64, Arc<LinkShapes>)>> = const { RefCell::new(Vec::new()) };
+}
+
+fn shapes_of(own: &PyModel) -> PyResult<Arc<LinkShapes>> {
+    SHAPES.with_borrow_mut(|all| {
+        let make = || Ok::<_, PyErr>((own.id, Arc::new(LinkShapes::new(&own.model))));
+        let (_, shapes) = find_or_make(all, |(id, _)| *id == own.id, make)?;
+        Ok(shapes.clone())
+    })
 }
 
 impl Raise for NearestError {
@@ -25,34 +33,39 @@ impl Raise for NearestError {
     }
 }
 
-/// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes.
+/// Results of `_nearest`, one array each.
+type Arrays<'py> = [Array<'py>; 4];
+
+/// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first.
 #[pyfunction]
 pub(crate) fn _nearest<'py>(
     model: &Bound<'py, PyModel>,
     q: &Bound<'py, PyAny>,
     first: &str,
     second: &str,
-) -> PyResult<(f64, Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+) -> PyResult<Arrays<'py>> {
     let (py, own) = (model.py(), model.get());
-    let m = &*own.model;
-    let q = read_vector("q", q, Some(m.nq()))?;
-    let near = SHAPES.with_borrow_mut(|all| {
-        let make = || Ok::<_, PyErr>((own.id, LinkShapes::new(m)));
-        let (_, shapes) = find_or_make(all, |(id, _)| *id == own.id, make)?;
-        shapes.nearest(m, &q, first, second).or_raise()
-    })?;
-    let Nearest {
-        distance,
-        points: [a, b],
-        normal,
-        gradient,
-        ..
-    } = near;
-    let points = vector(py, [a.x, a.y, a.z, b.x, b.y, b.z].to_vec());
-    Ok((
-        distance,
-        points.reshape([2, 3])?.into_any(),
-        vector(py, vec![normal.x, normal.y, normal.z]).into_any(),
-        vector(py, gradient.as_slice().to_vec()).into_any(),
-    ))
+    let (m, shapes) = (&*own.model, shapes_of(own)?);
+    let q = Rows::read(&argument("q", q, &[m.nq()]))?;
+    let tails: [&[usize]; 4] = [&[], &[2, 3], &[3], &[m.nv()]];
+    let arrays = tails.map(|tail| room(py, &[q.batch(), tail].concat()));
+    let [distance, points, normal, gradient] = arrays;
+    let arrays = [distance?, points?, normal?, gradient?];
+    let mut out: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
+    let (count, rows) = (q.batch().iter().product(), q.as_slice());
+    py.detach(|| {
+        in_rows(count, &[1, 6, 3, m.nv()], &mut out, |k, row| {
+            let q = &rows[k * m.nq()..(k + 1) * m.nq()];
+            let near = shapes.nearest(m, q, first, second)?;
+            let [a, b] = near.points;
+            let numbers = [near.distance].into_iter().chain(a.into_iter().copied());
+            let numbers = numbers.chain(b.into_iter().copied());
+            let numbers = numbers.chain(near.normal.into_iter().copied());
+            let numbers = numbers.chain(near.gradient.iter().copied());
+            row.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
+            Ok::<_, NearestError>(())
+        })
+    })?
+    .or_raise()?;
+    Ok(arrays)
 }

@@ -1,12 +1,13 @@
 //! Constraints, forces and inputs at places.
 
 use dualbody::constraint::{Anchor, Constraint};
-use dualbody::sim::{ExternalForce, FrameActuator};
+use dualbody::sim::{ExternalForce, FrameActuator, TendonServo};
 use dualbody::spatial::{Force, Representation};
 use dualbody::{Model, Simulator};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use super::motors::servo_of;
 use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded};
 use crate::kinds::check_kind;
@@ -98,6 +99,7 @@ pub(crate) fn with_parts(
             .iter()
             .map(|c| constraint_of(&model, c))
             .collect::<PyResult<_>>()?;
+        let all = [simulator.constraints().to_vec(), all].concat();
         simulator = guarded(|| simulator.with_constraints(all))?;
     }
     let forces = list("external_forces", &["ExternalForce"])?;
@@ -120,9 +122,34 @@ pub(crate) fn with_parts(
             .iter()
             .map(|a| frame_actuator_of(&model, a))
             .collect::<PyResult<_>>()?;
+        let all = [simulator.frame_actuators().to_vec(), all].concat();
         simulator = guarded(|| simulator.with_frame_actuators(all))?;
     }
+    let tendons = list("tendon_servos", &["TendonServo"])?;
+    if !tendons.is_empty() {
+        let given = tendons.iter().map(|t| tendon_servo_of(&model, t));
+        let given: Vec<TendonServo> = given.collect::<PyResult<_>>()?;
+        let all = [simulator.tendon_servos().to_vec(), given].concat();
+        simulator = guarded(|| simulator.with_tendon_servos(all))?;
+    }
     Ok(simulator)
+}
+
+fn tendon_servo_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<TendonServo> {
+    let name: String = value.getattr("name")?.extract()?;
+    let joints = value.getattr("joints")?.call_method0("items")?;
+    let joints: Vec<(String, f64)> = joints
+        .try_iter()?
+        .map(|item| item?.extract())
+        .collect::<PyResult<_>>()?;
+    let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
+    let missing = || PyValueError::new_err(format!("the tendon \"{name}\" has no servo"));
+    let servo = servo_of(value)?.ok_or_else(missing)?;
+    let made = guarded(|| TendonServo::new(model, name.clone(), &joints, servo))?.or_raise()?;
+    match value.getattr("effort")?.extract()? {
+        Some(effort) => guarded(|| made.with_effort(effort)),
+        None => Ok(made),
+    }
 }
 
 fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameActuator> {

@@ -69,7 +69,7 @@ fn with_option(
         "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),
         _ => {
             return Err(type_error(format_args!(
-                "\"{name}\" is no keyword of a loader"
+                "\"{name}\" is not a keyword of a loader"
             )));
         }
     })
@@ -103,7 +103,7 @@ fn from_description(
         _ => {
             let path = description
                 .extract::<PathBuf>()
-                .map_err(|_| type_error("description is no text and no path"))?;
+                .map_err(|_| type_error("description is neither a text nor a path"))?;
             _load_model(py, format, None, Some(path), keywords)
         }
     }
@@ -139,7 +139,9 @@ pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
     let (text, path, keywords): (Option<String>, Option<PathBuf>, Bound<'_, PyDict>) =
         recipe.extract()?;
     let wanted = guarded(|| options_of(&keywords))??;
-    let read = path.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+    let read = path
+        .as_ref()
+        .and_then(|path| std::fs::read_to_string(path).ok());
     let loaded = guarded(|| match (&path, &text) {
         (Some(path), _) if text.is_none() || text == read => wanted.load_mjcf_scene_file(path),
         (path, text) => {

@@ -5,9 +5,8 @@ use dualbody::sim::{BatchStates, RolloutStatus};
 use pyo3::prelude::*;
 
 use super::given::row;
-use super::handle::PySimulator;
+use super::handle::{Batch, PySimulator};
 use super::inputs::Inputs;
-use super::memory::Batch;
 use super::single::SHORT;
 use super::step::write_states;
 use super::trajectories::{End, Trajectories};

@@ -29,7 +29,7 @@ pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
 }
 
 /// The error of a state of a batch, with its index.
-fn of_row(k: usize, error: PyErr, py: Python<'_>) -> PyErr {
+pub(super) fn of_row(k: usize, error: PyErr, py: Python<'_>) -> PyErr {
     value_error(format_args!("state {k} of the batch: {}", error.value(py)))
 }
 
@@ -76,6 +76,17 @@ impl PySimulator {
         let batches = names.into_iter().zip(present);
         let batch = common_batch(batches.filter_map(|(name, rows)| Some((name, rows?.batch()))))?;
         Ok(Given { batch, ..given })
+    }
+
+    /// Reads a state of a batch, checked, into memory whose state of contact is neutral.
+    pub(super) fn read_state(&self, given: &Given<'_>, k: usize, out: &mut State) -> PyResult<()> {
+        let (nq, nv, _, nc) = self.sizes();
+        out.q.copy_from_slice(row(&given.q, k, nq));
+        out.v.copy_from_slice(row(&given.v, k, nv));
+        if let Some(contact) = &given.contact {
+            out.contact.copy_from_slice(row(contact, k, nc));
+        }
+        out.check(self.simulator.model()).or_raise()
     }
 
     /// A state of a batch, checked.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
-use dualbody::sim::{BatchSimulator, Integrator};
+use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
 use dualbody::{Model, Simulator, State};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,11 +13,20 @@ use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of};
 
+/// A simulator of a batch.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Memory for the states of a step, once there was one.
+    pub(super) states: Option<BatchStates>,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    pub(super) is_kept: bool,
+}
+
 /// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
 ///
 /// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
 /// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
-/// robot falls through the ground. parameters: all numbers by `parameter_names`, in place of those of the parts.
+/// robot falls through the ground. tendon_servos: TendonServos, whose inputs are the last ones of u. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
@@ -28,7 +37,7 @@ pub(crate) struct PySimulator {
     /// What it was made with, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
-    pub(super) batch: Mutex<Option<BatchSimulator>>,
+    pub(super) batch: Mutex<Option<Batch>>,
 }
 
 const INTEGRATORS: [(&str, Integrator); 4] = [
@@ -117,7 +126,7 @@ pub(crate) fn _simulator<'py>(
 impl PySimulator {
     #[new]
     #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None,
+        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, divergence_bound=None,
         parameters=None, _scene=None))]
     pub(super) fn new(
         py: Python<'_>,
@@ -130,6 +139,7 @@ impl PySimulator {
         constraints: Option<Vec<Bound<'_, PyAny>>>,
         external_forces: Option<Vec<Bound<'_, PyAny>>>,
         frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
+        tendon_servos: Option<Vec<Bound<'_, PyAny>>>,
         divergence_bound: Option<f64>,
         parameters: Option<Bound<'_, PyAny>>,
         _scene: Option<Bound<'_, PyAny>>,
@@ -144,6 +154,7 @@ impl PySimulator {
         parts.set_item("constraints", constraints.unwrap_or_default())?;
         parts.set_item("external_forces", external_forces.unwrap_or_default())?;
         parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
+        parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
         parts.set_item("divergence_bound", divergence_bound)?;
         let mut simulator = build(&model.get().model, &parts)?;
         let mut own = model.clone();
@@ -168,8 +179,9 @@ impl PySimulator {
     /// Makes a simulator of everything that an MJCF, the XML of MuJoCo, holds and this library can use: a text that begins with "<", or the path of a file.
     ///
     /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
-    /// is modelled: its control, those of joints first, then those of sites. What is not used is in model.import_report. The keywords are those of
-    /// Model.from_mjcf; `replace` changes parts. keyframes has its named states.
+    /// is modelled: its control, those of joints first, then those of sites, then those of tendons and further ones of joints. What is not used is in
+    /// model.import_report. The keywords are those of Model.from_mjcf. `replace` changes parts, and adds constraints, forces, frame_actuators and
+    /// tendon_servos to those of the file. keyframes has its named states.
     #[staticmethod]
     #[pyo3(signature = (description, **keywords))]
     fn from_mjcf<'py>(
@@ -260,7 +272,7 @@ impl PySimulator {
         this.get_type().call((model,), Some(&parts))
     }
 
-    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that makes no sense.
+    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that is out of its domain.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters<'py>(

@@ -8,7 +8,7 @@ use dualbody::{Linearization, Model, Simulator, State};
 use pyo3::prelude::*;
 
 use super::given::{Given, check_finite, row};
-use super::handle::PySimulator;
+use super::handle::{Batch, PySimulator};
 use crate::arrays::WIDTH;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
@@ -35,13 +35,6 @@ pub(super) struct One<'a> {
     pub(super) v: &'a [f64],
     pub(super) u: Option<&'a [f64]>,
     pub(super) contact: Option<&'a [f64]>,
-}
-
-/// A simulator of a batch that is in use.
-pub(crate) struct Batch {
-    pub(crate) simulator: BatchSimulator,
-    /// Whether the next call may use it: all its robots are that of the simulator.
-    pub(super) is_kept: bool,
 }
 
 impl PySimulator {
@@ -141,6 +134,7 @@ impl PySimulator {
             let simulator = made.or_raise()?.with_threads(threads_for(length)?);
             return Ok(Batch {
                 simulator,
+                states: None,
                 is_kept: false,
             });
         }
@@ -155,16 +149,16 @@ impl PySimulator {
             .try_lock()
             .ok()
             .and_then(|mut batch| batch.take());
-        let simulator = match kept {
-            Some(batch) if batch.len() == length && batch.threads() == threads => batch,
-            _ => {
-                let (pool, simulator) = (pool()?, (*self.simulator).clone());
-                let make = || BatchSimulator::new(simulator, length).with_threads(threads);
-                guarded(|| pool.install(make))?
-            }
-        };
+        let fits =
+            |batch: &Batch| batch.simulator.len() == length && batch.simulator.threads() == threads;
+        if let Some(batch) = kept.filter(fits) {
+            return Ok(batch);
+        }
+        let (pool, simulator) = (pool()?, (*self.simulator).clone());
+        let make = || BatchSimulator::new(simulator, length).with_threads(threads);
         Ok(Batch {
-            simulator,
+            simulator: guarded(|| pool.install(make))?,
+            states: None,
             is_kept: true,
         })
     }
@@ -173,7 +167,7 @@ impl PySimulator {
         if batch.is_kept
             && let Ok(mut kept) = self.batch.try_lock()
         {
-            *kept = Some(batch.simulator);
+            *kept = Some(batch);
         }
     }
 }

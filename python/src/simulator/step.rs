@@ -7,12 +7,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::forces::with_forces;
-use super::given::Given;
-use super::handle::PySimulator;
+use super::given::{Given, of_row};
+use super::handle::{Batch, PySimulator};
 use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
 use crate::model::PyModel;
+use crate::threads::on_pool;
 
 /// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
 pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
@@ -139,17 +140,37 @@ impl PySimulator {
         if count == 0 {
             return Ok(());
         }
-        let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let next = self.on_batch(py, count, models, |batch| {
-            let mut all = batch.states(&states);
-            batch.step(&mut all, &inputs);
-            all
+        let inputs = self.inputs(given, count)?;
+        let mut batch = self.take_batch(py, count, models)?;
+        self.put_states(given, count, &mut batch)?;
+        let batch = on_pool(py, move || {
+            if let Some(states) = &mut batch.states {
+                batch.simulator.step(states, &inputs);
+            }
+            batch
         })?;
-        let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
-        if let Some(i) = (0..count).find(stopped) {
-            return Err(diverged(Some(i)));
+        let stopped = batch.states.as_ref().and_then(|next| {
+            let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
+            let first = (0..count).find(stopped);
+            if first.is_none() {
+                write_states(next, out);
+            }
+            first
+        });
+        self.put_batch(batch);
+        stopped.map_or(Ok(()), |i| Err(diverged(Some(i))))
+    }
+
+    /// Puts the states of a batch into its memory.
+    fn put_states(&self, given: &Given<'_>, count: usize, batch: &mut Batch) -> PyResult<()> {
+        let mut state = self.simulator.neutral_state();
+        let make = || batch.simulator.states(&vec![state.clone(); count]);
+        let states = batch.states.get_or_insert_with(make);
+        for k in 0..count {
+            self.read_state(given, k, &mut state)
+                .map_err(|error| of_row(k, error, given.q.py()))?;
+            states.set(k, &state);
         }
-        write_states(&next, out);
         Ok(())
     }
 

@@ -1,17 +1,20 @@
 //! Residuals, whatever their type.
 
+use dualbody::contact::LinkShapes;
 use dualbody::model::FrameId;
 use dualbody::spatial::Representation;
 use dualbody::trajopt::{
     Activation, AnySystem, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation,
-    FramePose, FramePosition, FrameVelocity, InputError, Obstacle, Residual, StateError,
+    FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Obstacle, Residual, StateError,
 };
 use dualbody::{Model, State};
 use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
+use crate::counts::whole_of;
 use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
+use crate::limits::check_trajectories;
 use crate::model::read_pose;
 
 use super::user::UserResidual;
@@ -132,6 +135,15 @@ fn with_robot_residual<U: Use>(
                 frame: frame("frame")?,
                 from,
             })
+        }
+        "link_distances" => {
+            let pairs: Vec<(String, String)> = value.getattr("pairs")?.extract()?;
+            let pairs: Vec<[&str; 2]> = pairs.iter().map(|(a, b)| [a.as_str(), b]).collect();
+            let distances = LinkDistances::new(model, LinkShapes::new(model), &pairs);
+            let samples: usize = whole_of(value, "samples_between")?;
+            // A row of a Jacobian for each, at each stage.
+            check_trajectories(1, samples.saturating_add(1), pairs.len() * (model.nv() + 1))?;
+            then.with(distances.or_raise()?.with_samples_between(samples))
         }
         "center_of_mass" => then.with(CenterOfMass {
             target: three()?.into(),

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum CodeError {
     /// A name is not an identifier of C, or is reserved there.
-    #[error("the name \"{name}\" of {of} is no identifier of C: {reason}")]
+    #[error("the name \"{name}\" of {of} is not an identifier of C: {reason}")]
     Name {
         /// The name.
         name: String,
@@ -30,7 +30,7 @@ pub enum CodeError {
     },
     /// A graph is not a step: its outputs are not the next state.
     #[error(
-        "the {outputs} numbers of the outputs are not the next values of the first inputs, so that the graph is no step that can be repeated"
+        "the {outputs} numbers of the outputs are not the next values of the first inputs, so the graph is not a step that can be repeated"
     )]
     NoStep {
         /// Number of the outputs.

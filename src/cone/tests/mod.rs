@@ -1,5 +1,6 @@
 //! Problems for the tests, and the checks they share.
 
+mod blocks;
 mod closed_forms;
 mod derivatives;
 mod hostile;

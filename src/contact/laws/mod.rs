@@ -35,9 +35,9 @@ use crate::scalar::{Over, Scalar};
 pub enum ContactLaw<P = f64> {
     /// Springs, dampers and bristles.
     Soft(SoftContact<P>),
-    /// No penetration but what a convex problem lets through, as in `MuJoCo`.
+    /// Regularised contact: the small penetration of a convex problem, as in `MuJoCo`.
     RelaxedRigid(RelaxedRigid<P>),
-    /// No penetration, Coulomb's friction, impacts; with semi-implicit Euler.
+    /// No penetration, Coulomb's friction, impacts.
     Rigid(Rigid<P>),
 }
 
@@ -82,6 +82,16 @@ impl<P: Scalar> ContactLaw<P> {
     /// μ as solvers can work with it, finite.
     pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
         bounded_friction(self.material().friction)
+    }
+
+    /// Restitution of a law by which impacts act at once; `None` without, or if it is zero.
+    pub(crate) fn restitution(&self) -> Option<P> {
+        match self {
+            Self::Rigid(law) => {
+                Some(law.restitution).filter(|e| !e.has_value() || e.value(0) > 0.0)
+            }
+            Self::Soft(_) | Self::RelaxedRigid(_) => None,
+        }
     }
 
     /// [`bounded_friction`](Self::bounded_friction) of a point at a depth (m): none of one that is met before it arrives.

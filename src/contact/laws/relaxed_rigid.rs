@@ -33,10 +33,10 @@ pub struct RelaxedRigid<P = f64> {
     pub friction: P,
     /// b and k of the reference acceleration −b v − k d δ.
     pub reference: Reference<P>,
-    /// d, how much of the reference acceleration is enforced.
+    /// d, the enforced share of the reference acceleration.
     pub impedance: Impedance<P>,
-    /// By how much a point gives way less across the normal than along it, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; what sticks on a
-    /// slope creeps down with a speed that is the smaller the larger this is.
+    /// Ratio of normal to tangential regularisation, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; a point that sticks on a
+    /// slope creeps more slowly the larger this is.
     pub friction_impedance_ratio: P,
 }
 /// Coefficients b and k of the reference acceleration, with which a point comes back to the surface.

@@ -16,7 +16,7 @@ const AT_REST: f64 = 1e-9;
 /// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
 /// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
 ///
-/// It acts over a step, so it needs semi-implicit Euler.
+/// It acts over a step, so it needs semi-implicit Euler or the integrator implicit in velocity.
 ///
 /// # At rest
 /// The velocity that is wanted of a point has a kink at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ instead for
@@ -25,13 +25,26 @@ const AT_REST: f64 = 1e-9;
 /// vₙ: what central differences give, an element of the generalised Jacobian [Clarke 1983], and one that a regulator can be
 /// designed on. Values are not touched. [`ContactReason`](crate::sim::ContactReason) tells points there from others.
 ///
-/// # Limitations
-/// Derivatives of a step are exact, but the step in which an impact falls does not move with the state: a chain of them through impacts
-/// is that of impacts at fixed times. The height of a ball after any bounce has the derivative 1 in the height of its fall, not e² to the
-/// number of bounces, however short the steps. Where that matters, [`SoftContact`](crate::contact::SoftContact) resolves the impact.
+/// # Impacts at their time
+/// With a restitution above zero, an impact by itself happens at its time within the step, and the rest of the step is taken after it: in values, and in
+/// derivatives of all kinds, which contain how that time depends on state, input and parameters (the saltation matrix, from the implicit function
+/// theorem). A chain of them through impacts is that of the motion. Velocities of semi-implicit Euler count as those of half a step ago, so that the
+/// motion in a constant field is exact between impacts and through them. An impact is by itself where
 ///
-/// Restitution is of first order in the step, as an impact acts in whole steps and not when the surface is reached. A ball that falls 1 m comes back to
-/// this share of its height, in the mean (and between, by where in a step it lands):
+/// - one point of contact alone, with the ground or between bodies, begins to touch in the step; points that touch already may carry on,
+/// - it arrives with 2 mm/s or more, and leaves with twice the velocity or more that the other forces give to it within a step,
+/// - and the rest of the step leads no other point deeper into what it touches.
+///
+/// All else acts in whole steps: several points that begin to touch in one step (a box that lands flat), a second impact of the same step, the last
+/// small bounces before a body rests, impacts without restitution, smoothed contact, steps over [lanes](crate::Lanes) and recorded graphs. Batches take
+/// such states one by one. All other forces are held over a step with an impact; they act for 1 µs more, as long as the impact lasts.
+///
+/// # Limitations
+/// Derivatives of a step are exact, but an impact in whole steps does not move with the state: a chain of derivatives through it is that of an impact at a
+/// fixed time. Where that matters, [`SoftContact`](crate::contact::SoftContact) resolves the impact.
+///
+/// Restitution of impacts in whole steps is of first order in the step. A ball that falls 1 m would come back to this share of its height, in the mean
+/// (and between, by where in a step it lands):
 ///
 /// | e | exact, e² | at 1 ms | at 2 ms | at 5 ms | at 10 ms |
 /// |---|---|---|---|---|---|

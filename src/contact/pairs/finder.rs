@@ -144,7 +144,8 @@ impl PairFinder {
     }
 }
 
-fn plain_pose<T: Scalar>(X: &Transform<T>, lane: usize) -> Transform<f64> {
+/// The values of a pose in a lane.
+pub(in crate::contact) fn plain_pose<T: Scalar>(X: &Transform<T>, lane: usize) -> Transform<f64> {
     Transform::new(
         X.rotation.map(|x| x.value(lane)),
         X.translation.map(|x| x.value(lane)),

@@ -8,6 +8,7 @@ mod finder;
 use nalgebra::Vector3;
 
 pub use choice::CollisionOptions;
+pub(super) use finder::plain_pose;
 pub(crate) use finder::{PairFinder, PairPoint};
 
 use super::contacts::Contacts;

@@ -193,7 +193,7 @@ fn broken_data_are_refused_by_name() {
         ),
         (
             good().with_channel("pivot", Quantity::Force, Unit::Degree, &angles),
-            "force of \"pivot\": Degree is no unit of force",
+            "force of \"pivot\": Degree is not a unit of force",
         ),
         (
             good().with_channel("pivot", Quantity::Position, Unit::Si, &angles),

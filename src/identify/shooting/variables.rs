@@ -103,7 +103,7 @@ impl Variables {
         }
         let domain = layout.domains()[index];
         if bounds(domain).is_none() {
-            let reason = "a descent could take it where it makes no sense";
+            let reason = "the fit could leave its domain";
             return Err(IdentifyError::option(name, reason));
         }
         let value = simulator.parameters()[index];

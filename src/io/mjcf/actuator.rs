@@ -1,4 +1,4 @@
-//! Actuators: on joints and sites, and what is not modelled.
+//! Actuators: on joints, sites and fixed tendons, and what is not modelled.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use super::actuator_law::Law;
 use super::body::Bodies;
 use super::entry::Entry;
 use super::joint::{Kind, symmetric};
-use super::scene::{MjcfActuator, MjcfTransmission};
+use super::scene::{MjcfActuator, MjcfTendon, MjcfTransmission};
 use super::sections::Names;
 use super::walk::Part;
 use crate::error::LoadError;
@@ -136,10 +136,7 @@ fn transmission(
             (MjcfTransmission::Joint(name), lack)
         }
         "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
-        "tendon" => {
-            let lack = Some("acts on a tendon, which is not modelled");
-            (MjcfTransmission::Tendon(name), lack)
-        }
+        "tendon" => (MjcfTransmission::Tendon(name), None),
         _ => {
             let lack = Some("acts on what is not modelled");
             (MjcfTransmission::Other(name), lack)
@@ -186,10 +183,6 @@ pub(super) fn share(
             joint.axis.damping += damping;
         }
         let [only] = &own[..] else {
-            for other in own.iter().skip(1) {
-                let reason = "a further actuator of its joint, for which the simulator has no input; kept in MjcfScene::actuation";
-                context.ignore(&other.place, reason);
-            }
             continue;
         };
         let most = only.on_joint().and_then(|(_, servo)| largest_force(servo));
@@ -216,7 +209,7 @@ impl ActuatorEntry {
 
     /// Whether its velocity gain follows from a damping ratio.
     pub(super) fn has_ratio(&self) -> bool {
-        self.damping_ratio.is_some() && self.on_joint().is_some()
+        self.damping_ratio.is_some() && self.actuator.servo.is_some()
     }
 
     /// Error for more damping ratios than there is time for.
@@ -225,42 +218,73 @@ impl ActuatorEntry {
         self.place.unsupported(reason)
     }
 
-    /// Names the frame of the site that it acts on.
-    pub(super) fn mount(&mut self, names: &Names, context: &mut Context<'_>) {
-        let MjcfTransmission::Site(site, _) = &mut self.actuator.transmission else {
-            return;
-        };
-        match names.sites.get(site.as_str()) {
-            Some(frame) => site.clone_from(frame),
-            None if self.actuator.servo.take().is_some() => {
-                context.ignore(
-                    &self.place,
-                    format!("there is no frame of the site \"{site}\""),
-                );
+    /// Finds what it acts on: the frame of a site, a fixed tendon; the remaining things of motors act on joints only.
+    pub(super) fn mount(
+        &mut self,
+        names: &Names,
+        tendons: &[MjcfTendon],
+        context: &mut Context<'_>,
+    ) {
+        let lack = match &mut self.actuator.transmission {
+            MjcfTransmission::Site(site, _) => match names.sites.get(site.as_str()) {
+                Some(frame) => {
+                    site.clone_from(frame);
+                    None
+                }
+                None => Some(format!("there is no frame of the site \"{site}\"")),
+            },
+            MjcfTransmission::Tendon(tendon) => {
+                let is_fixed = tendons.iter().any(|own| own.name == *tendon);
+                (!is_fixed).then(|| format!("\"{tendon}\" is no fixed tendon"))
             }
-            None => {}
+            _ => return,
+        };
+        let has_servo = self.actuator.servo.is_some();
+        if let Some(lack) = lack.filter(|_| has_servo) {
+            self.actuator.servo = None;
+            let reason = format!("{lack}; kept in MjcfScene::actuation");
+            context.ignore(&self.place, reason);
+        } else if has_servo && self.of_motor != [0.0; 2] {
+            let reason = "armature and damping of the motor count on joints only";
+            context.ignore(&self.place, reason);
         }
     }
 
-    /// Makes the velocity gain of a damping ratio ζ: 2 ζ √(`k_p` I / n²), with the inertia I that the joint feels where the file has the bodies.
+    /// Makes the velocity gain of a damping ratio ζ: 2 ζ √(`k_p` I / n²), with the inertia I that joint or tendon feel where the file has the bodies.
     ///
     /// # References
     /// The attribute `dampratio` in the XML reference of `MuJoCo`; that the other joints are free was measured.
-    pub(super) fn damp(&mut self, model: &Model, inertia: &impl Fn(usize) -> f64) {
-        let Some((joint, ratio)) = self
-            .on_joint()
-            .map(|(joint, _)| joint)
-            .zip(self.damping_ratio)
-        else {
+    pub(super) fn damp(
+        &mut self,
+        model: &Model,
+        tendons: &[MjcfTendon],
+        inertia: &impl Fn(&[(usize, f64)]) -> f64,
+    ) {
+        let Some(along) = self.actuator.along(model, tendons) else {
             return;
         };
-        let Some(id) = model.joint(joint) else {
-            return;
-        };
-        let inertia = inertia(model.joint_v(id).start);
+        let (ratio, inertia) = (self.damping_ratio.unwrap_or_default(), inertia(&along));
         if let Some(servo) = &mut self.actuator.servo {
             let seen = inertia / (servo.gear * servo.gear);
             servo.velocity_gain = 2.0 * ratio * (servo.position_gain * seen).sqrt();
+        }
+    }
+}
+
+impl MjcfActuator {
+    /// Coordinates along which it acts with their coefficients, on a joint or a fixed tendon of the model.
+    fn along(&self, model: &Model, tendons: &[MjcfTendon]) -> Option<Vec<(usize, f64)>> {
+        let coordinate = |joint: &str| Some(model.joint_v(model.joint(joint)?).start);
+        match &self.transmission {
+            MjcfTransmission::Joint(joint) => Some(vec![(coordinate(joint)?, 1.0)]),
+            MjcfTransmission::Tendon(name) => {
+                let tendon = tendons.iter().find(|own| own.name == *name)?;
+                let joints = tendon.joints.iter();
+                joints
+                    .map(|(joint, c)| Some((coordinate(joint)?, *c)))
+                    .collect()
+            }
+            _ => None,
         }
     }
 }

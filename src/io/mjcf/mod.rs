@@ -39,6 +39,7 @@ mod mesh_inertia;
 mod naming;
 mod option;
 mod orientation;
+mod pairs;
 mod scene;
 mod sections;
 mod sensor;
@@ -178,10 +179,10 @@ fn scene(
     let builder = springs::add(builder, &bodies, base, assembly.floats())?;
     let model = options.build_on(builder, base)?;
     let q = assemble::reference(&model, &bodies, assembly.floats());
-    damp(&mut actuators, &model, q.as_slice())?;
     for own in &mut actuators {
-        own.mount(&assembly.names, context);
+        own.mount(&assembly.names, &tendons, context);
     }
+    damp(&mut actuators, &tendons, &model, q.as_slice())?;
 
     let target = keyframe::Target {
         floats: assembly.floats() && model.has_floating_base(),
@@ -205,12 +206,17 @@ fn scene(
     let constraints = beside.read("equality", context, |part, context| {
         equality::read(part, &reference, context)
     })?;
+    let measured = sensor::Target {
+        model: &model,
+        sites: &assembly.names.sites,
+        magnetic: settings.magnetic,
+    };
     let scene = MjcfScene {
         reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
         constraints,
         contacts: contacts.placed(&bodies, assembly.floats()),
         sensors: beside.read("sensor", context, |part, context| {
-            Ok(Some(sensor::read(part, context)))
+            sensor::read(part, &measured, context).map(Some)
         })?,
         actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
         tendons,
@@ -234,7 +240,12 @@ fn scene(
 }
 
 /// Makes gains of the damping ratios of actuators, if there are any.
-fn damp(actuators: &mut [ActuatorEntry], model: &Model, q: &[f64]) -> Result<(), LoadError> {
+fn damp(
+    actuators: &mut [ActuatorEntry],
+    tendons: &[MjcfTendon],
+    model: &Model,
+    q: &[f64],
+) -> Result<(), LoadError> {
     let mut wanted = actuators
         .iter_mut()
         .filter(|own| own.has_ratio())
@@ -248,7 +259,7 @@ fn damp(actuators: &mut [ActuatorEntry], model: &Model, q: &[f64]) -> Result<(),
         if k.saturating_mul(model.nv()) > springs::MOST {
             return Err(actuator.too_many());
         }
-        actuator.damp(model, &inertia);
+        actuator.damp(model, tendons, &inertia);
     }
     Ok(())
 }
@@ -277,11 +288,11 @@ impl<'t, 'c> Beside<'_, 't, 'c> {
     ) -> Result<MjcfContacts, LoadError> {
         let mut contacts = MjcfContacts::default();
         self.read("contact", context, |part, _| {
-            contact::read_pair(part, &mut contacts).map(Some)
+            pairs::read_pair(part, &mut contacts).map(Some)
         })?;
         let paired = contacts.pairs.iter().flatten().map(String::as_str);
         bodies.pair(&paired.collect());
-        contact::exclude_neighbours(bodies, &mut contacts, context);
+        pairs::exclude_neighbours(bodies, &mut contacts, context);
         bodies.note_unmodelled(context);
         Ok(contacts)
     }

@@ -12,6 +12,9 @@ use crate::sim::Integrator;
 /// Step where nothing else is said, s.
 const TIME_STEP: f64 = 0.002;
 
+/// Magnetic field where nothing else is said.
+const MAGNETIC: [f64; 3] = [0.0, -0.5, 0.0];
+
 /// Methods, each with the nearest one here. Euler's is implicit in damping there, and in springs and dampers here.
 const INTEGRATORS: [(&str, Integrator); 4] = [
     ("Euler", Integrator::SemiImplicitEuler),
@@ -43,6 +46,8 @@ const SOLVER: [&str; 14] = [
 pub(super) struct Options {
     pub(super) simulation: MjcfOptions,
     pub(super) gravity: [f64; 3],
+    /// The magnetic field, in any unit.
+    pub(super) magnetic: [f64; 3],
 }
 
 /// Reads the options; later elements win.
@@ -55,6 +60,7 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
             impratio: 1.0,
         },
         gravity: DEFAULT_GRAVITY,
+        magnetic: MAGNETIC,
     };
     let mut weighs = true;
     for node in world.node.all("option") {
@@ -74,6 +80,9 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
 
 impl Options {
     fn update(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        if let Some(magnetic) = entry.numbers("magnetic")? {
+            self.magnetic = magnetic;
+        }
         let own = &mut self.simulation;
         let positive = |name, otherwise: f64| match entry.number(name)? {
             Some(x) if x <= 0.0 => Err(entry.malformed(name, "is not positive")),

@@ -1,10 +1,13 @@
 //! Content of an MJCF that a model cannot hold.
 
+use std::collections::HashSet;
+
 use nalgebra::DVector;
 
 use crate::constraint::Constraint;
+use crate::io::names::Names;
 use crate::model::Model;
-use crate::sim::{Integrator, Servo, State};
+use crate::sim::{Integrator, Sensor, SensorNoise, Sensors, Servo, State};
 use crate::spatial::Transform;
 
 /// Everything that an MJCF holds and this library can use.
@@ -26,7 +29,7 @@ pub struct MjcfScene {
     pub constraints: Vec<Constraint>,
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,
-    /// Sensors by name; they are not computed.
+    /// Sensors, in the order of the file; [`known_sensors`](Self::known_sensors) reads those that are modelled.
     pub sensors: Vec<MjcfSensor>,
     /// Named states.
     pub keyframes: Vec<MjcfKeyframe>,
@@ -123,8 +126,8 @@ pub struct MjcfTendon {
     pub joints: Vec<(String, f64)>,
 }
 
-/// A sensor, which is not computed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A sensor.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfSensor {
     /// Its name; empty where it has none.
@@ -133,6 +136,40 @@ pub struct MjcfSensor {
     pub kind: String,
     /// Name of the object that it measures at; empty where it names none.
     pub object: String,
+    /// The sensor here, which may read more numbers: position and orientation together, force and torque, linear and angular. `None` for what is not modelled.
+    pub sensor: Option<Sensor>,
+    /// Deviation of its noise, limit, period and delay.
+    pub noise: SensorNoise,
+}
+
+impl MjcfScene {
+    /// The sensors that are modelled, by name: of those without one by kind and place in the file, as `gyro 3`. Noise is not in them:
+    /// [`MjcfSensor::noise`] is for [`NoisySensors`](crate::sim::NoisySensors).
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/><site name="imu"/></body></worldbody>
+    ///   <sensor><jointpos name="encoder" joint="j"/><gyro site="imu"/></sensor></mujoco>"#;
+    /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
+    /// assert_eq!(scene.known_sensors().names(), ["encoder", "gyro 1.x", "gyro 1.y", "gyro 1.z"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn known_sensors(&self) -> Sensors {
+        let named = self.sensors.iter().map(|own| own.name.as_str());
+        let mut names = Names::of(named.filter(|name| !name.is_empty()));
+        let mut taken = HashSet::new();
+        let own = self.sensors.iter().enumerate().filter_map(|(k, own)| {
+            let sensor = own.sensor?;
+            let name = match !own.name.is_empty() && taken.insert(own.name.as_str()) {
+                true => own.name.clone(),
+                false => names.fresh(format!("{} {k}", own.kind)),
+            };
+            Some((name, sensor))
+        });
+        Sensors::new(&self.model, own)
+    }
 }
 
 /// A named state.

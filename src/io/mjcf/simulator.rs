@@ -1,5 +1,6 @@
 //! Simulators of scenes.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::scene::{MjcfActuator, MjcfScene, MjcfTransmission};
@@ -7,18 +8,19 @@ use crate::constraint::Anchor;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::model::Model;
-use crate::sim::{Actuation, Actuator, FrameActuator, Interval, Servo, Simulator};
+use crate::sim::{Actuation, Actuator, FrameActuator, Interval, Servo, Simulator, TendonServo};
 use crate::spatial::{Force, Representation};
 
 impl MjcfScene {
     /// Makes a simulator of the scene: its time step and method, joint limits and friction, constraints, contacts, and an input for each actuator that is
-    /// modelled: its control, as in `MuJoCo`. Inputs of joints come first, then those of sites, each in the order of the file; [`inputs`](Self::inputs) puts
-    /// controls into this order.
+    /// modelled: its control, as in `MuJoCo`. Inputs of joints come first, then those of sites, then those of tendons and of further actuators of a joint, each in
+    /// the order of the file; [`inputs`](Self::inputs) puts controls into this order.
     ///
     /// | number | taken as |
     /// |---|---|
     /// | joint limits, friction losses | those of [`Actuation::from_model`] |
     /// | actuators of joints | [`Servo`]s, which steps of Euler take at their end |
+    /// | actuators of fixed tendons, further ones of a joint | [`TendonServo`]s |
     /// | actuators of sites, if their force is a factor times the control | [`FrameActuator`]s |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with the `solref`, `solimp` and friction that `MuJoCo` mixes of two geoms, and `impratio` |
     /// | contact with the ground | one law for each link: that of its first geom, with the largest friction |
@@ -28,8 +30,7 @@ impl MjcfScene {
     ///
     /// # Limitations
     /// With active contacts and limits, accelerations differ from those of `MuJoCo` by what the formulations do: the regularisation goes with the exact
-    /// Delassus matrix, not with an estimate of it, cones are round, and limits of joints are springs. A second actuator of a joint is left out, as
-    /// [`inputs`](Self::inputs) shows.
+    /// Delassus matrix, not with an estimate of it, cones are round, and limits of joints are springs.
     ///
     /// # Panics
     /// If the mass matrix of the model is singular: [`Model::check_mass_matrix`](crate::Model::check_mass_matrix), or if contact points need more memory than
@@ -63,6 +64,10 @@ impl MjcfScene {
         if !thrusters.is_empty() {
             simulator = simulator.with_frame_actuators(thrusters);
         }
+        let pulls: Vec<TendonServo> = self.pulls().map(|(_, own)| own).collect();
+        if !pulls.is_empty() {
+            simulator = simulator.with_tendon_servos(pulls);
+        }
         if !self.constraints.is_empty() {
             simulator = simulator.with_constraints(self.constraints.clone());
         }
@@ -83,13 +88,15 @@ impl MjcfScene {
         let drives = self.drives();
         let joints = drives.iter().map(|drive| drive.index);
         let sites = self.thrusters().map(|(index, _)| index);
-        joints.chain(sites).map(|index| control[index]).collect()
+        let tendons = self.pulls().map(|(index, _)| index);
+        let all = joints.chain(sites).chain(tendons);
+        all.map(|index| control[index]).collect()
     }
 
     /// Actuators of joints: of each joint, unless it is locked, the first.
     fn drives(&self) -> Vec<Drive<'_>> {
         let mut drives: Vec<Drive<'_>> = Vec::new();
-        let mut driven = std::collections::HashSet::new();
+        let mut driven = HashSet::new();
         for (index, own) in self.actuation.iter().enumerate() {
             let (MjcfTransmission::Joint(joint), Some(servo)) = (&own.transmission, &own.servo)
             else {
@@ -109,7 +116,25 @@ impl MjcfScene {
     /// Actuators of sites with their indices.
     fn thrusters(&self) -> impl Iterator<Item = (usize, FrameActuator)> {
         let all = self.actuation.iter().enumerate();
-        all.filter_map(|(index, own)| Some((index, thruster(&self.model, own)?)))
+        all.filter_map(|(index, own)| Some((index, self.thruster(own, self.input_name(index))?)))
+    }
+
+    /// Actuators of fixed tendons, and those of joints that have one before, with their indices.
+    fn pulls(&self) -> impl Iterator<Item = (usize, TendonServo)> {
+        let first: HashSet<usize> = self.drives().iter().map(|drive| drive.index).collect();
+        let all = self.actuation.iter().enumerate();
+        let others = all.filter(move |(index, _)| !first.contains(index));
+        others.filter_map(|(index, own)| Some((index, self.pull(own, self.input_name(index))?)))
+    }
+
+    /// Name of the input of an actuator of a site or tendon: its own, unless it has none or another one has it, too.
+    fn input_name(&self, index: usize) -> String {
+        let own = &self.actuation[index];
+        let alike = self.actuation.iter().filter(|other| other.name == own.name);
+        match own.name.is_empty() || alike.count() > 1 {
+            true => format!("{}{index}", own.kind),
+            false => own.name.clone(),
+        }
     }
 }
 
@@ -143,23 +168,45 @@ fn actuation(model: &Model, drives: &[Drive<'_>]) -> Actuation {
     actuation
 }
 
-/// The actuator of a site, if its force is a factor times the control.
-fn thruster(model: &Model, own: &MjcfActuator) -> Option<FrameActuator> {
-    let (MjcfTransmission::Site(site, gear), Some(servo)) = (&own.transmission, &own.servo) else {
-        return None;
-    };
-    let place = Anchor::frame(model, site).ok()?;
-    let wrench = Force::from_array(gear.map(|x| x * servo.gain));
-    let is_nothing = wrench == Force::zero();
-    let actuator = (!is_nothing)
-        .then(|| FrameActuator::new(own.name.clone(), place, wrench, Representation::Body))?;
-    let Interval { lower, upper } = inputs_of(servo);
-    Some(match lower < upper {
-        true if lower > f64::NEG_INFINITY || upper < f64::INFINITY => {
-            actuator.with_limits(lower, upper)
+impl MjcfScene {
+    /// The actuator of a site, if its force is a factor times the control.
+    fn thruster(&self, own: &MjcfActuator, name: String) -> Option<FrameActuator> {
+        let (MjcfTransmission::Site(site, gear), Some(servo)) = (&own.transmission, &own.servo)
+        else {
+            return None;
+        };
+        let place = Anchor::frame(&self.model, site).ok()?;
+        let moves = self.moves(site);
+        let wrench = Force::from_array(gear.map(|x| x * servo.gain));
+        if !moves || wrench == Force::zero() {
+            return None;
         }
-        _ => actuator,
-    })
+        let actuator = FrameActuator::new(name, place, wrench, Representation::Body);
+        let Interval { lower, upper } = inputs_of(servo);
+        let is_limited = lower > f64::NEG_INFINITY || upper < f64::INFINITY;
+        Some(match lower < upper && is_limited {
+            true => actuator.with_limits(lower, upper),
+            false => actuator,
+        })
+    }
+
+    /// The servo of a fixed tendon whose joints are there, or of a joint.
+    fn pull(&self, own: &MjcfActuator, name: String) -> Option<TendonServo> {
+        let servo = own.servo?;
+        let joints: Vec<(&str, f64)> = match &own.transmission {
+            MjcfTransmission::Joint(joint) => vec![(joint, 1.0)],
+            MjcfTransmission::Tendon(tendon) => {
+                let found = self.tendons.iter().find(|own| own.name == *tendon)?;
+                found
+                    .joints
+                    .iter()
+                    .map(|(joint, c)| (joint.as_str(), *c))
+                    .collect()
+            }
+            _ => return None,
+        };
+        TendonServo::new(&self.model, name, &joints, servo).ok()
+    }
 }
 
 /// The inputs of a motor that its ranges of input and force allow.

@@ -11,14 +11,16 @@ use crate::model::{Base, Model, ModelBuilder, Spring};
 /// Largest product of such joints and of all degrees of freedom: some seconds of work.
 pub(super) const MOST: usize = 10_000_000;
 
-/// The inertia that resists a coordinate while all others move freely, 1 / (M⁻¹)ₖₖ, as a function of it; O(n) each.
-pub(super) fn inertia(model: &Model, q: &[f64]) -> impl Fn(usize) -> f64 {
+/// The inertia that resists a motion while all that it does not hold moves freely, 1 / (cᵀ M⁻¹ c), as a function of coordinates with their coefficients;
+/// O(n) each.
+pub(super) fn inertia(model: &Model, q: &[f64]) -> impl Fn(&[(usize, f64)]) -> f64 {
     let still = model.clone().with_gravity(Vector3::zeros());
     let rest = vec![0.0; model.nv()];
-    move |k| {
+    move |along| {
         let mut unit = rest.clone();
-        unit[k] = 1.0;
-        forward_dynamics(&still, q, &rest, &unit)[k].recip()
+        along.iter().for_each(|&(k, c)| unit[k] += c);
+        let a = forward_dynamics(&still, q, &rest, &unit);
+        along.iter().map(|&(k, c)| c * a[k]).sum::<f64>().recip()
     }
 }
 
@@ -60,7 +62,7 @@ pub(super) fn add(
         let Some(id) = model.joint(&joint.name) else {
             continue;
         };
-        let inertia = inertia_of(model.joint_v(id).start);
+        let inertia = inertia_of(&[(model.joint_v(id).start, 1.0)]);
         let spec = joints.iter_mut().find(|spec| spec.name == joint.name);
         if let Some(spec) = spec {
             let mut axis = joint.axis.clone();

@@ -187,7 +187,8 @@ impl MjcfScene {
         }
     }
 
-    fn moves(&self, link: &str) -> bool {
+    /// Whether a frame moves.
+    pub(super) fn moves(&self, link: &str) -> bool {
         let frame = self.model.frame(link);
         frame.is_some_and(|frame| self.model.frames()[frame.0].body.is_some())
     }

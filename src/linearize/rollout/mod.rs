@@ -115,11 +115,11 @@ impl Simulator<f64> {
     /// more from the first number on (`benches/RESULTS.md`).
     ///
     /// # Impacts
-    /// The gradient is that of the numbers that the steps compute. Through an impact this is that of the motion only where the contact lasts
-    /// many steps: with [`SoftContact`](crate::contact::SoftContact) and q = 1 + p within 2 % at twenty steps and 0.2 % at fifty. Through
-    /// [`Rigid`](crate::contact::Rigid) contact it is wrong however short the steps are: the height of a ball after a bounce has the derivative
-    /// 1 in the height from which it comes at a constant speed, and not −e. Through [`RelaxedRigid`](crate::contact::RelaxedRigid) contact it is
-    /// biased. See [`linearize`](Self::linearize).
+    /// The gradient is that of the numbers that the steps compute. Through an impact of [`Rigid`](crate::contact::Rigid) contact with restitution that is
+    /// alone in its step this is that of the motion: the height of a ball after a bounce has the derivative −e in the height from which it comes at a
+    /// constant speed. Through other impacts of rigid contact it is wrong however short the steps are, through
+    /// [`RelaxedRigid`](crate::contact::RelaxedRigid) contact it is biased, and through [`SoftContact`](crate::contact::SoftContact) with q = 1 + p it is within
+    /// 2 % where the contact lasts twenty steps and 0.2 % at fifty. See [`linearize`](Self::linearize).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)

@@ -99,10 +99,10 @@ pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(
         }
         for k in body.v..body.v + body.joint.nv() {
             let spring = &model.springs[k];
-            part.bounded("damping with its followers", &[model.damping[k]])?;
-            part.bounded("armature with its followers", &[model.armature[k]])?;
+            part.bounded("damping with its mimic joints", &[model.damping[k]])?;
+            part.bounded("armature with its mimic joints", &[model.armature[k]])?;
             part.bounded(
-                "spring with its followers",
+                "spring with its mimic joints",
                 &[spring.stiffness, spring.rest],
             )?;
         }

@@ -122,6 +122,14 @@ impl<P: Scalar> Actuator<P> {
         }
     }
 
+    /// A force within the limits of the motor.
+    pub(crate) fn limited<T: Over<P>>(&self, tau: T) -> T {
+        match self.limits() {
+            Some(limits) => limits.nearest(tau),
+            None => tau,
+        }
+    }
+
     /// The middle of the limits of a servo's force, and how far it goes from there: that of one with an effort limit alone is 0.
     pub(crate) fn band<T: Over<P>>(&self) -> (T, T) {
         let Some(Interval { lower, upper }) = self.limits() else {
@@ -140,10 +148,7 @@ impl<P: Scalar> Actuator<P> {
         if let Some(curve) = &self.torque_speed {
             tau = Interval::symmetric(curve.available(v)).nearest(tau);
         }
-        match self.limits() {
-            Some(limits) => limits.nearest(tau),
-            None => tau,
-        }
+        self.limited(tau)
     }
 
     /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.

@@ -21,6 +21,7 @@ mod coulomb_friction;
 mod interval;
 mod position_limits;
 mod servo;
+mod tendon_servo;
 mod torque_speed;
 mod velocity_limit;
 
@@ -40,6 +41,8 @@ pub use interval::Interval;
 pub(crate) use position_limits::End;
 pub use position_limits::PositionLimits;
 pub use servo::Servo;
+pub(crate) use tendon_servo::Pulled;
+pub use tendon_servo::TendonServo;
 pub use torque_speed::TorqueSpeed;
 pub use velocity_limit::VelocityLimit;
 

@@ -14,10 +14,12 @@ mod control;
 mod group;
 mod groups;
 mod one_by_one;
+mod readout;
 mod rollout;
 mod simulator;
 mod single;
 mod states;
+mod step_and_read;
 mod worker;
 
 pub use control::BatchMoment;

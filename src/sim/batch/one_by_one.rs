@@ -1,6 +1,7 @@
 //! The states of a group one by one, for CPUs without registers for lanes.
 
 use super::group::Group;
+use super::readout::{Readout, SensorMemory};
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::cone::Status;
 use crate::dynamics::Calls;
@@ -19,6 +20,8 @@ pub(super) struct OneByOne {
     next_group: State<BatchScalar>,
     u: Vec<BatchScalar>,
     u_lane: Vec<f64>,
+    /// From the first reading of sensors on.
+    sensors: Option<Box<SensorMemory<f64>>>,
 }
 
 impl OneByOne {
@@ -31,6 +34,7 @@ impl OneByOne {
             next_group: simulator.neutral_state(),
             u: vec![Lanes([0.0; BATCH_WIDTH]); simulator.nu()],
             u_lane: Vec::with_capacity(simulator.nu()),
+            sensors: None,
         }
     }
 
@@ -44,11 +48,42 @@ impl OneByOne {
         group: &mut Group<BatchScalar, BATCH_WIDTH>,
         control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
     ) {
+        self.step_with(simulator, step, group, control, |_, _, _| {});
+    }
+
+    /// [`step`](Self::step), and what sensors read in it.
+    #[inline]
+    pub(super) fn step_and_read<'a>(
+        &mut self,
+        simulator: impl Fn(usize) -> &'a Simulator,
+        step: usize,
+        group: &mut Group<BatchScalar, BATCH_WIDTH>,
+        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
+        readout: &mut Readout<'_>,
+    ) {
+        let read = |own: &mut Self, simulator: &Simulator, lane: usize| {
+            let at = (simulator, &own.state, own.u_lane.as_slice());
+            readout.read(at, &own.scratch, &mut own.sensors, lane);
+        };
+        self.step_with(simulator, step, group, control, read);
+    }
+
+    /// [`step`](Self::step), with what is done after the step of each lane.
+    #[inline]
+    fn step_with<'a>(
+        &mut self,
+        simulator: impl Fn(usize) -> &'a Simulator,
+        step: usize,
+        group: &mut Group<BatchScalar, BATCH_WIDTH>,
+        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
+        mut taken: impl FnMut(&mut Self, &Simulator, usize),
+    ) {
         self.u.fill(Lanes([0.0; BATCH_WIDTH]));
         control(&group.state, &mut self.u);
         let mut status = [Status::Converged; BATCH_WIDTH];
         for (lane, status) in status.iter_mut().enumerate() {
             self.step_lane(simulator(lane), lane, &group.state);
+            taken(self, simulator(lane), lane);
             *status = self.scratch.solver_status(0);
         }
         group.watch_solver(step, |lane| status[lane]);

@@ -40,7 +40,7 @@ pub struct BatchSimulator {
 
 /// Working memory of a thread.
 #[derive(Debug)]
-enum BatchWorker {
+pub(super) enum BatchWorker {
     SideBySide(Box<Worker<BatchScalar>>),
     OneByOne(Box<OneByOne>),
 }
@@ -56,10 +56,23 @@ impl BatchWorker {
 
 /// A simulator for each state, and the same in groups.
 #[derive(Clone, Debug)]
-struct Variants {
+pub(super) struct Variants {
     singles: Vec<Simulator>,
     groups: Vec<Simulator<BatchScalar>>,
     step: StepGroup,
+}
+
+impl Variants {
+    /// The simulators of the groups.
+    pub(super) fn groups(&self) -> &[Simulator<BatchScalar>] {
+        &self.groups
+    }
+
+    /// The simulator of a lane of a group. Lanes that are left over repeat the last state.
+    pub(super) fn of_lane(&self, group: usize, lane: usize) -> &Simulator {
+        let i = group * BATCH_WIDTH + lane;
+        &self.singles[i.min(self.singles.len() - 1)]
+    }
 }
 
 /// A step of a group of variants: behind a pointer, so that programs that have variants compile the physics over their numbers, and others do not.
@@ -127,8 +140,10 @@ impl BatchSimulator {
         let out = Self {
             variants,
             len,
-            // Which features of shapes touch differs from state to state.
-            side_by_side: has_lanes() && !simulator.contacts().is_some_and(Contacts::have_pairs),
+            // Which features of shapes touch, and when an impact happens, differs from state to state.
+            side_by_side: has_lanes()
+                && !simulator.contacts().is_some_and(Contacts::have_pairs)
+                && !simulator.may_bounce(),
             workers: Vec::new(),
             simulator,
         };
@@ -217,10 +232,7 @@ impl BatchSimulator {
     /// If the states are of another robot, or if states or inputs are not as many as the simulator was made for.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
         let (step, nu) = (states.groups.steps, self.nu());
-        assert_eq!(states.len(), self.len, "the number of states");
-        let is_own = states.robot == self.simulator.model().structure();
-        assert!(is_own, "the states are of another robot");
-        assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
+        self.check_step(states, inputs);
         states.groups.steps += 1;
         let len = self.len;
         self.for_each(&mut states.groups.all, |stepper, k, group| {
@@ -231,6 +243,19 @@ impl BatchSimulator {
                 }
             });
         });
+    }
+
+    /// Refuses states of another robot or number, and inputs of another length.
+    pub(super) fn check_step(&self, states: &BatchStates, inputs: &[f64]) {
+        assert_eq!(states.len(), self.len, "the number of states");
+        let is_own = states.robot == self.simulator.model().structure();
+        assert!(is_own, "the states are of another robot");
+        assert_eq!(inputs.len(), self.len * self.nu(), "len × nu inputs");
+    }
+
+    /// The simulator, its variants, and the working memory of threads.
+    pub(super) fn parts(&mut self) -> (&Simulator, Option<&Variants>, &mut [BatchWorker]) {
+        (&self.simulator, self.variants.as_ref(), &mut self.workers)
     }
 
     /// Hands each item to a thread, with what steps the group of the same index.
@@ -294,10 +319,8 @@ impl Stepper<'_> {
                 }
             }
             (BatchWorker::OneByOne(worker), variants) => {
-                let first = self.group * BATCH_WIDTH;
                 let of_lane = |lane: usize| match variants {
-                    // Lanes that are left over repeat the last state.
-                    Some(all) => &all.singles[(first + lane).min(all.singles.len() - 1)],
+                    Some(all) => all.of_lane(self.group, lane),
                     None => self.simulator,
                 };
                 worker.step(of_lane, step, group, control);

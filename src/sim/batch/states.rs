@@ -46,6 +46,22 @@ impl BatchStates {
         (0..self.groups.len).map(|i| self.state(i)).collect()
     }
 
+    /// Writes the numbers of all states row by row, each as [`State::copy_to_slice`] does: q, v and the state of contact. Does not allocate.
+    ///
+    /// * `out` – output, length `len` × the length of a state
+    ///
+    /// # Panics
+    /// If the output has the wrong length.
+    pub fn copy_rows_to(&self, out: &mut [f64]) {
+        let width = self.groups.all.first().map_or(0, |group| group.state.len());
+        assert_eq!(out.len(), self.len() * width, "len × the length of a state");
+        for (i, row) in out.chunks_exact_mut(width.max(1)).enumerate() {
+            let (group, lane) = self.groups.at(i);
+            let numbers = row.iter_mut().zip(group.state.numbers());
+            numbers.for_each(|(out, x)| *out = x.0[lane]);
+        }
+    }
+
     /// `Completed` while all steps were taken; else why and at which step a state stopped. The index of a step counts from 0, from
     /// the making of the batch. Stopped states stay where they are until they are [`set`](Self::set).
     ///

@@ -1,6 +1,7 @@
 //! Working memory of a thread that steps groups of states.
 
 use super::group::Group;
+use super::readout::SensorMemory;
 use crate::scalar::{Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -12,6 +13,8 @@ pub(super) struct Worker<T: Scalar> {
     scratch: StepScratch<T>,
     next: State<T>,
     u: Vec<T>,
+    /// From the first reading of sensors on.
+    sensors: Option<Box<SensorMemory<T>>>,
 }
 
 impl<T: Scalar> Worker<T> {
@@ -21,6 +24,7 @@ impl<T: Scalar> Worker<T> {
             scratch: StepScratch::new(simulator),
             next: simulator.neutral_state(),
             u: vec![T::zero(); simulator.nu()],
+            sensors: None,
         }
     }
 
@@ -45,8 +49,28 @@ impl<T: Scalar> Worker<T> {
     ) where
         T: Over<P>,
     {
-        let Self { scratch, next, u } = self;
+        self.step_with(simulator, step, group, |_, _, _, _| {});
+    }
+
+    /// [`step`](Self::step), with what is done between the step and the change of the states.
+    #[inline]
+    pub(super) fn step_with<P: Scalar, const N: usize>(
+        &mut self,
+        simulator: &Simulator<P>,
+        step: usize,
+        group: &mut Group<T, N>,
+        taken: impl FnOnce(&State<T>, &[T], &StepScratch<T>, &mut Option<Box<SensorMemory<T>>>),
+    ) where
+        T: Over<P>,
+    {
+        let Self {
+            scratch,
+            next,
+            u,
+            sensors,
+        } = self;
         simulator.step_into(&group.state, u, scratch, next);
+        taken(&group.state, u, scratch, sensors);
         group.watch_solver(step, |lane| scratch.solver_status(lane));
         group.accept(step, u, next, simulator.divergence_bound());
     }

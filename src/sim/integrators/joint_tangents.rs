@@ -7,7 +7,7 @@ use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::State;
 
 /// Directions in which a joint is differentiated: a position or offset, then an offset or velocity.
@@ -16,19 +16,25 @@ const DIRECTIONS: usize = 2 * MAX_NV;
 /// A number of one joint with its derivatives in these.
 type Local<T> = Dual<T, DIRECTIONS>;
 
-/// A number of one joint with its derivatives in the time step and then in the [centre](Body::center) of its body.
-pub(super) type OfNumbers<T> = Dual<T, 4>;
+/// Numbers on which the times of a step may depend.
+const TIMES: usize = 2;
+
+/// A number of one joint with its derivatives in these and then in the [centre](Body::center) of its body.
+pub(super) type OfNumbers<T> = Dual<T, { TIMES + 3 }>;
 
 /// A tangent of one joint with its derivatives in two others.
 pub(super) type JointTangent<T> = [Local<T>; MAX_NV];
 
 /// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
-pub(super) fn stepped_velocity<T: Scalar>(
+pub(super) fn stepped_velocity<D: Scalar, T: Scalar>(
     body: &Body<f64>,
     state: &State<T>,
     a: &[T],
-    dt: f64,
-) -> [Dual<T, MAX_NV>; MAX_NV] {
+    dt: D,
+) -> [Dual<T, MAX_NV>; MAX_NV]
+where
+    Dual<T, MAX_NV>: Over<D>,
+{
     let (own, nv) = (v_range(body), body.joint.nv());
     let zero = [Dual::from(0.0); MAX_NV];
     let (mut v, mut rate, mut w) = (zero, zero, zero);
@@ -41,13 +47,16 @@ pub(super) fn stepped_velocity<T: Scalar>(
 }
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
-pub(super) fn joint_step<T: Scalar>(
+pub(super) fn joint_step<D: Scalar, T: Scalar>(
     body: &Body<f64>,
     state: &State<T>,
     w: &[Dual<T, MAX_NV>; MAX_NV],
     next: &State<T>,
-    dt: f64,
-) -> (JointTangent<T>, JointTangent<T>) {
+    dt: D,
+) -> (JointTangent<T>, JointTangent<T>)
+where
+    Local<T>: Over<D>,
+{
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
     let start = moved(joint, &state.q.as_slice()[q_range(body)]);
     let expected: [Local<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[q_range(body)]);
@@ -60,12 +69,15 @@ pub(super) fn joint_step<T: Scalar>(
 }
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in the time step and the centre of its body, at a fixed acceleration.
+///
+/// * `kick`, `drift` – times in which the velocity changes, and for which the joint moves at it, s: with their derivatives in two numbers
 pub(super) fn joint_step_in_numbers<T: Scalar>(
     body: &Body<f64>,
     state: &State<T>,
     a: &[T],
     next: &State<T>,
-    dt: f64,
+    kick: OfNumbers<T>,
+    drift: OfNumbers<T>,
 ) -> [[OfNumbers<T>; MAX_NV]; 2] {
     let (joint, own_q, own_v) = (body.joint, q_range(body), v_range(body));
     let (nq, nv) = (joint.nq(), joint.nv());
@@ -75,12 +87,11 @@ pub(super) fn joint_step_in_numbers<T: Scalar>(
     let a: [OfNumbers<T>; MAX_NV + 1] = lifted(&a[own_v]);
     let zero = [Dual::from(0.0); MAX_NV];
     let (mut end, mut dv, mut dq) = (start, zero, zero);
-    let dt = OfNumbers::variable(T::constant(dt), 0);
     let center: Vector3<T> = body.center();
-    let center = Vector3::from_fn(|k, _| OfNumbers::variable(center[k], 1 + k));
-    joint.step_velocity(&center, &v[..nv], &a[..nv], dt, &mut dv[..nv]);
+    let center = Vector3::from_fn(|k, _| OfNumbers::variable(center[k], TIMES + k));
+    joint.step_velocity(&center, &v[..nv], &a[..nv], kick, &mut dv[..nv]);
     let end_q = &mut end[..nq];
-    joint.move_on(&center, &start[..nq], dt, end_q, &mut dv[..nv]);
+    joint.move_on(&center, &start[..nq], drift, end_q, &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     [dq, dv]
 }

@@ -6,6 +6,8 @@
 //! | `runge_kutta_4` | the classical method of fourth order |
 //! | `implicit_midpoint` | the implicit midpoint rule, which keeps energy |
 //! | `acceleration` | the acceleration at which all terms balance, which the first two evaluate |
+//! | `impact` | a step of Euler with an impact at its time |
+//! | `kick_drift` | motion of all joints in which velocities change over one time and positions over another one |
 //! | `half_step` | velocity forces of the middle of a step of Euler |
 //! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
 //! | `joint_tangents` | derivatives of the motion of one joint by itself |
@@ -19,8 +21,10 @@ mod balance;
 mod bilateral;
 mod euler;
 mod half_step;
+mod impact;
 mod implicit_midpoint;
 mod joint_tangents;
+mod kick_drift;
 mod list;
 mod method;
 mod runge_kutta_4;

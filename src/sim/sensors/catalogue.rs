@@ -2,19 +2,15 @@
 
 use std::ops::Range;
 
-use nalgebra::DVector;
-
-use super::held_links::HeldLinks;
-use super::moment::SensorScratch;
+use super::held_links::{HeldLinks, carrying_link};
 use super::ray::Shape;
 use super::sensor::{Channel, Sensor};
 use crate::dynamics::to_world;
 use crate::error::UnknownName;
-use crate::model::{Model, Structure};
+use crate::model::{FrameId, Model, Structure};
 use crate::numbers::Domain;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
-use crate::sim::state::State;
 
 /// The sensors of a robot, which read one vector.
 ///
@@ -57,14 +53,15 @@ pub(super) struct Placed {
     pub(super) range: Range<usize>,
     /// The links that a force–torque sensor holds; `None` for others.
     pub(super) held: Option<HeldLinks>,
+    /// The link that carries the frame of a sensor of forces; `None` for others.
+    pub(super) link: Option<FrameId>,
 }
 
 impl Sensors {
     /// The sensors of a model, each with a name, in the order of what they read. They belong to the robot and to its variants, which differ in numbers only.
     ///
     /// # Panics
-    /// If two have the same name; if a joint or frame is not one of the model; if [`Wrench`](Sensor::Wrench), [`Touch`](Sensor::Touch) or
-    /// [`ContactForce`](Sensor::ContactForce) is not on a link; if a direction is zero, or a range or a field is not finite.
+    /// If two have the same name; if a joint or frame is not one of the model; if a direction is zero, or a range or a field is not finite.
     pub fn new<N: Into<String>>(
         model: &Model,
         sensors: impl IntoIterator<Item = (N, Sensor)>,
@@ -94,18 +91,24 @@ impl Sensors {
             "two sensors of \"{}\" have the name \"{name}\": give each its own",
             model.name()
         );
-        check(model, &name, &sensor);
+        check(model, &sensor);
         let channels = sensor.channels(&name, model);
         let first = self.channels.len();
-        let held = match sensor {
-            Sensor::Wrench(link) => Some(HeldLinks::new(model, link)),
+        let link = match sensor {
+            Sensor::Wrench(frame) | Sensor::Touch(frame) | Sensor::ContactForce(frame) => {
+                Some(carrying_link(model, frame))
+            }
             _ => None,
         };
+        let is_wrench = matches!(sensor, Sensor::Wrench(_));
+        let held = link.filter(|_| is_wrench);
+        let held = held.map(|link| HeldLinks::new(model, link));
         self.all.push(Placed {
             name,
             sensor,
             range: first..first + channels.len(),
             held,
+            link,
         });
         self.channels.extend(channels);
         self.takes_transmitted_forces |= sensor.takes_transmitted_forces();
@@ -165,24 +168,6 @@ impl Sensors {
         })
     }
 
-    /// The readings of a step from `state` under the input `u` (length `nu`; N·m or N), which is evaluated but not taken. Allocates.
-    ///
-    /// Differentiable in state and input, and over a simulator [cast](Simulator::cast) to dual numbers in its parameters.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length, or if the simulator is of another robot.
-    pub fn read<P: Scalar, T: Over<P>>(
-        &self,
-        simulator: &Simulator<P>,
-        state: &State<T>,
-        u: &[T],
-    ) -> DVector<T> {
-        let mut out = DVector::zeros(self.len());
-        let mut scratch = SensorScratch::new(simulator);
-        self.read_into(simulator, state, u, &mut scratch, out.as_mut_slice());
-        out
-    }
-
     /// Refuses another robot, and memory of another size.
     pub(super) fn check<P: Scalar, T>(&self, simulator: &Simulator<P>, out: &[T]) {
         let model = simulator.model();
@@ -196,23 +181,14 @@ impl Sensors {
 }
 
 /// Refuses what is not of the model, and numbers out of their domain.
-fn check(model: &Model, name: &str, sensor: &Sensor) {
+fn check(model: &Model, sensor: &Sensor) {
     if let Sensor::JointPosition(joint) | Sensor::JointVelocity(joint) | Sensor::JointForce(joint) =
         sensor
     {
         model.joint_body(*joint);
     }
     if let Some(frame) = sensor.frame() {
-        let of_model = model.frame_of(frame);
-        let on_link = matches!(
-            sensor,
-            Sensor::Wrench(_) | Sensor::Touch(_) | Sensor::ContactForce(_)
-        );
-        assert!(
-            !on_link || model.links().iter().any(|link| link.frame == frame),
-            "the sensor \"{name}\" is on the frame \"{}\", which is not a link: give the link that carries it",
-            of_model.name
-        );
+        model.frame_of(frame);
     }
     match sensor {
         Sensor::Magnetometer { field, .. } => {

@@ -98,6 +98,20 @@ impl HeldLinks {
     }
 }
 
+/// The link that carries a frame: itself if it is one.
+pub(super) fn carrying_link(model: &Model, frame: FrameId) -> FrameId {
+    if model.links().iter().any(|link| link.frame == frame) {
+        return frame;
+    }
+    let own = &model.frames()[frame.0];
+    let builder = model.to_builder();
+    let added = builder.frames().find(|(name, ..)| *name == own.name);
+    let link = added.and_then(|(_, link, _)| model.frame(link));
+    // Frames of the library's own are on the body alone.
+    let of_body = || own.body.map_or(frame, |body| model.body_frame(body));
+    link.unwrap_or_else(of_body)
+}
+
 /// A link and those that are fixed to it, farther from the root.
 fn carried_links(builder: &ModelBuilder, link: &str) -> HashSet<String> {
     let mut fixed: HashMap<&str, Vec<&str>> = HashMap::new();

@@ -23,10 +23,11 @@ mod moment;
 mod noise;
 mod range;
 mod ray;
+mod read;
 mod reading;
 mod sensor;
 
 pub use catalogue::Sensors;
-pub use moment::SensorScratch;
 pub use noise::{NoisySensors, SensorNoise};
+pub use read::SensorScratch;
 pub use sensor::Sensor;

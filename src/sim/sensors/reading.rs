@@ -56,13 +56,15 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
                 let acceleration = self.acceleration(frame, representation);
                 out.copy_from_slice(&acceleration.to_array());
             }
-            Sensor::Wrench(link) => {
-                let held = placed.held.as_ref().expect("found when it was added");
-                out.copy_from_slice(&self.in_frame(link, &held.force(self)).to_array());
+            Sensor::Wrench(frame) => {
+                let held = placed.held.as_ref();
+                let force = held.map_or_else(Force::zero, |held| held.force(self));
+                out.copy_from_slice(&self.in_frame(frame, &force).to_array());
             }
-            Sensor::Touch(link) => out[0] = self.touch(link),
-            Sensor::ContactForce(link) => {
-                out.copy_from_slice(&self.in_frame(link, &self.contact_on(link)).to_array());
+            Sensor::Touch(frame) => out[0] = self.touch(placed.link.unwrap_or(frame)),
+            Sensor::ContactForce(frame) => {
+                let force = self.contact_on(placed.link.unwrap_or(frame));
+                out.copy_from_slice(&self.in_frame(frame, &force).to_array());
             }
             Sensor::RangeFinder {
                 frame,
@@ -144,9 +146,9 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
         representation.acceleration_from_body(&X_WF, &V_F, &A)
     }
 
-    /// A force on the body of a link, in the body, seen from the link.
-    fn in_frame(&self, link: FrameId, F: &Force<T>) -> Force<T> {
-        let placement = self.at.model().frame_of(link).placement;
+    /// A force on the body of a frame, in the body, seen from the frame.
+    fn in_frame(&self, frame: FrameId, F: &Force<T>) -> Force<T> {
+        let placement = self.at.model().frame_of(frame).placement;
         placement.lift::<T>().force_inverse(F)
     }
 

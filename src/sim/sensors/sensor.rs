@@ -46,15 +46,15 @@ pub enum Sensor {
         /// Axes and origin.
         representation: Representation,
     },
-    /// A force–torque sensor between a link and the link that carries it, whether a joint or nothing moves between them: the force and torque that hold the
-    /// link, on it (6), along the axes of the link about its origin, N and N·m. A link on the world is carried by the world.
+    /// A force–torque sensor between the link of a frame and the link that carries that one, whether a joint or nothing moves between them: the force and
+    /// torque that hold the link, on it (6), along the axes of the frame about its origin, N and N·m. A link on the world is carried by the world.
     ///
     /// Contact and forces on frames act on the link that they name. Forces of tendons, couplers and joint limits act along joints. Where links
     /// fixed to one another are one body, the share of each follows from its inertia in the description.
     Wrench(FrameId),
-    /// A touch sensor: the sum of the normal forces of contact on a link, N.
+    /// A touch sensor: the sum of the normal forces of contact on the link of a frame, N.
     Touch(FrameId),
-    /// The force and torque of contact on a link (6), along its axes about its origin, N and N·m.
+    /// The force and torque of contact on the link of a frame (6), along the axes of the frame about its origin, N and N·m.
     ContactForce(FrameId),
     /// A range finder: the distance from the origin of a frame to the terrain, or to the nearest shape of another body, along a direction, m.
     ///

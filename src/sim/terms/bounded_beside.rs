@@ -29,9 +29,7 @@ impl<T: Scalar> Beside<T> {
         let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {
             self.mass[(k.min(j), k.max(j))].mul_add(a, sum)
         });
-        let (rows, nv) = (balance.rows(), a.len());
-        let column = rows.first_rows(rows.count()).iter().skip(k).step_by(nv);
-        let pairs = column.zip(rows.forces());
-        pairs.fold(inertial, |sum, (&j, &f)| (-j).mul_add(f, sum))
+        let pairs = balance.rows().force_along(k);
+        pairs.fold(inertial, |sum, (j, f)| (-j).mul_add(f, sum))
     }
 }

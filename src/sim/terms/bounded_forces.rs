@@ -175,16 +175,23 @@ impl Site {
                     bound: force.map_or(L::zero(), L::from),
                 }
             }
-            Kind::Servo => {
-                let (push, resistance) = actuator.motor_over_step(at.q, at.v, at.u, dt);
-                let (middle, bound) = actuator.band::<L>();
-                Line {
-                    push: push - middle,
-                    resistance: resistance.max(L::constant(LEAST)),
-                    bound,
-                }
-            }
+            Kind::Servo => servo_line(actuator, at, dt),
         }
+    }
+}
+
+/// The law of a servo over a step, counted from the middle of its limits.
+pub(super) fn servo_line<A: Scalar, L: Over<A>>(
+    actuator: &Actuator<A>,
+    at: Driven<L>,
+    dt: L,
+) -> Line<L> {
+    let (push, resistance) = actuator.motor_over_step(at.q, at.v, at.u, dt);
+    let (middle, bound) = actuator.band::<L>();
+    Line {
+        push: push - middle,
+        resistance: resistance.max(L::constant(LEAST)),
+        bound,
     }
 }
 

@@ -10,6 +10,7 @@ use super::frame_forces::{FrameForceSlopes, FrameForces};
 use super::numbers::Numbers;
 use super::sink::{Sink, SlopePoint};
 use super::stops::{StopSlopes, Stops};
+use super::tendon_servos::{TendonServos, TendonSlopes};
 use super::term::{Term, TermSlopes};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
@@ -109,5 +110,6 @@ list_terms! {
     constraints: Constraints, ConstraintSlopes;
     stops: Stops, StopSlopes;
     bounded_forces: BoundedForces, BoundedSlopes;
+    tendon_servos: TendonServos, TendonSlopes;
     contact: Contact, ContactSlopes;
 }

@@ -41,6 +41,7 @@ mod numbers;
 mod place;
 mod sink;
 mod stops;
+mod tendon_servos;
 mod term;
 mod tied_slopes;
 mod weights;
@@ -48,7 +49,7 @@ mod yielding_slopes;
 
 pub(crate) use adjoint::{AdjointMemory, AdjointSink};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
-pub(crate) use contact::Contact;
+pub(crate) use contact::{Contact, LEAST_SPEED, LoneImpact};
 pub(crate) use jacobian::{ForceColumns, JacobianMemory, JacobianSink};
 pub(crate) use list::{AllSlopes, Terms};
 pub(crate) use numbers::Numbers;

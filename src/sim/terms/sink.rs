@@ -33,6 +33,8 @@ pub(crate) enum Acting<'a, T: Scalar = f64> {
     All(Option<&'a Balance<T>>),
     /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
     Start(&'a [T]),
+    /// Gaps of contact points, in place of y of their normals. No forces.
+    Gaps(&'a Balance<T>),
     /// Constraints alone, of which that part of y counts that depends on the velocity after the step: that of the evaluation point. No forces.
     Ahead,
 }
@@ -52,6 +54,7 @@ impl<'a, T: Scalar> SlopePoint<'a, T> {
     pub(crate) fn balance(&self) -> Option<&'a Balance<T>> {
         match self.acting {
             Acting::All(balance) => balance,
+            Acting::Gaps(balance) => Some(balance),
             Acting::Start(_) | Acting::Ahead => None,
         }
     }
@@ -60,9 +63,15 @@ impl<'a, T: Scalar> SlopePoint<'a, T> {
     pub(super) fn row_forces(&self) -> &'a [T] {
         match self.acting {
             Acting::All(balance) => balance.map_or(&[], |balance| balance.rows().forces()),
+            Acting::Gaps(balance) => balance.rows().forces(),
             Acting::Start(forces) => forces,
             Acting::Ahead => &[],
         }
+    }
+
+    /// Whether contact points state their gaps.
+    pub(super) fn states_gaps(&self) -> bool {
+        matches!(self.acting, Acting::Gaps(_))
     }
 
     /// Whether constraints hold the robot.

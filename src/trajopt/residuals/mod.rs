@@ -1,11 +1,13 @@
 //! Residuals of states, inputs and robots.
 
+mod distance;
 mod frame;
 mod limits;
 mod schedule;
 mod state;
 mod whole_body;
 
+pub use distance::LinkDistances;
 pub use frame::{
     FrameDistance, FrameOrientation, FramePose, FramePosition, FrameVelocity, Obstacle,
 };

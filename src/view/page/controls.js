@@ -28,16 +28,16 @@ class Panel {
     Object.assign(this, { scene, camera, changed, switches: {}, joints: [] });
     const parts = [this.makeSwitches()];
     if (scene.fixtures.length) parts.push(this.makeFixtures());
-    if (!scene.player) parts.push(this.makeJoints());
+    if (!scene.player && !data.live) parts.push(this.makeJoints());
     parts.push(this.makeCamera(), ...this.makeTrees(), this.makeKeys());
     byId("panel").append(...parts);
   }
 
   makeSwitches() {
-    const { shows, traces, player, robots } = this.scene, forces = player?.robots.some((robot) => robot.forces.length);
+    const { shows, traces, player, robots } = this.scene, forces = data.live || player?.robots.some((robot) => robot.forces.length);
     const constraints = robots.some((robot) => robot.bonds.length);
     const all = [["frames", "Frames", true], ["com", "Centres of mass", true], ["inertia", "Ellipsoids of inertia", true],
-      ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces], ["constraints", "Constraints", constraints]];
+      ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces], ["contacts", "Contacts", player?.robots.some((robot) => robot.contacts?.values.length)], ["constraints", "Constraints", constraints]];
     const nodes = all.filter(([, , useful]) => useful).map(([key, label]) => {
       this.switches[key] = makeSwitch(label, shows[key], (on) => { shows[key] = on; this.changed(); });
       return this.switches[key].node;
@@ -68,7 +68,14 @@ class Panel {
       this.joints.push({ made, zero, slider });
       nodes.push(made.node);
     }
-    const move = () => { this.scene.poses[0] = this.scene.still(robot, values); this.changed(); };
+    const message = element("p", { className: "collisions", ariaLive: "polite" });
+    const move = () => {
+      this.scene.poses[0] = this.scene.still(robot, values);
+      const found = this.scene.markCollisions();
+      message.textContent = found.length ? `Collides: ${found.join(", ")}` : "";
+      message.hidden = !found.length;
+      this.changed();
+    };
     const reset = element("button", { type: "button", textContent: "All to zero" });
     reset.addEventListener("click", () => {
       for (const { made, zero, slider } of this.joints) { made.input.value = zero; made.show(); values[slider.coordinate] = zero; }
@@ -76,7 +83,12 @@ class Panel {
     });
     move();
     if (!nodes.length) return fold("Joints", true, element("p", { textContent: "No joint of one degree of freedom." }));
-    return fold("Joints", true, ...nodes, reset);
+    const parts = [...nodes, reset, message];
+    if (collisions?.touching.length) {
+      const names = collisions.touching.map((pair) => pair.join(" – ")).join(", ");
+      parts.push(element("p", { textContent: `Not looked at, since they touch with all joints at zero: ${names}.` }));
+    }
+    return fold("Joints", true, ...parts);
   }
 
   makeCamera() {

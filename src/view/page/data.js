@@ -22,6 +22,13 @@ const decodePlot = (plot) => ({
   lines: plot.lines.map((line) => ({ name: line.name, values: decode(line.values) })),
 });
 
+/** Points of contact: six numbers each, position and force; those of moment k are from starts[k] to starts[k + 1]. */
+function decodeContacts({ counts, values }) {
+  const starts = [0];
+  for (const count of decode(counts)) starts.push(starts[starts.length - 1] + count);
+  return { starts, values: decode(values) };
+}
+
 /** What moves, or null for a robot without a motion. */
 const motion = data.motion && {
   recorded: data.motion.recorded,
@@ -31,6 +38,7 @@ const motion = data.motion && {
     positions: decode(robot.positions),
     rotations: decode(robot.rotations),
     plots: robot.plots.map(decodePlot),
+    contacts: robot.contacts && decodeContacts(robot.contacts),
     forces: robot.forces.map((force) => ({ frame: force.frame, values: decode(force.values) })),
   })),
 };

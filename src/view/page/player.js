@@ -68,6 +68,16 @@ class Player {
       interpolate(this.poseAt(robot, body, index), this.poseAt(robot, body, next), fraction));
   }
 
+  /** The points of contact now, as [position, force]: those of the moment before. */
+  contacts(robot) {
+    const found = this.robots[robot].contacts;
+    if (!found) return [];
+    const { starts, values } = found, { index } = this.place(this.time), points = [];
+    for (let k = starts[index]; k < starts[index + 1]; k++)
+      points.push([[...values.subarray(6 * k, 6 * k + 3)], [...values.subarray(6 * k + 3, 6 * k + 6)]]);
+    return points;
+  }
+
   /** The force that acts now: that of the moment before, as it is held. */
   force(robot, k) {
     const { values } = this.robots[robot].forces[k], { index } = this.place(this.time);

@@ -5,6 +5,8 @@ const AXES = [[0.90, 0.25, 0.22, 1], [0.25, 0.70, 0.28, 1], [0.25, 0.45, 0.95, 1
 const MARK = [0.98, 0.80, 0.18, 1];
 const ELLIPSOID = [0.35, 0.65, 0.95, 0.45];
 const FORCE = [0.90, 0.22, 0.36, 1];
+const CONTACT = [0.98, 0.62, 0.10, 1];
+const COLLIDING = [0.90, 0.16, 0.16];
 const BONDS = { rod: [0.62, 0.64, 0.68, 1], ball: [0.85, 0.62, 0.20, 1], weld: [0.85, 0.62, 0.20, 1], coupler: [0.55, 0.35, 0.75, 1] };
 const TRACES = [[0.91, 0.30, 0.24, 1], [0.16, 0.55, 0.85, 1], [0.20, 0.65, 0.40, 1], [0.62, 0.36, 0.78, 1]];
 
@@ -29,14 +31,15 @@ function framed(moving, whole) {
 
 class Scene {
   constructor(renderer, robots, fixtures, player) {
-    Object.assign(this, { renderer, robots, fixtures, player, highlighted: null });
-    this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true, constraints: true };
+    Object.assign(this, { renderer, robots, fixtures, player, highlighted: null, colliding: new Set() });
+    this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true, contacts: true, constraints: true };
     this.framesShown = robots.map((robot) => new Set(robot.shown));
     this.fixturesShown = fixtures.map(() => true);
     this.poses = robots.map((robot) => this.still(robot, {}));
     this.bounds = this.findBounds();
     this.traces = this.findTraces();
     this.forceScale = this.findForceScale();
+    this.contactScale = this.findContactScale();
   }
 
   /**
@@ -58,6 +61,13 @@ class Scene {
   /** Takes the poses at the time that is shown. */
   update() {
     if (this.player) this.poses = this.robots.map((_, i) => this.player.poses(i));
+  }
+
+  /** Marks the bodies whose links collide in the poses of now; the names of the links, pair by pair. */
+  markCollisions() {
+    const found = collisions ? findCollisions(collisions, (body) => (body === null ? IDENTITY : this.poses[0][body])) : [];
+    this.colliding = new Set(found.flat().map((k) => collisions.shapes[k].body));
+    return [...new Set(found.map((pair) => pair.map((k) => collisions.shapes[k].link).join(" – ")))];
   }
 
   /** The pose of a body (null: the world) of a robot in the picture. */
@@ -141,6 +151,15 @@ class Scene {
     return largest > 0 ? (0.5 * this.bounds.radius) / largest : 0;
   }
 
+  /** Metres a newton at points of contact: impacts are far larger than what follows, so that nine in ten are shorter than a fifth of the robot. */
+  findContactScale() {
+    const sizes = [];
+    for (const { contacts } of this.player?.robots ?? [])
+      for (let k = 0; k < (contacts?.values.length ?? 0); k += 6) sizes.push(norm(contacts.values.subarray(k + 3, k + 6)));
+    const typical = sizes.sort((a, b) => a - b)[Math.floor(0.9 * sizes.length)] ?? 0;
+    return typical > 0 ? (0.2 * this.bounds.radius) / typical : 0;
+  }
+
   draw(view, colors) {
     const solids = [], bounds = this.bounds;
     this.robots.forEach((robot, i) => {
@@ -150,7 +169,9 @@ class Scene {
       if (this.shows.constraints) for (const bond of robot.bonds) this.addBond(solids, i, bond);
     });
     this.fixtures.forEach((fixture, k) => this.fixturesShown[k] && this.addFixture(solids, fixture));
+    if (this.shows.contacts) this.player?.robots.forEach((_, i) => this.addContacts(solids, i));
     if (this.shows.forces) this.player?.robots.forEach((robot, i) => this.addForces(solids, i, robot));
+    this.drawMore?.(solids);
     const now = this.player ? this.player.place(this.player.time).index : 0;
     const ribbons = this.shows.traces ? this.traces.map((line, k) => ({ line, now, color: TRACES[k % TRACES.length] })) : [];
     this.renderer.draw(solids, ribbons, view, bounds, colors);
@@ -159,6 +180,7 @@ class Scene {
   addShape(solids, i, shape) {
     const { body, color } = shape;
     let paint = color ?? [...PLAIN[i % PLAIN.length], 1];
+    if (this.colliding.has(body) && i === 0) paint = [...COLLIDING, paint[3]];
     if (this.highlighted && this.highlighted.robot === i && this.highlighted.body === body) paint = [...MARK.slice(0, 3), paint[3]];
     this.addPiece(solids, compose(this.place(i, body), shape.pose), paint, shape);
   }
@@ -241,6 +263,18 @@ class Scene {
       const turn = this.place(i, body).slice(3);
       this.addPiece(solids, [...(k ? to : from), ...turn], color, mark, above);
     });
+  }
+
+  /** A ball at each point of contact, and the force there, not longer than half the robot. */
+  addContacts(solids, i) {
+    const { placement } = this.robots[i], { radius } = this.bounds, ball = 0.012 * radius;
+    for (const [at, force] of this.player.contacts(i)) {
+      const from = transformPoint(placement, at), size = norm(force) * this.contactScale;
+      if (!Number.isFinite(size)) continue;
+      this.addPiece(solids, [...from, 1, 0, 0, 0], CONTACT, { shape: "sphere", size: [ball, ball, ball] }, true);
+      const along = rotate(placement.slice(3), scaled(force, this.contactScale * Math.min(1, (0.5 * radius) / size)));
+      this.addArrow(solids, from, along, 0.008 * radius, CONTACT, true);
+    }
   }
 
   addForces(solids, i, robot) {

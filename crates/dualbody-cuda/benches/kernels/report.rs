@@ -1,4 +1,4 @@
-//! What the compiler says of a kernel, and what stands in its machine code.
+//! Remarks of the compiler on a kernel, and contents of its machine code.
 
 use std::error::Error;
 use std::fmt;
@@ -14,7 +14,7 @@ const INSTRUCTION: u64 = 16;
 /// Ticks of a second in which Linux counts the time of processes.
 const TICKS: f64 = 100.0;
 
-/// Sizes of the kernels of a function, together but for the registers.
+/// Sizes of the kernels of a function, together except for the registers.
 pub(crate) struct Report {
     /// The most of one.
     registers: usize,

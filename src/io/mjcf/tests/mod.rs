@@ -1,8 +1,8 @@
 //! Files that name others.
 
 use crate::error::LoadError;
-use crate::io::ModelOptions;
 use crate::io::temporary::Folder;
+use crate::io::{MjcfTransmission, ModelOptions};
 
 const LEG: &str =
     "<mujoco><worldbody><body name='leg'><joint name='hip'/><geom size='0.1'/></body></worldbody>
@@ -73,9 +73,10 @@ fn attached_models_bring_their_actuators_under_a_prefix() {
     let joints: Vec<_> = scene
         .actuation
         .iter()
-        .map(|own| own.joint.as_deref())
+        .map(|own| own.transmission.clone())
         .collect();
-    assert_eq!(joints, [Some("l-hip"), Some("r-hip")]);
+    let expected = ["l-hip", "r-hip"].map(|name| MjcfTransmission::Joint(name.into()));
+    assert_eq!(joints, expected);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::half_step;
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
+use crate::sim::terms::{Acting, SlopePoint, SlopeWeights, StepSlopes};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
@@ -59,6 +59,9 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
+        if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+            balance.prepare_slopes(at);
+        }
         let is_free = self.is_free(at, found);
         if !is_free {
             self.solve(at, found, weights, out);
@@ -78,6 +81,35 @@ impl<T: Scalar> AccelerationAdjoint<T> {
             },
         };
         half_step.add(at, &change, &mut self.balance, out);
+    }
+
+    /// Adds the gradient of the gap of a contact point, of which a row of the evaluation is the normal, times a weight.
+    pub(in crate::sim::integrators) fn add_gap(
+        &mut self,
+        at: &EvaluationPoint<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        row: usize,
+        weight: T,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let Some(balance) = found.balance.as_deref() else {
+            return;
+        };
+        self.mu.fill(T::zero());
+        self.rows.weigh_one(row, balance.rows().count(), weight);
+        let weights = SlopeWeights {
+            mu: &self.mu,
+            y: &self.rows.by_y,
+            by_contact: &[],
+            friction: &[],
+        };
+        let point = SlopePoint {
+            point: at,
+            a: &found.a,
+            acting: Acting::Gaps(balance),
+        };
+        let seen = Some(&self.rows.seen[..]);
+        (self.balance).add(&point, &weights, seen, &found.terms, out);
     }
 
     /// Whether the acceleration is a₀ of a half step: without rows, joint limits that push, and bounded forces.

@@ -50,6 +50,9 @@ impl<T: Differentiable> AccelerationColumns<T> {
         at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
     ) {
+        if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+            balance.prepare_slopes(at);
+        }
         let (own, terms, memory) = (&mut self.balance, &mut self.terms, &mut self.memory);
         let half_step = found.half_step(at).map(|half_step| {
             let new = || half_step::Columns::new(at.simulator);

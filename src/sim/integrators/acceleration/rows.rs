@@ -63,6 +63,14 @@ impl<T: Scalar> RowAdjoint<T> {
         }
     }
 
+    /// Weighs one of so many rows, while ã = 0.
+    pub(super) fn weigh_one(&mut self, row: usize, rows: usize, weight: T) {
+        self.by_y.clear();
+        self.by_y.resize(rows, T::zero());
+        self.by_y[row] = weight;
+        self.seen.fill(T::zero());
+    }
+
     /// Slope of what is weighted in the time step, by the smoothing of laws alone: zero for exact ones, which have no scale. There s = √(Δt / Δt₀).
     pub(super) fn by_time_step(&self, at: &EvaluationPoint<'_, f64, T>) -> T {
         let contacts = at.solved_contacts();

@@ -56,8 +56,9 @@ impl<T: Scalar> BalanceAdjoint<T> {
             mu: weights.mu,
             external: &[],
         };
-        let has_forces = !matches!(at.acting, Acting::Ahead);
-        let wants_parameters = has_forces && !out.parameters.is_empty();
+        let has_forces = !matches!(at.acting, Acting::Ahead | Acting::Gaps(_));
+        let has_numbers = !matches!(at.acting, Acting::Ahead);
+        let wants_parameters = has_numbers && !out.parameters.is_empty();
         sweep.start(model, &weighted);
         let mut sink = AdjointSink::new(at, weights, sweep, &mut self.memory, out);
         if has_forces {

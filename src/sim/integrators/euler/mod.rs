@@ -2,25 +2,36 @@
 
 mod pullback;
 mod pushforward;
-
-use std::marker::PhantomData;
+mod rows;
 
 use super::AccelerationScratch;
+use super::impact::{self, Impact};
 use super::method::Step;
+use crate::cone::Status;
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-pub(super) use pullback::Adjoint;
+pub(super) use pullback::{Adjoint, EvaluationAdjoint};
 pub(super) use pushforward::Columns;
 
-/// The step needs no memory beside that of its evaluation.
+/// Memory beside that of its evaluation.
 #[derive(Clone, Debug)]
-pub(crate) struct Memory<T>(PhantomData<T>);
+pub(crate) struct Memory<T: Scalar> {
+    /// Where impacts may be found at their time.
+    impact: Option<Box<Impact<T>>>,
+    /// Whether there was one in the last step.
+    has_impact: bool,
+}
 
 impl<T: Scalar> Step<T> for Memory<T> {
-    fn new<P: Scalar>(_: &Simulator<P>) -> Self {
-        Self(PhantomData)
+    fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        Self {
+            impact: simulator
+                .may_bounce()
+                .then(|| Box::new(Impact::new(simulator))),
+            has_impact: false,
+        }
     }
 
     #[inline]
@@ -34,30 +45,42 @@ impl<T: Scalar> Step<T> for Memory<T> {
     ) where
         T: Over<P>,
     {
-        simulator.accelerate(&EvaluationPoint::of_step(simulator, state, u), found);
-        advance(simulator, state, found, next);
+        let at = EvaluationPoint::of_step(simulator, state, u);
+        simulator.accelerate(&at, found);
+        self.has_impact = impact::lone(&at, found).is_some_and(|lone| {
+            let impact = &mut self.impact;
+            let impact = impact.get_or_insert_with(|| Box::new(Impact::new(simulator)));
+            impact.step(&at, lone, found, next)
+        });
+        if !self.has_impact {
+            advance(&at, found, next);
+        }
+    }
+
+    fn status(&self, lane: usize) -> Status {
+        let impact = self.impact.as_ref().filter(|_| self.has_impact);
+        impact.map_or(Status::Converged, |impact| impact.status(lane))
     }
 }
 
 /// The step with an acceleration that has been found.
-fn advance<P: Scalar, T: Over<P>>(
-    simulator: &Simulator<P>,
-    state: &State<T>,
+pub(super) fn advance<P: Scalar, T: Over<P>>(
+    at: &EvaluationPoint<'_, P, T>,
     found: &AccelerationScratch<T>,
     next: &mut State<T>,
 ) {
-    let dt = simulator.time_step();
+    let dt = at.dt();
     // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
-    simulator.model().advance_into(
-        state.q.as_slice(),
-        state.v.as_slice(),
+    at.model().advance_into(
+        at.q(),
+        at.v(),
         &found.a,
         dt,
         next.q.as_mut_slice(),
         next.v.as_mut_slice(),
     );
     // m⁺ = m + Δt ṁ, implicit in how bristles fall
-    let contact = next.contact.iter_mut().zip(&state.contact);
+    let contact = next.contact.iter_mut().zip(&at.state.contact);
     for ((next, &m), step) in contact.zip(found.terms.contact.steps(dt)) {
         *next = m + step;
     }

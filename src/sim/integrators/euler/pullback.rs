@@ -13,6 +13,7 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{
     AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
 };
+use crate::sim::integrators::impact;
 use crate::sim::integrators::joint_tangents::{
     OfNumbers, joint_step, joint_step_in_numbers, stepped_velocity,
 };
@@ -21,14 +22,24 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::StepSlopes;
 
-/// Working memory: the step, and the gradient of its acceleration.
+/// Working memory: the step, and its gradient.
 #[derive(Clone, Debug)]
 pub(crate) struct Adjoint<T: Scalar> {
     found: AccelerationScratch<T>,
     next: State<T>,
+    evaluation: EvaluationAdjoint<T>,
+    /// Where impacts may be found at their time.
+    impact: Option<Box<impact::Adjoint<T>>>,
+    /// Whether there is one in the step that has been found.
+    has_impact: bool,
+}
+
+/// Gradient of one evaluation and what follows from it.
+#[derive(Clone, Debug)]
+pub(in crate::sim::integrators) struct EvaluationAdjoint<T: Scalar> {
     /// Of the acceleration.
     weights: Vec<T>,
-    acceleration: AccelerationAdjoint<T>,
+    pub(in crate::sim::integrators) acceleration: AccelerationAdjoint<T>,
 }
 
 impl<T: Scalar> Pullback<T> for Adjoint<T> {
@@ -36,8 +47,14 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         Self {
             found: AccelerationScratch::new(simulator, calls),
             next: simulator.neutral_state(),
-            weights: vec![T::zero(); simulator.model().nv()],
-            acceleration: AccelerationAdjoint::new(simulator, calls),
+            evaluation: EvaluationAdjoint {
+                weights: vec![T::zero(); simulator.model().nv()],
+                acceleration: AccelerationAdjoint::new(simulator, calls),
+            },
+            impact: simulator
+                .may_bounce()
+                .then(|| Box::new(impact::Adjoint::new(simulator))),
+            has_impact: false,
         }
     }
 
@@ -48,17 +65,67 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (found, point) = (
-            &mut self.found,
-            EvaluationPoint::of_step(simulator, at.state, at.u),
-        );
-        match at.acceleration {
-            None => simulator.accelerate(&point, found),
-            Some(a) => simulator.accelerate_again(&point, a, found),
+        let point = EvaluationPoint::of_step(simulator, at.state, at.u);
+        self.find(&point, at.acceleration);
+        self.add(&point, adjoint, out);
+    }
+}
+
+impl<T: Scalar> Adjoint<T> {
+    /// Takes the step; whether there is an impact at its time in it.
+    ///
+    /// * `acceleration` – where it is known
+    pub(super) fn find(
+        &mut self,
+        at: &EvaluationPoint<'_, f64, T>,
+        acceleration: Option<&[T]>,
+    ) -> bool {
+        let (found, next) = (&mut self.found, &mut self.next);
+        match acceleration {
+            None => at.simulator.accelerate(at, found),
+            Some(a) => at.simulator.accelerate_again(at, a, found),
         }
-        advance(simulator, at.state, found, &mut self.next);
-        let by_contact = &adjoint[2 * simulator.model().nv()..];
-        self.add_joint_steps(&point, adjoint, out);
+        self.has_impact = impact::lone(at, found).is_some_and(|lone| {
+            let new = || Box::new(impact::Adjoint::new(at.simulator));
+            let impact = self.impact.get_or_insert_with(new);
+            impact.find(at, lone, found, next, &mut self.evaluation)
+        });
+        if !self.has_impact {
+            advance(at, found, next);
+        }
+        self.has_impact
+    }
+
+    /// Adds the gradient of the step that has been found.
+    pub(super) fn add(
+        &mut self,
+        at: &EvaluationPoint<'_, f64, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (found, next, own) = (&mut self.found, &self.next, &mut self.evaluation);
+        match self.impact.as_mut().filter(|_| self.has_impact) {
+            None => own.add(at, found, next, adjoint, out),
+            Some(impact) => impact.add(at, found, next, adjoint, own, out),
+        }
+    }
+}
+
+impl<T: Scalar> EvaluationAdjoint<T> {
+    /// Adds the gradient of λᵀ x⁺.
+    ///
+    /// * `found`, `next` – the evaluation, and x⁺
+    /// * `adjoint` – λ
+    pub(in crate::sim::integrators) fn add(
+        &mut self,
+        at: &EvaluationPoint<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        next: &State<T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let by_contact = &adjoint[2 * at.model().nv()..];
+        self.add_joint_steps(at, &found.a, next, adjoint, out);
         // m⁺ = m + (m⁺ − m)
         add_scaled(out.contact, by_contact, T::one());
         let of_acceleration = AccelerationWeights {
@@ -66,16 +133,15 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
             contact: by_contact,
             has_friction: out.has_parts,
         };
-        let found = &mut self.found;
-        (self.acceleration).add(&point, found, &of_acceleration, out);
+        (self.acceleration).add(at, found, &of_acceleration, out);
     }
-}
 
-impl<T: Scalar> Adjoint<T> {
     /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
     fn add_joint_steps(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
+        a: &[T],
+        next: &State<T>,
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
@@ -89,13 +155,12 @@ impl<T: Scalar> Adjoint<T> {
                 out.q[k] += by_q[k];
                 out.v[k] += by_next_v;
                 weights[k] = by_next_v * dt;
-                let (a, v) = (self.found.a[k], self.next.v[k]);
-                out.add_time_step(by_next_v * a + by_q[k] * v);
+                out.add_time_step(by_next_v * a[k] + by_q[k] * next.v[k]);
             } else {
                 let curved = Curved {
                     at,
-                    a: &self.found.a,
-                    next: &self.next,
+                    a,
+                    next,
                     by_q,
                     by_v,
                 };
@@ -148,14 +213,14 @@ impl<T: Scalar> Curved<'_, T> {
         slots: &ParameterSlots,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let dt = self.at.dt();
-        let steps = joint_step_in_numbers(body, self.at.state, self.a, self.next, dt);
+        let dt = OfNumbers::variable(T::constant(self.at.dt()), 0);
+        let steps = joint_step_in_numbers(body, self.at.state, self.a, self.next, dt, dt);
         let mut sum = OfNumbers::from(0.0);
         for (step, weights) in steps.iter().zip([self.by_q, self.by_v]) {
             let own = step.iter().zip(&weights[v_range(body)]);
             own.for_each(|(x, &weight)| sum += x.each(|x| x * weight));
         }
-        let [by_dt, x, y, z] = sum.eps;
+        let [by_dt, _, x, y, z] = sum.eps;
         out.add_time_step(by_dt);
         slots.add_center(id, body, &Vector3::new(x, y, z), out.parameters);
     }

@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::advance;
+use super::rows::ImpactRows;
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
@@ -10,17 +11,20 @@ use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
+use crate::sim::integrators::impact;
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::integrators::method::{Pushforward, StepColumns, StepPoint};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
-/// Working memory: the step, and the Jacobian of its acceleration.
+/// Working memory: the step, the Jacobian of its acceleration, and rows of Jacobians of steps with impacts.
 #[derive(Clone, Debug)]
 pub(crate) struct Columns<T: Differentiable> {
     found: AccelerationScratch<T>,
     next: State<T>,
     acceleration: AccelerationColumns<T>,
+    /// Where impacts may be found at their time.
+    rows: Option<Box<ImpactRows<T>>>,
 }
 
 impl<T: Differentiable> Pushforward<T> for Columns<T> {
@@ -29,6 +33,9 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
             found: AccelerationScratch::new(simulator, calls),
             next: simulator.neutral_state(),
             acceleration: AccelerationColumns::new(simulator, calls),
+            rows: simulator
+                .may_bounce()
+                .then(|| Box::new(ImpactRows::new(simulator))),
         }
     }
 
@@ -41,7 +48,13 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
         let (found, next, columns) = (&mut self.found, &mut self.next, &mut self.acceleration);
         let at = EvaluationPoint::of_step(simulator, at.state, at.u);
         simulator.accelerate(&at, found);
-        advance(simulator, at.state, found, next);
+        if impact::lone(&at, found).is_some() {
+            let new = || Box::new(ImpactRows::new(simulator));
+            if self.rows.get_or_insert_with(new).linearize(&at, out) {
+                return;
+            }
+        }
+        advance(&at, found, next);
         columns.linearize(&at, found);
         velocity_rows(simulator, columns.minus_a(), out);
         curved_rows(&at, &found.a, next, columns.minus_a(), out);

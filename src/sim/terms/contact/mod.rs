@@ -1,5 +1,6 @@
 //! Contact of points with the ground and between bodies: the term, the points that take part, and its derivatives.
 
+mod impact;
 mod numbers;
 mod pairs;
 mod point;
@@ -10,5 +11,6 @@ mod time_step;
 mod touching;
 mod working_set;
 
+pub(crate) use impact::{LEAST_SPEED, LoneImpact};
 pub(crate) use rows::Contact;
 pub(crate) use slopes::ContactSlopes;

@@ -48,14 +48,7 @@ impl<T: Scalar> PointPlace<'_, T> {
         let on = Some(contacts.points()[index].body);
         let (X_WB, V_B) = (kinematics.pose(on), kinematics.velocity(on));
         let point = self.at.point;
-        let point = LinearizedPoint::over_numbers(
-            contacts,
-            point.simulator,
-            point.state,
-            index,
-            &X_WB,
-            &V_B,
-        );
+        let point = LinearizedPoint::over_numbers(contacts, point, index, &X_WB, &V_B);
         let mut sum = out.sum(on);
         state(&point, &mut sum);
         sum.value
@@ -146,9 +139,8 @@ impl<T: Scalar> OverNumbers<T> {
         let X = bodies.map(|on| term.kinematics.pose(on));
         let V = bodies.map(|on| term.kinematics.velocity(on));
         for (side, shape) in point.shapes.into_iter().enumerate() {
-            let simulator = at.point.simulator;
             let point_of = LinearizedPoint::between_numbers;
-            let own = point_of(&self.contacts, simulator, point, side, &X, &V);
+            let own = point_of(&self.contacts, at.point, point, side, &X, &V);
             let mut sum = out.sum_between(*bodies);
             state(&own, &mut sum);
             let sum = sum.value;

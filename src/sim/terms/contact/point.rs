@@ -11,7 +11,7 @@ use crate::contact::{
     SHAPE_NUMBERS, body_force, velocity_at,
 };
 use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
-use crate::sim::simulator::Simulator;
+use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
 use crate::sim::terms::jacobian::BRISTLE;
@@ -126,37 +126,30 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
     /// * `side` – 0 or 1: the body
     /// * `motions` – those of both bodies
     pub(super) fn between(
-        simulator: &'a Simulator,
+        at: &EvaluationPoint<'a, f64, T>,
         point: &PairPoint,
         side: usize,
         motions: &[CarrierMotion<T>; 2],
     ) -> Self {
-        let contacts = simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a point of contact");
         let moved = in_directions_of(side, motions);
         let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
         Self {
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::of_pair(
-                contacts,
-                contacts.pair_law(point.shapes),
-                simulator,
-                &X,
-                state,
-            )
+            ..Self::of_pair(contacts, contacts.pair_law(point.shapes), at, &X, state)
         }
     }
 
     /// A point of a simulator's contacts at a state; its body has a pose in the world, and a velocity in itself.
     pub(super) fn new(
-        simulator: &'a Simulator,
-        state: &State<T>,
+        at: &EvaluationPoint<'a, f64, T>,
         index: usize,
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
     ) -> Self {
-        let contacts = simulator.contacts().expect("a point of contact");
-        let mut deflection = deflection_of(state, index);
+        let contacts = at.simulator.contacts().expect("a point of contact");
+        let mut deflection = deflection_of(at.state, index);
         for (k, x) in deflection.iter_mut().enumerate() {
             x.eps[BRISTLE + k] = T::one();
         }
@@ -167,7 +160,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         Self {
             deflection,
             delassus: Dual::variable(T::zero(), DELASSUS),
-            ..Self::on(contacts, simulator, index, body)
+            ..Self::on(contacts, at, index, body)
         }
     }
 }
@@ -176,8 +169,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     /// A point at a state over the numbers of [`seeded`] contacts.
     pub(super) fn over_numbers(
         contacts: &'a Contacts<OfBody<T>>,
-        simulator: &Simulator,
-        state: &State<T>,
+        at: &EvaluationPoint<'_, f64, T>,
         index: usize,
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
@@ -187,8 +179,8 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
             V: constant_motion(V_B),
         };
         Self {
-            deflection: deflection_of(state, index),
-            ..Self::on(contacts, simulator, index, body)
+            deflection: deflection_of(at.state, index),
+            ..Self::on(contacts, at, index, body)
         }
     }
 }
@@ -197,7 +189,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     /// A point between bodies over the numbers of [`seeded`] contacts, of the shapes those of one.
     pub(super) fn between_numbers(
         contacts: &'a Contacts<OfBody<T>>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         point: &PairPoint,
         side: usize,
         X: &[Transform<T>; 2],
@@ -206,7 +198,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
         let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
         let law = contacts.pair_law_by_side(point.shapes, side);
-        Self::of_pair(contacts, law, simulator, &X, state)
+        Self::of_pair(contacts, law, at, &X, state)
     }
 }
 
@@ -229,7 +221,7 @@ where
 {
     fn on(
         contacts: &'a Contacts<P>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         index: usize,
         body: MovedBody<T>,
     ) -> Self {
@@ -240,7 +232,7 @@ where
                 let body = BodyMotion {
                     X_WB: &X_WB,
                     V_B: &V,
-                    duration: simulator.contact_duration().into(),
+                    duration: at.contact_duration().into(),
                 };
                 contacts.state(index, &body)
             },
@@ -248,7 +240,7 @@ where
         Self {
             contacts,
             law: contacts.laws()[index],
-            dt: simulator.time_step(),
+            dt: at.dt(),
             axes: point.axes(),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
@@ -261,14 +253,14 @@ where
     fn of_pair(
         contacts: &'a Contacts<P>,
         law: ContactLaw<P>,
-        simulator: &Simulator,
+        at: &EvaluationPoint<'_, f64, T>,
         X: &[Transform<OfBody<T>>; 2],
         state: PairState<OfBody<T>>,
     ) -> Self {
         Self {
             contacts,
             law,
-            dt: simulator.time_step(),
+            dt: at.dt(),
             R_WB: X[0].rotation,
             axes: state.point.axes_of_any_normal(),
             point: state.point,
@@ -339,6 +331,11 @@ where
             forces: self.on_both(&own.force),
             bristle_step: [step.x, step.y, step.z],
         })
+    }
+
+    /// By how much the point is apart from what it touches, m.
+    pub(super) fn gap(&self) -> OfBody<T> {
+        -self.point.depth
     }
 
     /// The velocity at the point along the normal, when the bodies move with `V`.
@@ -417,7 +414,7 @@ mod tests {
     use crate::dynamics::forward_kinematics;
     use crate::sim::terms::local::BodySlopes;
     use crate::spatial::SPATIAL;
-    use crate::{Integrator, Model};
+    use crate::{Integrator, Model, Simulator};
     use nalgebra::Matrix3;
 
     /// Inputs of the rows of a point, as plain numbers.
@@ -494,7 +491,8 @@ mod tests {
 
         fn linearized(&self) -> LinearizedPoint<'_> {
             let Inputs { X_WB, V_B, .. } = &self.inputs;
-            LinearizedPoint::new(&self.simulator, &self.state, self.index, X_WB, V_B)
+            let at = EvaluationPoint::of_step(&self.simulator, &self.state, &[]);
+            LinearizedPoint::new(&at, self.index, X_WB, V_B)
         }
 
         /// y = J ã − reference + R f, then the step of the bristle at these forces.
@@ -506,7 +504,7 @@ mod tests {
             let body = BodyMotion {
                 X_WB: &at.X_WB,
                 V_B: &at.V_B,
-                duration: self.simulator.contact_duration(),
+                duration: dt,
             };
             let state = contacts.state(self.index, &body);
             let axes = state.axes();

@@ -47,13 +47,16 @@ impl<T: Scalar> Contact<T> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let n = simulator.contacts().map_or(0, |c| c.points().len());
         let solved = if simulator.needs_solver() { n } else { 0 };
+        let of_each = simulator.contacts().map(|c| c.solver_options().points);
+        let roots = model.bodies().iter().filter(|body| body.parent.is_none());
+        let limit = of_each.unwrap_or(0).saturating_mul(roots.count());
         Self {
             kinematics: Kinematics::new(model),
             points: vec![PointState::zero(); n],
             pairs: PairPoints::new(),
             forces: vec![Vector3::zeros(); n],
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
-            working: WorkingSet::new(solved, nv),
+            working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
@@ -247,6 +250,7 @@ impl<T: Scalar> Contact<T> {
         let n = contacts.points().len();
         let margin = |i: usize| if i < n { &of_ground } else { &of_pairs };
         let points = self.points.iter().enumerate();
+        let points = points.filter(|(i, _)| at.left_out != Some(*i));
         let inside = points.filter(|(i, point)| margin(*i).contains(point));
         self.working
             .start(inside.map(|(i, point)| (i, margin(i).distance_inside(point))));
@@ -256,8 +260,7 @@ impl<T: Scalar> Contact<T> {
             self.grow(at, contacts, &free);
             self.free = free;
         } else {
-            let limit = contacts.solver_options().points;
-            self.working.take_all(&self.points, limit);
+            self.working.take_all(&self.points);
         }
     }
 
@@ -294,17 +297,17 @@ impl<T: Scalar> Contact<T> {
     ) where
         T: Over<P>,
     {
-        let (model, nv) = (at.model(), at.model().nv());
+        let model = at.model();
         balance.rows.truncate(self.first);
         let mut all = std::mem::take(&mut self.axes);
         all.clear();
         let touching = self.touching_in(contacts);
         for &i in self.working.active() {
             let axes = touching.axes(i);
-            let own = balance.rows.grow(ROWS);
+            let mut own = balance.rows.grow(ROWS);
             touching.each_jacobian_column(model, i, |k, column| {
                 for (row, axis) in axes.iter().enumerate() {
-                    own[row * nv + k] += dot(axis, &column);
+                    own.add(row, k, dot(axis, &column));
                 }
             });
             all.push(axes);
@@ -329,10 +332,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         };
         let (poses, velocities) = balance.motions();
         self.kinematics.place(at.model(), poses, velocities);
-        let duration = at.simulator.contact_duration().into();
-        self.points.truncate(contacts.points().len());
-        contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
-        (self.pairs).find(contacts, &self.kinematics, at.dt(), &mut self.points);
+        self.find_points(contacts, at.dt(), at.contact_duration().into());
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);
         self.add_jacobians(at, contacts, balance);
@@ -471,9 +471,12 @@ mod tests {
                 assert_eq!(solved(at_end), explicit);
             }
             assert!(solved(AtEnd::JointsAndContact));
-            assert_eq!(simulator.contact_duration() > 0.0, explicit);
+            let lasts = |simulator: &Simulator| {
+                EvaluationPoint::of_step(simulator, &state, &[]).contact_duration()
+            };
+            assert_eq!(lasts(&simulator) > 0.0, explicit);
             let implicit = simulator.with_integrator(Integrator::ImplicitVelocity);
-            assert_eq!(implicit.contact_duration(), 0.01);
+            assert_eq!(lasts(&implicit), 0.01);
         }
     }
 

@@ -50,6 +50,9 @@ impl<T: Scalar> SolvedPoint<'_, T> {
     ) where
         OfBody<T>: Over<P>,
     {
+        if self.states_gap {
+            return self.emit_gap(point, out);
+        }
         let mut forces = [T::zero(); ROWS];
         if let Some(active) = &self.active {
             forces = active.forces;
@@ -81,6 +84,21 @@ impl<T: Scalar> SolvedPoint<'_, T> {
         }
     }
 
+    /// States the gap in place of y of the normal.
+    fn emit_gap<P: Scalar>(&self, point: &LinearizedPoint<'_, P, T>, out: &mut impl BodySink<T>)
+    where
+        OfBody<T>: Over<P>,
+    {
+        if let Some(active) = &self.active {
+            let row = BodyRow {
+                row: active.row,
+                y: point.gap(),
+                ..BodyRow::zero()
+            };
+            out.rows(&[row], Own::Nothing);
+        }
+    }
+
     /// The force on the body of the numbers, and the derivatives alone of that on the other one, since that force counts there.
     fn emit_forces<P: Scalar>(
         &self,
@@ -109,7 +127,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
             let on = self.bodies[side];
             if on.is_some() {
                 out.turn_to(at, on, kinematics);
-                let point = LinearizedPoint::between(at.point.simulator, pair, side, &motions);
+                let point = LinearizedPoint::between(at.point, pair, side, &motions);
                 self.emit(&point, side, &seen, out);
             }
         }
@@ -135,7 +153,7 @@ fn emit_explicit_between<T: Scalar>(
         let on = bodies[side];
         if on.is_some() {
             out.turn_to(at, on, kinematics);
-            let point = LinearizedPoint::between(at.point.simulator, pair, side, &motions);
+            let point = LinearizedPoint::between(at.point, pair, side, &motions);
             emit_explicit(&point, at.point, contacts, index, (bodies, side), out);
         }
     }
@@ -203,8 +221,7 @@ fn turned_point<'a, T: Scalar>(
     out: &mut impl Sink<T>,
 ) -> (LinearizedPoint<'a, f64, T>, Motion<T>) {
     let motion = out.turn_to(at, body, Some(&term.kinematics));
-    let (simulator, state) = (at.point.simulator, at.point.state);
-    let point = LinearizedPoint::new(simulator, state, index, &motion.X_WB, &motion.V);
+    let point = LinearizedPoint::new(at.point, index, &motion.X_WB, &motion.V);
     (point, motion.U)
 }
 
@@ -290,7 +307,9 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         });
         numbers.finish(out);
         self.numbers = Some(numbers);
-        emit_time_step(at, contacts, term, out);
+        if !at.states_gaps() {
+            emit_time_step(at, contacts, term, out);
+        }
     }
 
     /// The change of a bristle is linear in the forces across.

@@ -16,6 +16,8 @@ pub(super) struct SolvedPoint<'a, T: Scalar> {
     /// `None` for a point with the ground.
     pub(super) pair: Option<&'a PairPoint>,
     pub(super) active: Option<ActiveRows<T>>,
+    /// Whether the gap is asked for in place of rows and forces.
+    pub(super) states_gap: bool,
 }
 
 /// Rows of a contact point that takes part in the solution.
@@ -67,6 +69,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
             bodies: all.bodies(index),
             pair: all.pair_point(index),
             active,
+            states_gap: at.states_gaps(),
         });
     }
 }

@@ -37,6 +37,8 @@ pub(super) struct WorkingSet<T> {
     corrected: Vec<T>,
     /// Candidates that are about to become members, by their place among the candidates.
     chosen: Vec<usize>,
+    /// Most members in all.
+    limit: usize,
     rounds: usize,
     /// Whether some were left out because there were too many.
     full: bool,
@@ -62,8 +64,11 @@ pub(super) struct StepKinematics<'a, P, T> {
 
 impl<T: Scalar> WorkingSet<T> {
     /// Memory for so many points and coordinates.
-    pub(super) fn new(points: usize, nv: usize) -> Self {
+    ///
+    /// * `limit` – most points that may take part
+    pub(super) fn new(points: usize, nv: usize, limit: usize) -> Self {
         Self {
+            limit,
             candidates: Vec::with_capacity(points),
             margins: Vec::with_capacity(points),
             shortfalls: Vec::with_capacity(points),
@@ -111,7 +116,8 @@ impl<T: Scalar> WorkingSet<T> {
     }
 
     /// Lets all candidates take part, or the deepest ones of too many.
-    pub(super) fn take_all(&mut self, points: &[PointState<T>], limit: usize) {
+    pub(super) fn take_all(&mut self, points: &[PointState<T>]) {
+        let limit = self.limit;
         if self.candidates.len() <= limit {
             self.members.points.extend_from_slice(&self.candidates);
             self.members.lanes.extend_from_slice(&self.margins);
@@ -187,8 +193,7 @@ impl<T: Scalar> WorkingSet<T> {
     ) {
         let (chosen, candidates, members) = (&mut self.chosen, &self.candidates, &self.members);
         chosen.clear();
-        let all = step.touching.contacts.solver_options().points;
-        let limit = limit.min(all.saturating_sub(members.count(lane)));
+        let limit = limit.min(self.limit.saturating_sub(members.count(lane)));
         let shortfall = |at: &usize| self.shortfalls[*at].value(lane);
         let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
         let free =
@@ -339,7 +344,7 @@ mod tests {
 
         /// A set with all corners for candidates.
         fn set(&self) -> WorkingSet<f64> {
-            let mut set = WorkingSet::new(self.points.len(), 6);
+            let mut set = WorkingSet::new(self.points.len(), 6, 256);
             set.start((0..self.points.len()).map(|i| (i, 1.0)));
             set
         }
@@ -403,13 +408,14 @@ mod tests {
             depth,
             ..PointState::zero()
         });
-        let mut set = WorkingSet::new(4, 6);
+        let mut set = WorkingSet::new(4, 6, 2);
         set.start((0..4).map(|i| (i, 1.0)));
-        set.take_all(&points, 2);
+        set.take_all(&points);
         assert_eq!(set.active(), [1, 3]);
         assert!(set.is_full());
+        let mut set = WorkingSet::new(4, 6, 4);
         set.start((0..4).map(|i| (i, 1.0)));
-        set.take_all(&points, 4);
+        set.take_all(&points);
         assert_eq!(set.active(), [0, 1, 2, 3]);
         assert!(!set.is_full());
     }

@@ -1,0 +1,111 @@
+//! A simulation in the browser while it runs.
+
+use std::sync::{Mutex, PoisonError};
+
+use dualbody::view::{Live, Recording};
+use dualbody::{Simulator, State};
+use pyo3::prelude::*;
+
+use super::recording::PyRecording;
+use crate::arrays::{read_vector, vector};
+use crate::errors::{OrRaise, guarded, value_error};
+use crate::model::PyModel;
+use crate::simulator::PySimulator;
+
+/// A simulation that a page shows while it runs; a notebook shows it in a frame. It ends with `stop`, or when nothing refers to it.
+#[pyclass(name = "Live", module = "dualbody", frozen)]
+pub(crate) struct PyLive {
+    /// `None` once it has ended.
+    live: Mutex<Option<Live>>,
+    url: String,
+    model: Py<PyModel>,
+}
+
+impl PyLive {
+    /// What `read` says of the simulation.
+    fn of<R: Send>(&self, py: Python<'_>, read: impl FnOnce(&Live) -> R + Send) -> PyResult<R> {
+        py.detach(|| {
+            let live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+            live.as_ref().map(read)
+        })
+        .ok_or_else(|| value_error("the simulation has ended"))
+    }
+}
+
+#[pymethods]
+impl PyLive {
+    /// Address of the page, for browsers of this machine; it holds a secret.
+    #[getter]
+    fn url(&self) -> &str {
+        &self.url
+    }
+
+    /// What was seen since the start or the last reset, at most 60 moments a second.
+    fn recording(&self, py: Python<'_>) -> PyResult<PyRecording> {
+        let recording: Recording = self.of(py, Live::recording)?;
+        Ok(PyRecording {
+            recording,
+            models: vec![self.model.clone_ref(py)],
+        })
+    }
+
+    /// State of now: (nq,) and (nv,).
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let State { q, v, .. } = self.of(py, Live::state)?;
+        let array = |x: &[f64]| vector(py, x.to_vec()).into_any();
+        Ok((array(q.as_slice()), array(v.as_slice())))
+    }
+
+    /// Ends the simulation; its page says so.
+    fn stop(&self, py: Python<'_>) {
+        py.detach(|| {
+            drop(
+                self.live
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .take(),
+            )
+        });
+    }
+
+    fn _repr_html_(&self) -> String {
+        let url = &self.url;
+        format!("<iframe src=\"{url}\" width=\"100%\" height=\"640\" style=\"border:0\"></iframe>")
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Live(\"{}\")", self.url)
+    }
+}
+
+#[pymethods]
+impl PySimulator {
+    /// Shows the simulation in the browser while it runs, from a state (the neutral one at rest by default): pause, step, speed, reset, bodies pulled with
+    /// the mouse, joints moved by sliders, through servos. Its address is `.url`; a notebook shows it in a frame.
+    #[pyo3(signature = (q=None, v=None))]
+    fn live(
+        &self,
+        py: Python<'_>,
+        q: Option<&Bound<'_, PyAny>>,
+        v: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyLive> {
+        let simulator: &Simulator = &self.simulator;
+        let mut start: State = simulator.neutral_state();
+        if let Some(q) = q {
+            let q = read_vector("q", q, Some(simulator.model().nq()))?;
+            start.q.copy_from_slice(&q);
+        }
+        if let Some(v) = v {
+            let v = read_vector("v", v, Some(simulator.model().nv()))?;
+            start.v.copy_from_slice(&v);
+        }
+        start.check(simulator.model()).or_raise()?;
+        let live = guarded(|| Live::start(simulator.clone(), &start))??;
+        Ok(PyLive {
+            url: live.url().to_owned(),
+            live: Mutex::new(Some(live)),
+            model: self.model(py),
+        })
+    }
+}

@@ -1,0 +1,178 @@
+//! The readings of all sensors, from motions and forces of the step just taken.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::DVector;
+
+use super::catalogue::Sensors;
+use super::exterior::each_exterior_force;
+use super::moment::Moment;
+use crate::dynamics::{Calls, Kinematics, RneaScratch, motions_of_some, transmitted_forces};
+use crate::scalar::{Over, Scalar};
+use crate::sim::evaluation_point::EvaluationPoint;
+use crate::sim::integrator::Integrator;
+use crate::sim::integrators::AccelerationScratch;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::step::StepScratch;
+use crate::spatial::Force;
+
+/// Working memory of [`Sensors::read_into`] and [`Sensors::read_step_into`]. It belongs to the model that it was made for and to clones of it; after a
+/// change of masses, placements or armature a new one is needed.
+#[derive(Clone, Debug)]
+pub struct SensorScratch<T: Scalar> {
+    /// Acceleration and forces, where no step has found them.
+    found: Option<Box<AccelerationScratch<T>>>,
+    rnea: RneaScratch<T>,
+    kinematics: Kinematics<T>,
+    /// On each body, in it, but for the forces of joints.
+    exterior: Vec<Force<T>>,
+}
+
+impl<T: Scalar> SensorScratch<T> {
+    /// Memory for a simulator.
+    pub fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let model = simulator.model();
+        Self {
+            found: None,
+            rnea: RneaScratch::new(model),
+            kinematics: Kinematics::new(model),
+            exterior: vec![Force::zero(); model.n_bodies()],
+        }
+    }
+}
+
+impl Sensors {
+    /// The readings of a step from `state` under the input `u` (length `nu`; N·m or N), which is evaluated but not taken. Allocates.
+    ///
+    /// Differentiable in state and input, and over a simulator [cast](Simulator::cast) to dual numbers in its parameters.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length, or if the simulator is of another robot.
+    pub fn read<P: Scalar, T: Over<P>>(
+        &self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+    ) -> DVector<T> {
+        let mut out = DVector::zeros(self.len());
+        let mut scratch = SensorScratch::new(simulator);
+        self.read_into(simulator, state, u, &mut scratch, out.as_mut_slice());
+        out
+    }
+
+    /// [`read`](Self::read) without allocation after the first call.
+    ///
+    /// * `out` – output, length [`len`](Self::len)
+    ///
+    /// # Panics
+    /// As there, or if the output has the wrong length.
+    pub fn read_into<P: Scalar, T: Over<P>>(
+        &self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut SensorScratch<T>,
+        out: &mut [T],
+    ) {
+        simulator.check_input(u);
+        simulator.check(state);
+        // Not bound to the numbers of one model: variants use it in turn.
+        let new = || Box::new(AccelerationScratch::new(simulator, Calls::One));
+        let mut found = scratch.found.take().unwrap_or_else(new);
+        let at = EvaluationPoint::of_step(simulator, state, u);
+        simulator.accelerate(&at, &mut found);
+        self.read_found(&at, &found, scratch, out);
+        scratch.found = Some(found);
+    }
+
+    /// The readings of the step that [`Simulator::step_into`] has just taken with `step`, from `state` under the input `u`. Does not allocate after the first
+    /// call, but for force–torque sensors of robots with constraints.
+    ///
+    /// With a step of Euler the acceleration and the forces are those that the step has left in its memory; with other integrators they are evaluated.
+    ///
+    /// * `state`, `u` – the state *before* the step, and its input
+    /// * `out` – output, length [`len`](Self::len)
+    ///
+    /// # Panics
+    /// If state, input or output have the wrong length, or if the simulator is of another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::{Sensor, SensorScratch, Sensors, StepScratch}};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let pivot = simulator.model().find_joint("pivot")?;
+    /// let sensors = Sensors::new(simulator.model(), [("torque", Sensor::JointForce(pivot))]);
+    /// let (mut step, mut scratch) = (StepScratch::new(&simulator), SensorScratch::new(&simulator));
+    /// let (state, mut next, mut y) = (State::new(&[0.4], &[0.0]), State::new(&[0.0], &[0.0]), [0.0]);
+    /// simulator.step_into(&state, &[2.0], &mut step, &mut next);
+    /// sensors.read_step_into(&simulator, &state, &[2.0], &step, &mut scratch, &mut y);
+    /// assert!((y[0] - 2.0).abs() < 1e-12); // without friction and rotor the torque is that of the motor
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn read_step_into<P: Scalar, T: Over<P>>(
+        &self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        step: &StepScratch<T>,
+        scratch: &mut SensorScratch<T>,
+        out: &mut [T],
+    ) {
+        if !has_one_acceleration(simulator.integrator()) {
+            return self.read_into(simulator, state, u, scratch, out);
+        }
+        simulator.check_input(u);
+        simulator.check(state);
+        let at = EvaluationPoint::of_step(simulator, state, u);
+        self.read_found(&at, &step.acceleration, scratch, out);
+    }
+
+    /// The readings where acceleration and forces have been found.
+    fn read_found<P: Scalar, T: Over<P>>(
+        &self,
+        at: &EvaluationPoint<'_, P, T>,
+        found: &AccelerationScratch<T>,
+        scratch: &mut SensorScratch<T>,
+        out: &mut [T],
+    ) {
+        self.check(at.simulator, out);
+        let SensorScratch {
+            rnea,
+            kinematics,
+            exterior,
+            ..
+        } = scratch;
+        let model = at.model();
+        let motion = [at.q(), at.v(), &found.a];
+        motions_of_some(model, &self.bodies, motion, rnea);
+        kinematics.place_some(model, &self.bodies, rnea.motions());
+        if self.takes_transmitted_forces {
+            exterior.fill(Force::zero());
+            each_exterior_force(at, found, kinematics, |_, body, F| {
+                if let Some(body) = body {
+                    exterior[body.0] += F;
+                }
+            });
+            transmitted_forces(model, exterior, rnea);
+        }
+        let moment = Moment {
+            at,
+            found,
+            kinematics,
+            rnea,
+        };
+        for placed in &self.all {
+            moment.read(self, placed, &mut out[placed.range.clone()]);
+        }
+    }
+}
+
+/// Whether a step has one acceleration, which is left where it was found.
+fn has_one_acceleration(integrator: Integrator) -> bool {
+    match integrator {
+        Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => true,
+        Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => false,
+    }
+}

@@ -1,0 +1,277 @@
+//! Rows in a world of several trees: entries for the trees on which they act, and nothing for the others.
+//!
+//! With M = Lᵀ D L, tree by tree, and Lᵀ X = Jᵀ, the entries of X are where those of J are, and G = Xᵀ D⁻¹ X. So memory and time grow with the number of rows.
+
+use std::ops::Range;
+
+use crate::cone::Columns;
+use crate::dynamics::MassMatrixFactor;
+use crate::scalar::{GROUP, Scalar};
+
+/// J and X of rows.
+#[derive(Clone, Debug)]
+pub(super) struct SparseRows<T> {
+    /// Coordinates of each tree.
+    trees: Vec<Range<usize>>,
+    /// Tree of each coordinate.
+    of_coordinates: Vec<usize>,
+    rows: Vec<Place>,
+    segments: Vec<Segment>,
+    /// J.
+    values: Vec<T>,
+    /// X, in the same places.
+    half: Vec<T>,
+    /// Y with Lᵀ Y = τ.
+    beside: Vec<T>,
+}
+
+/// Where the entries of a row are.
+#[derive(Clone, Debug)]
+struct Place {
+    segments: Range<usize>,
+    /// Which of the rows that have these segments.
+    index: usize,
+}
+
+/// Entries of some rows in a tree, row after row.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    tree: usize,
+    at: usize,
+}
+
+impl<T: Scalar> SparseRows<T> {
+    /// Memory for trees.
+    ///
+    /// * `first` – for each coordinate, the first of its tree
+    pub(super) fn new(first: &[usize]) -> Self {
+        let mut trees: Vec<Range<usize>> = Vec::new();
+        let mut of_coordinates = Vec::with_capacity(first.len());
+        for (k, &first) in first.iter().enumerate() {
+            match trees.last_mut().filter(|tree| tree.start == first) {
+                Some(tree) => tree.end = k + 1,
+                None => trees.push(k..k + 1),
+            }
+            of_coordinates.push(trees.len() - 1);
+        }
+        Self {
+            trees,
+            of_coordinates,
+            rows: Vec::new(),
+            segments: Vec::new(),
+            values: Vec::new(),
+            half: Vec::new(),
+            beside: vec![T::zero(); first.len()],
+        }
+    }
+
+    /// Takes back all rows from one on.
+    pub(super) fn truncate(&mut self, rows: usize) {
+        if let Some(first) = self.rows.get(rows) {
+            let segments = first.segments.start;
+            if let Some(segment) = self.segments.get(segments) {
+                self.values.truncate(segment.at);
+            }
+            self.segments.truncate(segments);
+            self.rows.truncate(rows);
+        }
+    }
+
+    /// Adds rows of zeros that act on the same trees.
+    pub(super) fn grow(&mut self, rows: usize) {
+        let start = self.segments.len();
+        self.rows.extend((0..rows).map(|index| Place {
+            segments: start..start,
+            index,
+        }));
+    }
+
+    /// Adds to an entry of the last rows that were added together.
+    ///
+    /// * `rows` – how many these are
+    pub(super) fn add(&mut self, rows: usize, index: usize, k: usize, x: T) {
+        let tree = self.of_coordinates[k];
+        let (first, own) = (self.rows.len() - rows, &self.trees[tree]);
+        let segments = &self.segments[self.rows[first].segments.clone()];
+        let at = match segments.iter().find(|segment| segment.tree == tree) {
+            Some(segment) => segment.at,
+            None => {
+                let at = self.values.len();
+                self.segments.push(Segment { tree, at });
+                self.values.resize(at + rows * own.len(), T::zero());
+                let end = self.segments.len();
+                let all = self.rows[first..].iter_mut();
+                all.for_each(|place| place.segments.end = end);
+                at
+            }
+        };
+        self.values[at + index * own.len() + k - own.start] += x;
+    }
+
+    /// The trees on which a row acts.
+    pub(super) fn trees_of(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
+        let segments = &self.segments[self.rows[row].segments.clone()];
+        segments.iter().map(|segment| segment.tree)
+    }
+
+    /// Whether some rows act on one and the same tree.
+    pub(super) fn are_on_one_tree(&self, rows: &[usize]) -> bool {
+        let mut trees = rows.iter().flat_map(|&row| self.trees_of(row));
+        let first = trees.next();
+        trees.all(|tree| Some(tree) == first)
+    }
+
+    /// Number of trees.
+    pub(super) fn n_trees(&self) -> usize {
+        self.trees.len()
+    }
+
+    /// The entries of a row in each of its trees, of J or of X.
+    fn parts<'a>(&'a self, of: &'a [T], row: usize) -> impl Iterator<Item = (usize, &'a [T])> {
+        let place = &self.rows[row];
+        let segments = &self.segments[place.segments.clone()];
+        segments.iter().map(move |segment| {
+            let size = self.trees[segment.tree].len();
+            let at = segment.at + place.index * size;
+            (segment.tree, &of[at..at + size])
+        })
+    }
+
+    /// X, and Y of forces τ along the coordinates.
+    pub(super) fn form_halves(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
+        self.half.clone_from(&self.values);
+        for place in &self.rows {
+            for segment in &self.segments[place.segments.clone()] {
+                let tree = self.trees[segment.tree].clone();
+                let at = segment.at + place.index * tree.len();
+                let own = &mut self.half[at..at + tree.len()];
+                factor.back_substitute_in(tree, own);
+            }
+        }
+        self.beside.copy_from_slice(tau);
+        for tree in &self.trees {
+            let own = &mut self.beside[tree.clone()];
+            factor.back_substitute_in(tree.clone(), own);
+        }
+    }
+
+    /// `G_ij` of two rows.
+    pub(super) fn product(&self, factor: &MassMatrixFactor<T>, i: usize, j: usize) -> T {
+        let mut sum = T::zero();
+        for (tree, x) in self.parts(&self.half, i) {
+            let mut others = self.parts(&self.half, j);
+            if let Some((_, y)) = others.find(|(other, _)| *other == tree) {
+                for ((k, &x), &y) in self.trees[tree].clone().zip(x).zip(y) {
+                    sum = (x * factor.reciprocal(k)).mul_add(y, sum);
+                }
+            }
+        }
+        sum
+    }
+
+    /// J M⁻¹ τ of a row.
+    pub(super) fn offset(&self, factor: &MassMatrixFactor<T>, row: usize) -> T {
+        let mut sum = T::zero();
+        for (tree, x) in self.parts(&self.half, row) {
+            for (k, &x) in self.trees[tree].clone().zip(x) {
+                sum = (x * factor.reciprocal(k)).mul_add(self.beside[k], sum);
+            }
+        }
+        sum
+    }
+
+    /// An entry of J.
+    pub(super) fn entry(&self, row: usize, k: usize) -> T {
+        let tree = self.of_coordinates[k];
+        let mut parts = self.parts(&self.values, row);
+        let own = parts.find(|(other, _)| *other == tree);
+        own.map_or(T::zero(), |(_, j)| j[k - self.trees[tree].start])
+    }
+
+    /// J x of a row.
+    pub(super) fn dot(&self, row: usize, x: &[T]) -> T {
+        let mut sum = T::zero();
+        for (tree, j) in self.parts(&self.values, row) {
+            let pairs = j.iter().zip(&x[self.trees[tree].clone()]);
+            sum = pairs.fold(sum, |sum, (&j, &x)| j.mul_add(x, sum));
+        }
+        sum
+    }
+
+    /// M⁻¹ (τ + Jᵀ f).
+    pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, f: &[T], a: &mut [T]) {
+        a.copy_from_slice(&self.beside);
+        for (row, &f) in f.iter().enumerate() {
+            for (tree, x) in self.parts(&self.half, row) {
+                let own = a[self.trees[tree].clone()].iter_mut().zip(x);
+                own.for_each(|(a, &x)| *a = x.mul_add(f, *a));
+            }
+        }
+        for tree in &self.trees {
+            factor.forward_substitute_in(tree.clone(), &mut a[tree.clone()]);
+        }
+    }
+
+    /// All of J, row after row, for derivatives, whose columns are of all coordinates.
+    pub(super) fn fill_jacobian(&self, out: &mut [T]) {
+        let nv = self.of_coordinates.len();
+        for (row, out) in out.chunks_exact_mut(nv).enumerate() {
+            for (tree, j) in self.parts(&self.values, row) {
+                out[self.trees[tree].clone()].copy_from_slice(j);
+            }
+        }
+    }
+
+    /// All of X, for each group of rows, coordinate after coordinate; Y after the last row.
+    pub(super) fn fill_halves(&self, out: &mut [[T; GROUP]]) {
+        let nv = self.of_coordinates.len();
+        for row in 0..self.rows.len() {
+            let own = &mut out[nv * (row / GROUP)..][..nv];
+            for (tree, x) in self.parts(&self.half, row) {
+                let own = own[self.trees[tree].clone()].iter_mut().zip(x);
+                own.for_each(|(out, &x)| out[row % GROUP] = x);
+            }
+        }
+        let after = self.rows.len();
+        let own = out[nv * (after / GROUP)..][..nv]
+            .iter_mut()
+            .zip(&self.beside);
+        own.for_each(|(out, &x)| out[after % GROUP] = x);
+    }
+
+    /// D^(−½) X of some rows in a lane, as blocks of the trees on which they act.
+    ///
+    /// * `nodes` – memory for the node of each tree
+    pub(super) fn fill_columns(
+        &self,
+        factor: &MassMatrixFactor<T>,
+        rows: &[usize],
+        lane: usize,
+        nodes: &mut Vec<usize>,
+        out: &mut Columns,
+    ) {
+        const NONE: usize = usize::MAX;
+        nodes.clear();
+        nodes.resize(self.trees.len(), NONE);
+        for tree in rows.iter().flat_map(|&row| self.trees_of(row)) {
+            nodes[tree] = 0;
+        }
+        let taking_part = nodes.iter_mut().filter(|node| **node != NONE);
+        taking_part.enumerate().for_each(|(k, node)| *node = k);
+        let taking_part = self.trees.iter().zip(&*nodes);
+        out.start(
+            taking_part
+                .filter(|(_, node)| **node != NONE)
+                .map(|(tree, _)| tree.len()),
+        );
+        for &row in rows {
+            out.push_row();
+            for (tree, x) in self.parts(&self.half, row) {
+                let coordinates = self.trees[tree].clone().zip(x);
+                let scaled = coordinates
+                    .map(|(k, x)| x.value(lane) * factor.reciprocal(k).value(lane).sqrt());
+                out.push_part(nodes[tree], scaled);
+            }
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Questions about contact between bodies: who touches whom, with which force, and the Jacobians at the points.
+
+use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, Terrain};
+use dualbody::dynamics::{frame_pose, gravity_forces};
+use dualbody::model::{FrameId, Mass, Object, World};
+use dualbody::sim::ContactReport;
+use dualbody::spatial::Transform;
+use dualbody::{Contacts, Simulator, State};
+use nalgebra::{DVector, Vector3};
+
+const MASSES: [f64; 2] = [2.0, 1.0];
+
+/// A small box on a large one on the ground.
+fn tower() -> Simulator {
+    let mut world = World::new("tower");
+    for (name, mass, size, z) in [("a", MASSES[0], 0.4, 0.1), ("b", MASSES[1], 0.2, 0.3)] {
+        let at = Transform::from_translation([0.0, 0.0, z].into());
+        let object = Object::free(Mass::Kilograms(mass)).at(at);
+        world
+            .add_box(name, [size, size, 0.2], &object)
+            .expect("a box");
+    }
+    let model = world.build().expect("a world");
+    let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
+        .with_collisions(&model, law, &CollisionOptions::default())
+        .expect("links");
+    Simulator::new(model)
+        .with_contacts(contacts)
+        .with_time_step(0.002)
+}
+
+fn links(simulator: &Simulator) -> [FrameId; 2] {
+    ["a", "b"].map(|name| simulator.model().frame(name).expect("a link"))
+}
+
+fn settled(simulator: &Simulator) -> (State, ContactReport) {
+    let rollout = simulator.rollout(&simulator.neutral_state(), 500, |_, _, _| {});
+    let state = rollout.last().clone();
+    let report = simulator.contact_report(&state, &[]);
+    (state, report)
+}
+
+#[test]
+fn force_between_boxes_at_rest_is_the_weight_of_the_upper_one() {
+    let simulator = tower();
+    let ([a, b], (_, report)) = (links(&simulator), settled(&simulator));
+    let (up, down) = (report.force_between([b, a]), report.force_between([a, b]));
+    assert_eq!(up, -down);
+    let weight = Vector3::new(0.0, 0.0, MASSES[1] * 9.81);
+    assert!((up - weight).norm() < 1e-3 * weight.z, "{up}");
+    assert!(report.are_touching([a, b]) && report.are_touching([b, a]));
+    let ground: Vector3<f64> = report.forces.iter().sum();
+    assert!((ground.z - (MASSES[0] + MASSES[1]) * 9.81).abs() < 0.03);
+    // Higher up they do not touch.
+    let mut apart = simulator.neutral_state();
+    let joint = simulator.model().find_joint("b").expect("a joint");
+    apart.q[simulator.model().joint_q(joint).start + 2] = 0.1;
+    let report = simulator.contact_report(&apart, &[]);
+    assert!(!report.are_touching([a, b]) && report.force_between([a, b]).norm() == 0.0);
+}
+
+#[test]
+fn forces_of_contact_by_their_jacobians_balance_gravity() {
+    let simulator = tower();
+    let (state, report) = settled(&simulator);
+    let (model, q) = (simulator.model(), state.q.as_slice());
+    let mut tau = -gravity_forces(model, q);
+    let contacts = simulator.contacts().expect("contacts");
+    for (k, force) in report.forces.iter().enumerate() {
+        tau += contacts.jacobian(model, q, k).transpose() * force;
+    }
+    for pair in &report.pairs {
+        tau += pair.jacobian(model, q).rows(0, 3).transpose() * pair.force;
+    }
+    assert!(tau.amax() < 0.02, "{tau}");
+}
+
+/// The tower in motion, off its place, so that its boxes overlap a little.
+fn moving(simulator: &Simulator) -> (State, ContactReport) {
+    let (mut state, _) = settled(simulator);
+    state.v = DVector::from_fn(simulator.model().nv(), |k, _| (1.3 * k as f64 + 0.4).sin());
+    let report = simulator.contact_report(&state, &[]);
+    (state, report)
+}
+
+#[test]
+fn velocity_at_a_point_equals_jacobian_times_velocity() {
+    let simulator = tower();
+    let (state, report) = moving(&simulator);
+    assert!(report.pairs.len() >= 4);
+    for pair in &report.pairs {
+        let velocity = pair.jacobian(simulator.model(), state.q.as_slice()) * &state.v;
+        let off = (velocity.rows(0, 3) - pair.point.velocity).norm();
+        // The point of the report is half way between those of the two links.
+        assert!(off < 1e-3, "{off}");
+    }
+}
+
+// Against the world the point moves with the first link: J(q ⊕ h v) there, less J(q ⊕ −h v).
+#[test]
+fn rate_of_the_jacobian_equals_differences() {
+    const STEP: f64 = 1e-5;
+    let simulator = tower();
+    let (state, report) = moving(&simulator);
+    let (model, q) = (simulator.model(), state.q.as_slice());
+    let world = FrameId(
+        model
+            .frames()
+            .iter()
+            .position(|frame| frame.body.is_none())
+            .expect("the world"),
+    );
+    let mut pair = report.pairs[0].clone();
+    pair.links[1] = world;
+    let in_link = frame_pose(model, q, pair.links[0])
+        .inverse()
+        .point(&pair.point.position);
+    let at = |h: f64| {
+        let q = model.integrate(q, (&state.v * h).as_slice());
+        let mut moved = pair.clone();
+        moved.point.position = frame_pose(model, q.as_slice(), pair.links[0]).point(&in_link);
+        moved.jacobian(model, q.as_slice())
+    };
+    let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+    let found = pair.jacobian_derivative(model, q, state.v.as_slice());
+    assert!((found - expected).amax() < 1e-8);
+}

@@ -1,0 +1,208 @@
+//! Many bodies that rest on each other: every step finds its forces, they balance, and derivatives go through islands of many contacts.
+
+use dualbody::cone::Status;
+use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, Rigid, Terrain};
+use dualbody::model::{Mass, Object, World};
+use dualbody::sim::StepScratch;
+use dualbody::spatial::Transform;
+use dualbody::{Contacts, Simulator, State};
+use nalgebra::DVector;
+
+fn at(x: f64, y: f64, z: f64) -> Transform {
+    Transform::from_translation([x, y, z].into())
+}
+
+fn simulator(world: &World, law: ContactLaw, dt: f64) -> Simulator {
+    let model = world.build().expect("a world");
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
+        .with_collisions(&model, law, &CollisionOptions::default())
+        .expect("links");
+    Simulator::new(model)
+        .with_contacts(contacts)
+        .with_time_step(dt)
+}
+
+fn stack(boxes: usize, apart: f64) -> World {
+    let mut world = World::default();
+    for k in 0..boxes {
+        let z = 0.1 + (0.2 + apart) * k as f64;
+        let object = Object::free(Mass::Kilograms(1.0)).at(at(0.0, 0.0, z));
+        let name = format!("box {k:02}");
+        world.add_box(&name, [0.2; 3], &object).expect("a box");
+    }
+    world
+}
+
+/// Spheres and boxes, in turn, that fall between four walls.
+fn bin(bodies: usize) -> World {
+    let mut world = World::default();
+    let walls = [
+        (0.5, 0.0, 0.1, 1.2),
+        (-0.5, 0.0, 0.1, 1.2),
+        (0.0, 0.5, 1.2, 0.1),
+        (0.0, -0.5, 1.2, 0.1),
+    ];
+    for (k, (x, y, width, length)) in walls.into_iter().enumerate() {
+        let object = Object::fixed().at(at(x, y, 0.5));
+        let name = format!("wall {k}");
+        world
+            .add_box(&name, [width, length, 1.0], &object)
+            .expect("a wall");
+    }
+    for k in 0..bodies {
+        let (i, j, layer) = (k % 3, k / 3 % 3, k / 9);
+        let x = 0.25 * i as f64 - 0.25 + 0.01 * (k % 7) as f64;
+        let z = 0.2 + 0.22 * layer as f64 + 0.003 * (k % 9) as f64;
+        let place = at(x, 0.25 * j as f64 - 0.25, z);
+        let (name, object) = (
+            format!("body {k:02}"),
+            Object::free(Mass::Kilograms(1.0)).at(place),
+        );
+        let added = match k % 2 {
+            0 => world.add_sphere(&name, 0.1, &object),
+            _ => world.add_box(&name, [0.15; 3], &object),
+        };
+        added.expect("a body");
+    }
+    world
+}
+
+/// The state after so many steps, and the worst status on the way.
+fn run(simulator: &Simulator, steps: usize) -> (State<f64>, Status) {
+    let mut scratch = StepScratch::new(simulator);
+    let (mut state, mut next) = (simulator.neutral_state(), simulator.neutral_state());
+    let mut worst = Status::Converged;
+    for step in 0..steps {
+        simulator.step_into(&state, &[], &mut scratch, &mut next);
+        std::mem::swap(&mut state, &mut next);
+        worst = worst.max(scratch.solver_status(0));
+        assert!(state.v.iter().all(|v| v.is_finite()), "{step}");
+    }
+    (state, worst)
+}
+
+fn rigid() -> ContactLaw {
+    ContactLaw::Rigid(Rigid::default())
+}
+
+fn relaxed() -> ContactLaw {
+    ContactLaw::RelaxedRigid(RelaxedRigid::default())
+}
+
+#[test]
+fn ten_boxes_stand_without_creep() {
+    for dt in [1e-3, 5e-3] {
+        let simulator = simulator(&stack(10, 0.0), rigid(), dt);
+        let (state, status) = run(&simulator, 100);
+        assert!(status <= Status::Acceptable, "{dt}: {status:?}");
+        let moved = (&state.q - &simulator.neutral_state().q).amax();
+        assert!(moved < 1e-6, "{dt}: {moved:e}");
+    }
+}
+
+#[test]
+fn every_step_of_a_pile_finds_its_forces() {
+    for (law, bodies, allowed) in [
+        (relaxed(), 30, Status::Acceptable),
+        (rigid(), 18, Status::Acceptable),
+    ] {
+        let simulator = simulator(&bin(bodies), law, 2e-3);
+        let (_, status) = run(&simulator, 120);
+        assert!(status <= allowed, "{law:?}: {status:?}");
+    }
+}
+
+// The ground carries the weight of all, and each pair the weight of what is above it.
+#[test]
+fn forces_in_a_stack_are_the_weights_above() {
+    let simulator = simulator(&stack(8, 0.0), rigid(), 2e-3);
+    let (state, _) = run(&simulator, 3);
+    let report = simulator.contact_report(&state, &[]);
+    let weight = 9.81;
+    let on_ground: f64 = report.forces.iter().map(|force| force.z).sum();
+    assert!((on_ground - 8.0 * weight).abs() < 1e-5, "{on_ground}");
+    let between: f64 = report.pairs.iter().map(|pair| pair.force.norm()).sum();
+    assert!((between - 28.0 * weight).abs() < 1e-4, "{between}");
+}
+
+/// Central differences of the next state along changes of the tangent of a state.
+fn difference(simulator: &Simulator, state: &State<f64>, k: usize) -> Vec<f64> {
+    const BY: f64 = 1e-6;
+    let (model, n) = (simulator.model(), state.v.len());
+    let [after, before] = [BY, -BY].map(|by| {
+        let mut state = state.clone();
+        if k < n {
+            let mut dq = vec![0.0; n];
+            dq[k] = by;
+            state.q = DVector::from(model.integrate(state.q.as_slice(), &dq));
+        } else {
+            state.v[k - n] += by;
+        }
+        simulator.step(&state, &[])
+    });
+    let dq = model.difference(before.q.as_slice(), after.q.as_slice());
+    let dv = (&after.v - &before.v).iter().copied().collect::<Vec<_>>();
+    let all = dq.iter().chain(&dv);
+    all.map(|x| x / (2.0 * BY)).collect()
+}
+
+// Six boxes have 24 points, so many that their forces are found by blocks.
+#[test]
+fn derivatives_through_many_contacts_equal_finite_differences() {
+    let simulator = simulator(&stack(6, -1e-3), relaxed(), 2e-3);
+    let (state, _) = run(&simulator, 3);
+    let report = simulator.contact_report(&state, &[]);
+    assert!(
+        report
+            .pairs
+            .iter()
+            .filter(|pair| pair.force.norm() > 0.1)
+            .count()
+            > 16
+    );
+    let a = simulator.linearize(&state, &[]).a;
+    for k in [0, 8, 16, 21, 38, 43, 52, 71] {
+        for (i, expected) in difference(&simulator, &state, k).into_iter().enumerate() {
+            let found = a[(i, k)];
+            let near = (found - expected).abs() < 1e-6 * a.amax();
+            assert!(near, "{i} {k}: {found} {expected}");
+        }
+    }
+    let weights: Vec<f64> = (0..a.nrows()).map(|k| (1.0 + k as f64).sin()).collect();
+    let found = simulator.vjp(&state, &[], &weights).state;
+    let expected = a.transpose() * DVector::from(weights);
+    assert!((&found - &expected).amax() < 1e-10 * expected.amax());
+}
+
+// More points in all than one robot may have.
+#[test]
+fn points_of_many_bodies_all_take_part() {
+    let mut world = World::default();
+    for k in 0..300 {
+        let (x, y) = (0.3 * (k % 20) as f64, 0.3 * (k / 20) as f64);
+        let object = Object::free(Mass::Kilograms(1.0)).at(at(x, y, 0.1));
+        let name = format!("ball {k:03}");
+        world.add_sphere(&name, 0.1, &object).expect("a ball");
+    }
+    let simulator = simulator(&world, rigid(), 2e-3);
+    let (state, status) = run(&simulator, 2);
+    assert_eq!(status, Status::Converged);
+    assert!(state.v.amax() < 1e-12, "{:e}", state.v.amax());
+}
+
+#[test]
+fn bodies_in_one_place_end_in_a_status() {
+    let mut world = World::default();
+    for k in 0..12 {
+        let object = Object::free(Mass::Kilograms(1.0)).at(at(0.0, 0.0, 0.1));
+        let name = format!("body {k:02}");
+        let added = match k % 2 {
+            0 => world.add_sphere(&name, 0.1, &object),
+            _ => world.add_box(&name, [0.2; 3], &object),
+        };
+        added.expect("a body");
+    }
+    for law in [rigid(), relaxed()] {
+        let _ = run(&simulator(&world, law, 1e-3), 20);
+    }
+}
