@@ -1,6 +1,5 @@
 //! Pairs of convex shapes: distances that are numbers, the same both ways, and normals of length one.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use dualbody::Cast;
@@ -32,39 +31,43 @@ fn shape_of(line: &str) -> Option<Placed> {
     let mut words = line.split_whitespace();
     let kind = words.next()?;
     let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-    let rest = RefCell::new(numbers.into_iter());
-    let next = || rest.borrow_mut().next();
-    let three = || Some([next()?, next()?, next()?]);
+    let rest = &mut numbers.into_iter();
     let vector = |x: [f64; 3]| Vector3::from(x);
     let shape = match kind {
-        "sphere" => Shape::Sphere { radius: next()? },
+        "sphere" => Shape::Sphere {
+            radius: rest.next()?,
+        },
         "capsule" => Shape::Capsule {
-            radius: next()?,
-            half_length: next()?,
+            radius: rest.next()?,
+            half_length: rest.next()?,
         },
         "cylinder" => Shape::Cylinder {
-            radius: next()?,
-            half_length: next()?,
+            radius: rest.next()?,
+            half_length: rest.next()?,
         },
         "box" => Shape::Box {
-            half_extents: three()?,
+            half_extents: three(rest)?,
         },
         "ellipsoid" => Shape::Ellipsoid {
-            semi_axes: three()?,
+            semi_axes: three(rest)?,
         },
         "triangle" => Shape::Triangle {
-            vertices: [vector(three()?), vector(three()?), vector(three()?)],
+            vertices: [
+                vector(three(rest)?),
+                vector(three(rest)?),
+                vector(three(rest)?),
+            ],
         },
         "hull" => {
             let corners = (0..6).map(|k| Vector3::ith(k % 3, if k < 3 { 1.0 } else { -0.5 }));
             Shape::Hull {
                 hull: Arc::new(Hull::new(corners.collect()).ok()?),
-                scale: three()?,
+                scale: three(rest)?,
             }
         }
         _ => Shape::HalfSpace,
     };
-    let (at, turn) = (vector(three()?), vector(three()?));
+    let (at, turn) = (vector(three(rest)?), vector(three(rest)?));
     let turn = if turn.norm() < LARGE {
         turn
     } else {
@@ -74,6 +77,10 @@ fn shape_of(line: &str) -> Option<Placed> {
         shape,
         Transform::new(Quaternion::exp(&turn).to_matrix(), at),
     ))
+}
+
+fn three(rest: &mut impl Iterator<Item = f64>) -> Option<[f64; 3]> {
+    Some([rest.next()?, rest.next()?, rest.next()?])
 }
 
 fn check_pair((a, at_a): &Placed, (b, at_b): &Placed) -> Result<(), String> {
