@@ -69,7 +69,8 @@ def push_block() -> Task:
 
     def reward(q: Array, v: Array, u: Array) -> Array:
         distance = away(q)
-        return np.where(distance < NEAR, 1.0, -distance) - 1e-3 * np.square(u).sum(axis=1)
+        out: Array = np.where(distance < NEAR, 1.0, -distance) - 1e-3 * np.square(u).sum(axis=1)
+        return out
 
     def is_over(q: Array, v: Array) -> Flags:
         over: Flags = (away(q) > REACH) | (np.hypot(q[:, x_q], q[:, y_q]) > REACH)
