@@ -26,8 +26,8 @@ class Task:
     simulator: Simulator
     #: State (nq,), (nv,) from which an episode starts, by a generator of its own
     start: Callable[[np.random.Generator], tuple[Array, Array]]
-    #: Observations (n, k)
-    observe: Callable[[Array, Array], Array]
+    #: Observations (n, k), in single or double precision
+    observe: Callable[[Array, Array], NDArray[np.floating[Any]]]
     #: Rewards (n,) after a step with the inputs u
     reward: Callable[[Array, Array, Array], Array]
     #: Whether an episode is over (n,), for good
