@@ -113,7 +113,7 @@ def test_ground_from_a_function_is_that_function() -> None:
 def test_servos_take_ranges_of_input_and_force() -> None:
     motor = Actuator(servo=(2.0, 3.0, 0.0, 0.0, 0.0), input_range=(-1.0, 2.0), force_range=(-2.0, 5.0))
     simulator = db.Simulator(db.samples.pendulum(), actuation=Actuation(actuators={"pivot": motor}))
-    assert [bound[0] for bound in simulator.effort_bounds()] == [-1.0, 2.0]
+    assert [bound[0] for bound in simulator.effort_bounds] == [-1.0, 2.0]
     still, *pushed = (simulator.acceleration([0.0], [0.0], [u])[0] for u in (0.0, 0.5, 9.0, -9.0))
     force = np.array(pushed) - still
     assert np.allclose(force / force[0], [1.0, 10.0 / 3.0, -4.0 / 3.0])
@@ -126,7 +126,7 @@ def test_servos_along_tendons_have_inputs_of_their_own() -> None:
     joints = dict.fromkeys(model.joint_names, 1.0)
     both = TendonServo("sum", joints, servo=(1.0, 1e4, 0.0, 1e4, 100.0), input_range=(-0.5, 0.5))
     simulator = db.Simulator(model, time_step=0.01, actuated=[], tendon_servos=[both])
-    assert simulator.input_names == ["sum"] and simulator.effort_bounds()[1][0] == 0.5
+    assert simulator.input_names == ["sum"] and simulator.effort_bounds[1][0] == 0.5
     rollout = simulator.rollout([0.0, 0.0], [0.0, 0.0], inputs=np.tile([0.4], (300, 1)))
     assert abs(rollout.q[-1].sum() - 0.4) < 1e-3
     pushed = simulator.acceleration([0.0, 0.0], [0.0, 0.0], [0.4], forces={model.link_names[-1]: [0, 0, 0, 0, 0, 0]})

@@ -22,7 +22,7 @@ pub(crate) use noise::PyNoisySensors;
 /// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
 ///
 /// Readings belong to a step: to the state before it, its input, and the acceleration and forces that act over it.
-#[pyclass(frozen, name = "Sensors", module = "dualbody")]
+#[pyclass(frozen, name = "Sensors", module = "dualbody.sim")]
 pub(crate) struct PySensors {
     sensors: Arc<Sensors>,
     model: Py<PyModel>,

@@ -11,7 +11,7 @@ use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
 use crate::errors::{OrRaise, guarded, value_error};
 
 /// Sensors with noise, of one state for each seed: made by `Sensors.noisy`. The same seed gives the same readings, whatever other states there are.
-#[pyclass(frozen, name = "NoisySensors", module = "dualbody")]
+#[pyclass(frozen, name = "NoisySensors", module = "dualbody.sim")]
 pub(crate) struct PyNoisySensors {
     states: Mutex<Vec<NoisySensors>>,
     /// Numbers that are read.
