@@ -93,7 +93,7 @@ def test_the_text_compiles_and_gives_the_same_numbers(tmp_path: Path) -> None:
 
 def test_names_that_are_no_names_in_c_are_errors() -> None:
     graph = codegen.mass_matrix(db.samples.pendulum())
-    with pytest.raises(ValueError, match="no identifier of C"):
+    with pytest.raises(ValueError, match="not an identifier of C"):
         graph.to_c("1st")
     with pytest.raises(ValueError, match="precision is \"half\", not \"double\" or \"single\""):
         graph.to_c("m", "half")  # type: ignore[arg-type]

@@ -122,7 +122,7 @@ def test_graphs_become_functions(compiler: Compiler) -> None:
     close(function(x), graph.evaluate(x))
     with pytest.raises(ValueError, match="^inputs has the shape"):
         function(x[..., :3])
-    with pytest.raises(ValueError, match="no identifier of C"):
+    with pytest.raises(ValueError, match="not an identifier of C"):
         NativeFunction(graph, "1st", compiler)
     with pytest.raises(OSError, match="refuses its flags"):
         NativeFunction(graph, "pole", Compiler(flags=["-fno-such-thing-at-all"], cache=compiler.cache))
