@@ -305,7 +305,7 @@ mod tests {
             "",
             "://",
             "package://",
-            "package:///x",
+            "package:///no-such-mesh",
             "package://../..",
             "http://a/b.stl",
             "a\0b",

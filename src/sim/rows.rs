@@ -121,14 +121,13 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
-    /// More rows, all of whose entries are given, row after row.
-    pub(super) fn push_dense(&mut self, entries: &[T]) {
-        let nv = self.nv.max(1);
+    /// So many more rows, all of whose entries are given, row after row. A robot without freedom has rows without entries.
+    pub(super) fn push_dense(&mut self, rows: usize, entries: &[T]) {
         if self.sparse.is_none() {
-            self.grow(entries.len() / nv).dense.copy_from_slice(entries);
+            self.grow(rows).dense.copy_from_slice(entries);
             return;
         }
-        for row in entries.chunks_exact(nv) {
+        for row in entries.chunks_exact(self.nv.max(1)) {
             let mut own = self.grow(1);
             let entries = row.iter().enumerate().filter(|(_, x)| !x.is_zero());
             entries.for_each(|(k, &x)| own.add(0, k, x));

@@ -129,7 +129,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         }
         let dt = at.dt();
         let rows = &mut balance.rows;
-        rows.push_dense(&self.rows.jacobian);
+        rows.push_dense(self.rows.rows.len(), &self.rows.jacobian);
         for (r, row) in self.rows.rows.iter().enumerate() {
             let after = at.half_step.map(|_| self.rows.bias_after(r));
             let held = HeldRow::of(row, after, dt);

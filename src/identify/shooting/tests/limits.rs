@@ -126,7 +126,7 @@ fn what_cannot_be_adjusted_is_refused_by_name() {
         &with_stops,
         Adjustable::Parameter("linear: upper limit".into()),
         options(),
-        "linear: upper limit: a descent",
+        "linear: upper limit: the fit",
     );
     says(
         &wrong(),
