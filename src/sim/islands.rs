@@ -255,6 +255,10 @@ impl<T: Scalar> ForceSolver<T> {
         weights: &mut [T],
         by_friction: &mut [T],
     ) {
+        // Several trees without rows have no island, and nobody has used the solver of one tree.
+        if f.is_empty() {
+            return;
+        }
         if self.count == 0 {
             self.one
                 .respond_transposed(problem, f, weights, by_friction);
@@ -273,6 +277,9 @@ impl<T: Scalar> ForceSolver<T> {
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
     ) {
+        if f.is_empty() {
+            return;
+        }
         if self.count == 0 {
             memory.resize(2 * f.len(), S::zero());
             self.one.apply_sensitivity(problem, f, changes, memory);
