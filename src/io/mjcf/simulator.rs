@@ -45,7 +45,7 @@ impl MjcfScene {
     /// let (scene, _) = ModelOptions::default().load_mjcf_scene_str(xml)?;
     /// let simulator = scene.simulator();
     /// let next = simulator.step(&scene.reference, &[0.4]);
-    /// assert!((next.v[0] - 0.001 * 4.0 / 2.0).abs() < 1e-15);
+    /// assert!((next.v[0] - 0.001 * 4.0 / 2.0).abs() < 1e-12);
     /// # Ok::<(), dualbody::LoadError>(())
     /// ```
     pub fn simulator(&self) -> Simulator {

@@ -27,7 +27,7 @@ use crate::sim::simulator::Simulator;
 /// ]);
 /// assert_eq!(sensors.names(), ["encoder", "imu.x", "imu.y", "imu.z"]);
 /// let y = sensors.read(&simulator, &State::new(&[0.0], &[0.0]), &[0.0]);
-/// assert!((y[sensors.range("imu").unwrap()][2] - 9.81).abs() < 1e-12);
+/// assert!((y[sensors.range("imu").unwrap().end - 1] - 9.81).abs() < 1e-12);
 /// # Ok::<(), dualbody::UnknownName>(())
 /// ```
 #[derive(Clone, Debug)]
