@@ -127,7 +127,7 @@ impl<P: Scalar> Servo<P> {
     ///
     /// let servo = Servo::position(10.0, 0.0).with_input_range(-1.0, 1.0).with_force_range(-4.0, 6.0);
     /// let motor = Actuator { servo: Some(servo), ..Actuator::default() };
-    /// assert!((motor.force(0.8, 0.0, 3.0) - 10.0 * (1.0 - 0.8)).abs() < 1e-12);
+    /// assert!((motor.force(0.8, 0.0, 3.0) - 2.0_f64).abs() < 1e-12); // 10 (1 − 0.8)
     /// assert_eq!(motor.force(-3.0, 0.0, 1.0), 6.0);
     /// ```
     #[must_use]
