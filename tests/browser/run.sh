@@ -21,7 +21,8 @@ if [ "${1:-}" = --gallery ]; then
 else
   cargo run --quiet --profile "${PROFILE:-release}" --features full --example pages
   node --test tests/browser/checks.mjs tests/browser/collide.mjs
-  cargo build --quiet --profile "${PROFILE:-release}" --features full --bin dualbody
+  # The program as its tests have it: built alone, with fewer features of other crates, it would compile the library again.
+  cargo test --quiet --profile "${PROFILE:-release}" --features full --test command --no-run
   folder="${PROFILE:-release}"
   DUALBODY="${CARGO_TARGET_DIR:-target}/${folder/#dev/debug}/dualbody" node --test --test-concurrency=1 tests/browser/live.mjs
 fi
