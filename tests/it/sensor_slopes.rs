@@ -1,6 +1,5 @@
 //! C and D of sensors beside finite differences of their readings, through the acceleration and the forces of contact and constraints.
 
-use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{ContactLaw, Contacts, Rigid, SoftContact, Terrain};
 use dualbody::model::{Model, samples};
 use dualbody::sim::{Sensor, Sensors};
@@ -10,10 +9,8 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-fn asset(name: &str) -> Model {
-    let path = format!("{}/assets/{name}", env!("CARGO_MANIFEST_DIR"));
-    Model::from_urdf_file(path).expect("a robot that is known to be right")
-}
+use crate::common::asset;
+use crate::constraints::four_bar;
 
 /// Every kind of sensor on the links of a robot.
 fn all_sensors(model: &Model) -> Sensors {
@@ -174,10 +171,7 @@ fn slopes_in_contact_equal_differences() {
 
 #[test]
 fn slopes_of_a_closed_loop_equal_differences() {
-    let model = asset("four_bar.urdf");
-    let anchor = |name: &str| Anchor::frame(&model, name).expect("a frame");
-    let pin = Constraint::ball([anchor("loop_a"), anchor("loop_b")]);
-    let simulator = Simulator::new(model.clone()).with_constraints(vec![pin]);
+    let simulator = four_bar();
     let start = simulator
         .assemble(&simulator.neutral_state())
         .expect("a start")

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use dualbody::constraint::{Anchor, Constraint};
+use dualbody::constraint::Anchor;
 use dualbody::contact::{
     ContactLaw, Contacts, HeightFunction, Rigid, SoftContact, Terrain, TerrainFunction,
 };
@@ -18,12 +18,10 @@ use nalgebra::{Vector3, vector};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-const G: f64 = 9.81;
+use crate::common::asset;
+use crate::constraints::four_bar;
 
-fn asset(name: &str) -> Model {
-    let path = format!("{}/assets/{name}", env!("CARGO_MANIFEST_DIR"));
-    Model::from_urdf_file(path).expect("a robot that is known to be right")
-}
+const G: f64 = 9.81;
 
 fn frame(model: &Model, name: &str) -> dualbody::model::FrameId {
     model.find_frame(name).expect("a frame of the model")
@@ -314,17 +312,15 @@ fn joint_of_a_floating_base_transmits_nothing() {
 // In a closed loop the pins bear forces, and joints transmit along their axes what motors give.
 #[test]
 fn joints_of_a_closed_loop_transmit_what_motors_give() {
-    let model = asset("four_bar.urdf");
-    let anchor = |name: &str| Anchor::frame(&model, name).expect("a frame");
-    let pin = Constraint::ball([anchor("loop_a"), anchor("loop_b")]);
-    let simulator = Simulator::new(model.clone()).with_constraints(vec![pin]);
+    let simulator = four_bar();
+    let model = simulator.model();
     let start = simulator
         .assemble(&simulator.neutral_state())
         .expect("a start")
         .state;
     let names = model.joint_names();
     let sensors = Sensors::new(
-        &model,
+        model,
         names.iter().map(|name| {
             (
                 *name,

@@ -168,8 +168,8 @@ fn force_range_holds_at_the_end_of_the_step_also_beside_a_solver() {
     );
 }
 
-/// A step of an arm with servos and friction, as a function of state and input.
-struct Step(Simulator);
+/// A step without state of contact, as a function of state and input.
+pub(crate) struct Step(pub(crate) Simulator);
 
 impl VectorFunction for Step {
     fn n_outputs(&self) -> usize {

@@ -2,15 +2,15 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use dualbody::autodiff::VectorFunction;
 use dualbody::autodiff::finite_difference;
 use dualbody::dynamics::mass_matrix;
 use dualbody::model::samples;
 use dualbody::sim::{Actuation, Actuator, Servo, TendonServo};
-use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use dualbody::{Integrator, Model, Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::OTHER_ALGORITHM;
+use crate::servos::Step;
 
 const ALL: [Integrator; 3] = [
     Integrator::SemiImplicitEuler,
@@ -115,23 +115,6 @@ fn gains_along_a_tendon_act_at_the_end_of_the_step() {
     (along[0], along[2]) = (0.7, -1.1);
     let missing = M * (&next.v - other.v) / 0.01 - along * force;
     assert!(missing.amax() < 1e-7 * force.abs().max(1.0), "{missing}");
-}
-
-/// A step with servos on tendons, as a function of state and input.
-struct Step(Simulator);
-
-impl VectorFunction for Step {
-    fn n_outputs(&self) -> usize {
-        2 * self.0.model().nv()
-    }
-
-    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
-        let n = self.0.model().nv();
-        let state = State::new(&x[..n], &x[n..2 * n]);
-        let next = self.0.step(&state, &x[2 * n..]);
-        let all = next.q.iter().chain(next.v.iter());
-        y.iter_mut().zip(all).for_each(|(y, &x)| *y = x);
-    }
 }
 
 /// Three servos on tendons that cross one another, with those of joints.
