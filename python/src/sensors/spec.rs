@@ -5,14 +5,9 @@ use dualbody::sim::{Sensor, SensorNoise};
 use dualbody::spatial::Representation;
 use pyo3::prelude::*;
 
-use crate::errors::{OrRaise, choice, value_error};
+use crate::dynamics::named;
+use crate::errors::{OrRaise, value_error};
 use crate::kinds::check_kind;
-
-const REPRESENTATIONS: [(&str, Representation); 3] = [
-    ("body", Representation::Body),
-    ("mixed", Representation::Mixed),
-    ("inertial", Representation::Inertial),
-];
 
 /// The kinds, of the field of the same name.
 const KINDS: [&str; 16] = [
@@ -55,7 +50,7 @@ pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyRes
     let frame = || model.find_frame(place()?).or_raise();
     let representation = || {
         let given: String = value.getattr("representation")?.extract()?;
-        choice("representation", &given, &REPRESENTATIONS)
+        named::<Representation>(model, &given)
     };
     Ok(match kind.as_str() {
         "joint_position" => Sensor::JointPosition(joint()?),
