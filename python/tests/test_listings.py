@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,14 @@ from listings import Listing, is_of_optional, listings
 ROOT = Path(__file__).parents[2]
 FILES = [ROOT / "README.md", ROOT / "python/README.md", *sorted((ROOT / "guide/src").glob("*.md"))]
 LISTINGS = [listing for path in FILES for listing in listings(path)]
+
+
+@pytest.fixture(autouse=True)
+def no_cluster_left() -> Iterator[None]:
+    """Stops the cluster of Ray that a listing has started, so that tests that start their own find none."""
+    yield
+    if "ray" in sys.modules:
+        sys.modules["ray"].shutdown()
 
 
 @pytest.mark.parametrize("listing", LISTINGS, ids=lambda own: f"{own.path.name}:{own.line}")
