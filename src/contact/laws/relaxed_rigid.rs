@@ -44,7 +44,7 @@ pub struct RelaxedRigid<P = f64> {
 pub enum Reference<P = f64> {
     /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
     TimeConstant {
-        /// T, s.
+        /// T, s. A value below 1.9 time steps acts as 1.9 time steps, since a faster spring is unstable.
         time_constant: P,
         /// ζ; 1 is critically damped.
         damping_ratio: P,
@@ -177,11 +177,8 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         at: &PointKinematics<'_, D, T>,
     ) -> [ContactRow<T>; ROWS] {
         let (depth, v) = (at.state.depth, at.velocity());
-        let (d, (b, k)) = (
-            self.impedance.at(depth),
-            self.reference.gains(&self.impedance),
-        );
-        let (b, k) = (T::from(b), T::from(k));
+        let d = self.impedance.at(depth);
+        let (b, k) = self.reference.gains(&self.impedance, T::from(at.dt));
         let pull = k * d * depth;
         let normal = self.compliance(at, d, pull);
         let across = normal / T::from(self.friction_impedance_ratio);
@@ -206,19 +203,26 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
     }
 }
 
+/// The shortest time constant, in time steps. A critically damped oscillator is stable from about one step on, and well damped from about two. `MuJoCo`'s
+/// `refsafe` takes two; a little less keeps the default of 20 ms at steps of 10 ms away from the switch, where derivatives would be one-sided.
+const LEAST_STEPS: f64 = 1.9;
+
 impl<P: Scalar> Reference<P> {
-    fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
-        let (one, d) = (P::one(), impedance.largest);
+    /// b and k over a step of Δt.
+    fn gains<T: Over<P>>(&self, impedance: &Impedance<P>, dt: T) -> (T, T) {
+        let d = impedance.largest;
         match *self {
             Self::TimeConstant {
                 time_constant,
                 damping_ratio,
             } => {
-                let rate = one / (d * time_constant);
-                let scaled = rate / damping_ratio;
+                let rate = T::one() / (T::from(time_constant).max(dt * LEAST_STEPS) * d);
+                let scaled = rate / T::from(damping_ratio);
                 (rate * 2.0, scaled * scaled)
             }
-            Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
+            Self::Direct { stiffness, damping } => {
+                (T::from(damping / d), T::from(stiffness / (d * d)))
+            }
         }
     }
 }
@@ -260,6 +264,23 @@ mod tests {
         for (row, expected) in rows.iter().zip([r, r / 5.0, r / 5.0]) {
             assert!((row.compliance - expected).abs() < 1e-15);
         }
+    }
+
+    // T = 20 ms acts as 1.9 Δt = 57 ms, and as itself at Δt = 10 ms.
+    #[test]
+    fn a_time_constant_has_a_least_number_of_steps() {
+        let short = RelaxedRigid::default();
+        let as_long = RelaxedRigid {
+            reference: Reference::TimeConstant {
+                time_constant: 0.057,
+                damping_ratio: 1.0,
+            },
+            ..short
+        };
+        let long_step = SamplePoint { dt: 0.03, ..AT };
+        let (found, expected) = (long_step.rows(&short)[0], long_step.rows(&as_long)[0]);
+        assert!((found.reference - expected.reference).abs() < 1e-12);
+        assert!(AT.rows(&short)[0].reference > 2.0 * expected.reference);
     }
 
     // b = damping / d_max, k = stiffness / d_max².
