@@ -72,8 +72,7 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → collision → constraint → contact → sim → linearize → control →
-//!   trajopt → identify`. No module imports `codegen`, which imports `sim`. Only `view` imports `io`, which reads and writes robots and reads meshes; no module imports `view`. The private `input`, which
-//!   opens files and parses XML, imports nothing. A test checks the order.
+//!   trajopt → identify → io → view → codegen → command`: a module imports only modules before it. The private `input`, which opens files and parses XML, imports nothing. A test checks the order.
 //! * Physics is written once; derivatives of forces and bodies come from the same source over dual numbers. Loops and branches in it depend on the structure of the model only; a decision on a value uses
 //!   [`Scalar::select_lt`].
 //! * Data that are computed from a model are in a workspace (scratch), not in the model. A workspace refuses a model whose parameters differ from those of its own model.
