@@ -1,4 +1,4 @@
-//! Motion of all joints: velocities change by an acceleration over one time, a kick, and positions move on at them for another one, a drift. A step of Euler has the same time
+//! Motion of all joints: velocities change by an acceleration over one time, a kick, and positions move on at them for another one, a drift. An Euler step has the same time
 //! for both.
 
 use nalgebra::Vector3;

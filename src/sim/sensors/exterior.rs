@@ -1,4 +1,4 @@
-//! Forces that act on bodies from outside the tree: of contact, on frames, of constraints between anchors.
+//! Forces on bodies from outside the tree: contact forces, forces on frames, and forces of constraints between attachment frames.
 
 use crate::constraint::{CarrierMotion, Constraint};
 use crate::dynamics::Kinematics;

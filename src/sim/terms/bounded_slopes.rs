@@ -1,4 +1,4 @@
-//! Derivatives of bounded forces: on its line a force is p − r a over numbers with derivatives, at a bound it is the bound.
+//! Derivatives of bounded forces: p − r a on the line, the bound at a bound, over numbers with derivatives.
 
 use std::marker::PhantomData;
 

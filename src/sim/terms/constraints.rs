@@ -27,7 +27,7 @@ impl<T: Scalar> Constraints<T> {
         }
     }
 
-    /// J, row after row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
+    /// J, row by row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
     pub(in crate::sim) fn along_start<D: Scalar>(
         &self,
         dt: D,
@@ -38,7 +38,7 @@ impl<T: Scalar> Constraints<T> {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| {
             let HeldRow { rest, compliance } = HeldRow::of(row, Some(row.bias), dt);
-            // Rows that may give way do not hold this motion.
+            // Rows that may yield do not hold this motion.
             let bounded = row.largest_force.map(|_| T::constant(f64::INFINITY));
             (-(rest + row.turning), bounded.unwrap_or(compliance))
         });
@@ -64,7 +64,7 @@ impl<T: Scalar> Constraints<T> {
         rows.map(|(row, &f)| spring(row).unwrap_or(f)).collect()
     }
 
-    /// Adds the forces of springs as they are at the state.
+    /// Adds the forces of springs at the state.
     fn add_springs(&self, tau: &mut [T]) {
         let jacobian = self.rows.jacobian.chunks_exact(tau.len().max(1));
         for (row, jacobian) in self.rows().iter().zip(jacobian) {

@@ -34,7 +34,7 @@ pub(super) struct DelassusColumns<T> {
     response: Vec<T>,
     momenta: Vec<(Motion<T>, Force<T>)>,
     turns: Vec<Motion<T>>,
-    /// ∂d/∂q; the part of dampers beside M is not in it.
+    /// ∂d/∂q, without the part of the implicit damping diagonal.
     by_q: Vec<T>,
 }
 
@@ -89,7 +89,7 @@ impl<T: Scalar> DelassusColumns<T> {
         }
     }
 
-    /// Adds what rows change with d by dampers beside M, in v.
+    /// Adds the derivatives of rows with d through the implicit damping diagonal, in v.
     pub(super) fn add_dampers_to(
         &self,
         rows: &[BodyRow<T>],
@@ -136,7 +136,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of d of a row, times a weight, in q and parameters; what stands beside M gets weights of its own. Returns the motions of the bodies
+    /// Adds the gradient of d of a row, times a weight, in q and parameters; matrices that are added to M get separate weights. Returns the motions of the bodies
     /// at the rates s, times −weight.
     ///
     /// * `sweep` – after its pass outward

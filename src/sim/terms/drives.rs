@@ -5,7 +5,7 @@
 //!
 //! > (M + Δt C + Δt² K) a = τ − h − Δt K v,
 //!
-//! a diagonal beside the mass matrix, which forward dynamics takes as it takes armature.
+//! a diagonal added to the mass matrix, which forward dynamics treats like armature.
 
 use std::marker::PhantomData;
 
@@ -43,7 +43,7 @@ pub(super) struct Driven<L> {
 struct Drive<L> {
     /// Along the coordinate at a = 0.
     force: L,
-    /// Δt d + Δt² k, which stands beside M; `None` where the force is that of the state.
+    /// The implicit damping diagonal Δt d + Δt² k; `None` if the force is that of the state.
     resistance: Option<L>,
 }
 
@@ -83,7 +83,7 @@ impl<L: Scalar> Drive<L> {
         }
     }
 
-    /// What an actuator gives over a step at a = 0, and what it resists with, without bounded forces.
+    /// Force of an actuator over a step at a = 0, and its implicit damping, without bounded forces.
     #[inline]
     fn of_actuator<A: Scalar>(actuator: &Actuator<A>, at: Driven<L>, dt: L) -> (L, L)
     where
@@ -121,7 +121,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
     }
 }
 
-/// The force of each coordinate whose input is in its place, and what stands beside M.
+/// The force of each coordinate for its input, and the implicit damping diagonal.
 #[inline(always)]
 fn drive_all<P: Scalar, T: Over<P>>(
     at: &EvaluationPoint<'_, P, T>,
@@ -174,7 +174,7 @@ impl<T: Scalar> DriveSlopes<T> {
         }
     }
 
-    /// Hands each coordinate with its input and what drives it to `each`.
+    /// Passes each coordinate with its input and actuator to `each`.
     fn each_driven(
         &self,
         at: &SlopePoint<'_, T>,

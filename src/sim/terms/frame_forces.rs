@@ -1,7 +1,7 @@
 //! External forces and frame actuators, which act on bodies.
 //!
 //! Each force depends on the pose and the velocity of its body and on one input. For its derivatives, one evaluation on dual numbers in these
-//! directions tells all, and the joints that carry the body do the rest.
+//! directions is sufficient; the joints of the body propagate them.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -24,7 +24,7 @@ use crate::spatial::{Motion, Transform};
 /// The term, with the motions that its forces follow.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameForces<T> {
-    /// `None` where no force asks how its body moves.
+    /// `None` if no force depends on the motion of its body.
     kinematics: Option<Box<Kinematics<T>>>,
     /// `true` if there are forces.
     any: bool,
@@ -92,7 +92,7 @@ fn input_of<T: Scalar>(term: &FrameTerm<'_, f64>, at: &SlopePoint<'_, T>) -> T {
     term.input().map_or(T::zero(), |input| u[input])
 }
 
-/// Hands each term, with its index and place, to `each`.
+/// Passes each term, with its index and attachment frame, to `each`.
 fn each_mounted<T: Scalar>(
     at: &SlopePoint<'_, T>,
     mut each: impl FnMut(usize, &FrameTerm<'_, f64>, &Mounted<f64>),

@@ -1,4 +1,4 @@
-//! How a row of a constraint is held in a step, or at an instant: what the solver sees of it.
+//! Form of a constraint row for the solver, in a step or at an instant.
 
 use crate::constraint::{ConstraintRow, Hold};
 use crate::contact::SpringDamper;
@@ -13,7 +13,7 @@ pub(super) struct HeldRow<T> {
 }
 
 impl<T: Scalar> HeldRow<T> {
-    /// What holds a row.
+    /// Force law of a row.
     ///
     /// A spring and damper has, over a step, the force of its end, from the row of joint limits; at an instant its force follows from the state, and the row
     /// takes no part.

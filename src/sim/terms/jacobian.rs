@@ -1,4 +1,4 @@
-//! The sink of A and B: derivatives of forces and rows go along the joints that carry a body into columns.
+//! The sink of A and B: propagates derivatives of forces and rows along the joints of a body into columns.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -19,10 +19,10 @@ use crate::scalar::{Differentiable, Scalar, each};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};
 
-/// Derivatives of what the acceleration balances, and the forces on bodies at which they hold.
+/// Derivatives of the balance of forces, and the forces on bodies at this point.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceColumns<T: Differentiable = f64> {
-    /// Its columns: −∂τ − ∂(Jᵀ f) in q, v, the state of contact and the input.
+    /// Its columns: −∂τ − ∂(Jᵀ f) in q, v, the contact state and the input.
     pub(crate) acceleration: AccelerationDerivatives<T>,
     /// Δt c + Δt² k of drives and joint limits whose forces are those of the end of a step; zeros where none are.
     pub(crate) resistance: Vec<OfCoordinate<T>>,
@@ -31,7 +31,7 @@ pub(crate) struct ForceColumns<T: Differentiable = f64> {
 }
 
 impl<T: Differentiable> ForceColumns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let further = simulator.n_contact() + simulator.nu();
@@ -53,19 +53,19 @@ impl<T: Differentiable> ForceColumns<T> {
 /// Working memory of a [`JacobianSink`].
 #[derive(Clone, Debug)]
 pub(crate) struct JacobianMemory<T: Differentiable> {
-    /// ∂ of changes of the state of contact over the step; of its rates at an instant.
+    /// ∂ of changes of the contact state over the step; of its rates at an instant.
     pub(crate) rates: Blocks<T>,
     /// For terms that do not know their own.
     kinematics: Kinematics<T>,
     is_placed: bool,
     /// The body that derivatives are taken in, and the one before it, on which forces may act too.
     carried: [Carried<T>; 2],
-    /// Which of them is the former.
+    /// The index of the former one.
     moving: usize,
     delassus: DelassusColumns<T>,
 }
 
-/// A body and what its motion depends on.
+/// A body and the coordinates of its motion.
 #[derive(Clone, Debug)]
 struct Carried<T> {
     /// `None` before the first.
@@ -79,7 +79,7 @@ struct Carried<T> {
 }
 
 impl<T: Differentiable> JacobianMemory<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let turns = || Vec::with_capacity(most_coordinates(model));
@@ -141,7 +141,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
         }
     }
 
-    /// First columns of the state of contact and of the input.
+    /// First columns of the contact state and of the input.
     fn first_columns(&self) -> (usize, usize) {
         let simulator = self.at.point.simulator;
         (2 * simulator.model().nv(), simulator.n_tangent())
@@ -158,7 +158,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
     }
 }
 
-/// The first direction of the state of contact.
+/// The first direction of the contact state.
 pub(super) const BRISTLE: usize = FURTHER + 1;
 
 impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> {
@@ -349,7 +349,7 @@ impl<T: Scalar> Carried<T> {
     }
 }
 
-/// Adds the derivatives in what is a term's own.
+/// Adds the derivatives in a term's own parameters.
 fn add_own<T: Scalar>(
     row: usize,
     x: &OfBody<T>,

@@ -97,7 +97,7 @@ macro_rules! list_terms {
 }
 
 impl<T: Scalar> Terms<T> {
-    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and bounded forces.
+    /// Whether the pieces of the last step without rows are valid: for joint limits within reach, and bounded forces.
     pub(crate) fn have_pieces(&self) -> bool {
         !self.stops.ends().is_empty() || !self.bounded_forces.is_empty()
     }

@@ -1,9 +1,9 @@
 //! The terms of the equation of motion that are not the robot's own inertia: one file each, and one list.
 //!
-//! A step balances  M v̇ + h = τ + Σ Jᵀ f. Each term adds its part to τ, to the forces on bodies, to the diagonal beside M, or to the rows
-//! whose forces a solver finds. For derivatives it states the same over numbers with derivatives in what it depends on where it acts, and a sink makes of
-//! that columns of A and B, or a gradient. The list in `list.rs` is the only place that names all terms, so a new force is a file with the functions of
-//! [`Term`] and [`TermSlopes`], and a line.
+//! A step balances  M v̇ + h = τ + Σ Jᵀ f. Each term adds its part to τ, to the forces on bodies, to the implicit damping diagonal, or to the rows
+//! whose forces a solver finds. For derivatives a term states the same over numbers with derivatives in its local inputs, and a sink converts these
+//! to columns of A and B, or to a gradient. Only `list.rs` names all terms, so a new force is a file with the functions of [`Term`] and
+//! [`TermSlopes`], and a line there.
 //!
 //! | term | forces | rows |
 //! |---|---|---|
@@ -16,9 +16,9 @@
 //!
 //! | sink | result |
 //! |---|---|
-//! | `jacobian` | derivatives of the acceleration in (q, v, state of contact, u), column after column |
+//! | `jacobian` | derivatives of the acceleration in (q, v, contact state, u), column by column |
 //! | `adjoint` | the gradient of a weighted acceleration |
-//! | `numbers` | that in the numbers that terms are made of |
+//! | `numbers` | the gradient in the parameters of terms |
 
 mod adjoint;
 mod bounded_beside;

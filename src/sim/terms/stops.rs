@@ -1,9 +1,9 @@
-//! Stops at the ends of joints.
+//! Joint limits.
 //!
-//! At an instant a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
+//! At an instant a joint limit pushes with the force of its law. Over a step whose joint forces are those of its end, a joint limit with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
-//! while f > 0. Without a solver, those that would pull are released, and the acceleration is found again without them, until none pulls; beside
-//! other forces that a solver finds, each is a row that gives way.
+//! while f > 0. Without a solver, limits that would pull are released, and the acceleration is computed again without them, until none pulls. With a
+//! solver each limit is a compliant row.
 
 use std::marker::PhantomData;
 
@@ -30,40 +30,40 @@ pub(crate) struct Stops<T> {
     ends: Vec<Stop<T>>,
     /// The rows of a solver, and in which direction each pushes.
     rows: Vec<(usize, f64)>,
-    /// Joint forces at a = 0 and resistance, with the stops that push.
+    /// Joint forces at a = 0 and resistance, with the active joint limits.
     tau: Vec<T>,
     resistance: Vec<T>,
 }
 
-/// A stop in a step.
+/// A joint limit in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stop<T> {
     coordinate: usize,
     /// The direction of its push along the coordinate.
     inward: f64,
-    /// Along that direction; zero if the stop is released.
+    /// Along that direction; zero if the joint limit is released.
     force: StepForce<T>,
 }
 
 impl<T: Scalar> Stop<T> {
-    /// `true` if the stop pushes in some lane, or if nobody knows.
+    /// `true` if the joint limit pushes in some lane, or if this is unknown.
     fn may_push(&self) -> bool {
         let resistance = self.force.resistance;
         !resistance.has_value() || (0..T::LANES).any(|lane| resistance.value(lane) > 0.0)
     }
 
-    /// A number in the lanes in which the stop pushes, zero in others.
+    /// A number in the lanes in which the joint limit pushes, zero in others.
     fn where_pushing<const N: usize>(&self, x: Dual<T, N>) -> Dual<T, N> {
         let zero = T::zero();
         x.each(|x| zero.select_lt(self.force.resistance, x, zero))
     }
 
-    /// `true` if the stop pushes, which is decided in the first lane.
+    /// `true` if the joint limit pushes, which is decided in the first lane.
     pub(crate) fn is_pushing(&self) -> bool {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Releases the stop in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
+    /// Releases the joint limit in the lanes where it pulls at the acceleration `a`. Returns its previous force, negative there.
     fn release<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
     where
         T: Over<D>,
@@ -79,11 +79,10 @@ impl<T: Scalar> Stop<T> {
     }
 }
 
-/// Rounds in which stops that pull are released while the step is recorded: in the first all within reach push, in the second those that are left
-/// mostly do.
+/// Rounds in which pulling limits are released while the step is recorded: in the first all within reach push, in the second usually all that remain.
 const RECORDED_ROUNDS: usize = 2;
 
-/// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
+/// Passes each limited end of each joint to `each(coordinate, end)`, at the configuration `q`.
 fn each_end<P: Scalar, T: Over<P>>(
     simulator: &Simulator<P>,
     q: &[T],
@@ -111,12 +110,12 @@ impl<T: Scalar> Stops<T> {
         &self.ends
     }
 
-    /// Whether a stop pushes in the last step without rows, which is decided in the first lane.
+    /// Whether a joint limit pushes in the last step without rows, which is decided in the first lane.
     pub(crate) fn any_pushes(&self) -> bool {
         self.ends.iter().any(Stop::is_pushing)
     }
 
-    /// Resistance of coordinates in the last step without rows, stops that push among it, without bounded forces.
+    /// Resistance of coordinates in the last step without rows, active joint limits among it, without bounded forces.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
@@ -146,7 +145,7 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Adds the stops that push to joint forces and resistance.
+    /// Adds the active joint limits to joint forces and resistance.
     fn push<D: Scalar>(&mut self, forces: &Forces<T>, dt: D)
     where
         T: Over<D>,
@@ -159,7 +158,7 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Releases the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// Releases the joint limits that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
     fn release<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
     where
@@ -268,7 +267,7 @@ where
         sum.value
     }
 
-    /// States the force of an instant, or that of the end of the step where the stop pushes.
+    /// States the force of an instant, or that of the end of the step where the joint limit pushes.
     fn emit_force(
         &self,
         at: &SlopePoint<'_, T>,
@@ -288,7 +287,7 @@ where
         out.resistance(k, stop.where_pushing(force.resistance * dt));
     }
 
-    /// States y of its row, R f − reference under the force f that a solver has found, unless it gives way to any.
+    /// States y of its row, R f − reference under the force f that a solver has found, unless its compliance is infinite.
     fn emit_row(&self, solved: SolvedRow<T>, out: &mut impl CoordinateSink<Dual<T, N>>) {
         let Self { k, end, v, dt } = *self;
         let row = (end.stop).row(end.depth, v * end.inward, dt);
@@ -305,7 +304,7 @@ struct SolvedRow<T> {
     force: T,
 }
 
-/// Hands each end that has a row, by its coordinate and direction, to the row.
+/// Passes each end that has a row, by its coordinate and direction, to the row.
 fn solved_rows<'a, T: Scalar>(
     at: &SlopePoint<'a, T>,
     term: &'a Stops<T>,

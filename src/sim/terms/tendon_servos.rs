@@ -1,7 +1,7 @@
 //! Servos on tendons: forces on several joints, which over a step are rows if they follow the motion.
 //!
 //! A tendon of length L = Σ cᵢ qᵢ pulls with F, cᵢ F on each joint. Over a step F = p − r L̈ within bounds, as of a servo on one joint
-//! (`bounded_forces.rs`), but r stands beside M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
+//! (`bounded_forces.rs`), but r is added to M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
 
 use std::marker::PhantomData;
 
@@ -112,7 +112,7 @@ struct Found<'a, T> {
     index: usize,
     own: &'a TendonServo,
     driven: Driven<T>,
-    /// Whether a row finds its force but for the middle of its limits.
+    /// Whether a row finds its force, except for the middle of its limits.
     is_row: bool,
     /// Row, block and force, where rows act.
     row: Option<(usize, usize, T)>,
@@ -177,7 +177,7 @@ impl<'a, T: Scalar> Found<'a, T> {
     }
 }
 
-/// The part of slopes that is in the input.
+/// The part of the derivatives in the input.
 fn in_input<T: Scalar>(x: &OfCoordinate<T>) -> OfCoordinate<T> {
     let mut out = *x;
     (out.eps[POSITION], out.eps[RATE]) = (T::zero(), T::zero());
@@ -239,7 +239,7 @@ impl<T: Scalar> TermSlopes<T> for TendonSlopes<T> {
     }
 }
 
-/// Weighted slopes of a servo.
+/// Weighted derivatives of a servo.
 struct Weighted<T: Scalar> {
     /// In its numbers.
     own: OfActuator<T>,
@@ -251,7 +251,7 @@ struct Weighted<T: Scalar> {
 }
 
 impl<T: Scalar> TendonSlopes<T> {
-    /// Slopes in the coefficients, in the numbers of the servo and in the time step, weighted.
+    /// Derivatives in the coefficients, in the numbers of the servo and in the time step, weighted.
     fn emit_numbers_of(
         &self,
         found: &Found<'_, T>,
@@ -290,7 +290,7 @@ impl<T: Scalar> Found<'_, T> {
         (self.own.actuator().seeded(), fixed)
     }
 
-    /// Those of a force that follows from the state. Without gains it is as well that of the step's end, which slopes in gains are those of.
+    /// Those of a force that follows from the state. Without gains it is as well that of the step's end, which derivatives in gains are those of.
     fn weighted_force(&self, at: &SlopePoint<'_, T>, out: &Numbers<'_, T>) -> Weighted<T> {
         let (seeded, x) = self.seeded();
         let along = self.along(out.mu());

@@ -34,7 +34,7 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
     fn accept(&mut self, _at: &EvaluationPoint<'_, P, T>, _balance: &mut Balance<T>) {}
 }
 
-/// Derivatives of a term at the acceleration that has been found: what it states goes to a sink. Its working memory is the implementor.
+/// Derivatives of a term at the computed acceleration, passed to a sink. The implementor is its working memory.
 pub(crate) trait TermSlopes<T: Scalar> {
     /// The term as it has been evaluated.
     type Term;
@@ -42,10 +42,10 @@ pub(crate) trait TermSlopes<T: Scalar> {
     /// Gets the memory of [`emit_numbers`](Self::emit_numbers).
     fn reserve_numbers(&mut self, _simulator: &Simulator) {}
 
-    /// States the forces that follow from the state, and changes of the state of contact that do.
+    /// States the forces that follow from the state, and changes of the contact state that do.
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Self::Term, out: &mut S);
 
-    /// States the rows, with their forces, and changes of the state of contact under these.
+    /// States the rows, with their forces, and changes of the contact state under these.
     fn emit_rows<S: Sink<T>>(&mut self, _at: &SlopePoint<'_, T>, _term: &Self::Term, _out: &mut S) {
     }
 
@@ -58,7 +58,7 @@ pub(crate) trait TermSlopes<T: Scalar> {
     ) {
     }
 
-    /// Hands derivatives of changes of the state of contact in the forces of rows to `each(number of the state, row, slope)`.
+    /// Passes derivatives of changes of the contact state in the forces of rows to `each(state index, row, derivative)`.
     fn each_rate_by_force(
         _at: &SlopePoint<'_, T>,
         _term: &Self::Term,

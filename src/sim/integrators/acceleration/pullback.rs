@@ -25,7 +25,7 @@ pub(crate) struct AccelerationAdjoint<T: Scalar> {
     mu: Vec<T>,
     rows: RowAdjoint<T>,
     balance: BalanceAdjoint<T>,
-    /// With semi-implicit Euler from the first step on in which something whirls.
+    /// With semi-implicit Euler allocated at the first step with fast rotation.
     half_step: Option<Box<half_step::Adjoint<T>>>,
 }
 
@@ -51,7 +51,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         self.balance.slots()
     }
 
-    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at an instant.
+    /// Adds the gradient of λᵀ a, and of the weighted changes of the contact state, as they have been found at an instant.
     pub(crate) fn add(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,

@@ -16,12 +16,12 @@ pub(crate) struct AccelerationColumns<T: Differentiable> {
     terms: AllSlopes<T>,
     memory: JacobianMemory<T>,
     balance: BalanceColumns<T>,
-    /// With semi-implicit Euler from the first step on in which something whirls.
+    /// With semi-implicit Euler allocated at the first step with fast rotation.
     half_step: Option<Box<half_step::Columns<T>>>,
 }
 
 impl<T: Differentiable> AccelerationColumns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * points;
@@ -34,12 +34,12 @@ impl<T: Differentiable> AccelerationColumns<T> {
         }
     }
 
-    /// −∂a, column after column.
+    /// −∂a, column by column.
     pub(crate) fn minus_a(&self) -> &Blocks<T> {
         &self.balance.forces.acceleration.columns
     }
 
-    /// ∂(m⁺ − m) of a step, or ∂ṁ at an instant, column after column.
+    /// ∂(m⁺ − m) of a step, or ∂ṁ at an instant, column by column.
     pub(crate) fn bristles(&self) -> &Blocks<T> {
         &self.memory.rates
     }
@@ -82,7 +82,7 @@ impl<T: Differentiable> AccelerationColumns<T> {
     }
 }
 
-/// Adds to changes of the state of contact what follows from the forces of rows, whose derivatives are known now.
+/// Adds the part of the changes of the contact state that depends on the forces of rows, whose derivatives are now known.
 fn add_rates<T: Differentiable>(
     point: &SlopePoint<'_, T>,
     terms: &Terms<T>,

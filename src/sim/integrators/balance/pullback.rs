@@ -14,7 +14,7 @@ pub(crate) struct BalanceAdjoint<T: Scalar> {
     terms: AllSlopes<T>,
     memory: AdjointMemory<T>,
     sweep: Sweep<T>,
-    /// M μ, which is of no use.
+    /// M μ, which is not needed.
     by_a: Vec<T>,
 }
 
@@ -36,7 +36,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
         &self.sweep.slots
     }
 
-    /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the state of contact.
+    /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the contact state.
     ///
     /// * `seen` – ã; `None` where there are no rows
     /// * `found` – the terms as they have been evaluated

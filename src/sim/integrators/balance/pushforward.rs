@@ -1,4 +1,4 @@
-//! Derivatives of the balance and of the rows at fixed accelerations and forces of rows, column after column.
+//! Derivatives of the balance and of the rows at fixed accelerations and forces of rows, column by column.
 
 use crate::dynamics::{At, Calls};
 use crate::scalar::Differentiable;
@@ -27,7 +27,7 @@ impl<T: Differentiable> BalanceColumns<T> {
 
     /// Finds them.
     ///
-    /// * `jacobian` – J of the rows of the point, row after row; `None` where there are none
+    /// * `jacobian` – J of the rows of the point, row by row; `None` where there are none
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn find(
         &mut self,

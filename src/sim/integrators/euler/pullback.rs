@@ -1,4 +1,4 @@
-//! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
+//! Gradient of an Euler step: the step of each joint backwards, then its acceleration.
 
 use nalgebra::Vector3;
 
@@ -33,7 +33,7 @@ pub(crate) struct Adjoint<T: Scalar> {
     has_impact: bool,
 }
 
-/// Gradient of one evaluation and what follows from it.
+/// Gradient of one evaluation and of its results.
 #[derive(Clone, Debug)]
 pub(in crate::sim::integrators) struct EvaluationAdjoint<T: Scalar> {
     /// Of the acceleration.
@@ -135,7 +135,7 @@ impl<T: Scalar> EvaluationAdjoint<T> {
         (self.acceleration).add(at, found, &of_acceleration, out);
     }
 
-    /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
+    /// Adds the gradient through the step of each joint; its acceleration gets weights.
     fn add_joint_steps(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -204,7 +204,7 @@ impl<T: Scalar> Curved<'_, T> {
         }
     }
 
-    /// Adds the slopes in the time step and in the centre of mass by which the body is moved.
+    /// Adds the derivatives in the time step and in the centre of mass by which the body is moved.
     fn add_numbers(
         &self,
         id: BodyId,

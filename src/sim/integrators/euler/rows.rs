@@ -1,6 +1,6 @@
-//! Jacobians of a step with an impact at its time: its gradients row after row.
+//! Jacobians of a step with an isolated impact: its gradients row by row.
 //!
-//! Such steps are few, and the length of their parts depends on the state: one statement of that (`impact/pullback.rs`) is enough.
+//! Such steps are rare, and the length of their parts depends on the state; `impact/pullback.rs` already implements this.
 
 use super::Adjoint;
 use crate::dynamics::Calls;
@@ -30,7 +30,7 @@ impl<T: Scalar> ImpactRows<T> {
         }
     }
 
-    /// Writes A and B, unless there is no impact at its time in the step; whether there is.
+    /// Writes A and B if the step has an isolated impact. Returns whether it has.
     pub(super) fn linearize(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,

@@ -1,8 +1,8 @@
 //! Gradient through velocity forces of the middle of a step.
 //!
-//! The acceleration a₀ without stops solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with stops that push or rows, a solves
+//! The acceleration a₀ without joint limits solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with active joint limits or rows, a solves
 //! r₁ = ID(q, v, a) + s C a₀ − τ₁ + R₁ a = 0. Backwards:  μ₁ = −(M + R₁)⁻¹ λ,  then  μ₀ = −(M + R₀ + s C)⁻ᵀ s Cᵀ μ₁, and the gradient is that of
-//! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no stop pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
+//! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no joint limit pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
 //!
 //! Kinematic constraints hold a₀ with forces λ₀ beside it,  r₀ − Jᵀ λ₀ = 0  and  y₀ = J ã₀ + … = 0,  and rows of the step itself look ahead along ã₀. With all
 //! weights g of a₀ that is  (M + R₀ + s C)ᵀ μ₀ = −(g − Jᵀ ρ),  where ρ is such that J μ₀ = 0, and y₀ is weighted with −ρ.
@@ -25,7 +25,7 @@ use crate::sim::terms::{
 };
 use crate::spatial::linear::cross;
 
-/// A half step that has been taken, and what is weighted.
+/// A half step and its weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change<'a, T: Scalar> {
     pub(crate) half_step: &'a HalfStep<T>,
@@ -34,10 +34,10 @@ pub(crate) struct Change<'a, T: Scalar> {
     pub(crate) weights: Weights<'a, T>,
 }
 
-/// What is weighted.
+/// The weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Weights<'a, T> {
-    /// The acceleration, which is a₀, with λ, and changes of the state of contact.
+    /// The acceleration, which is a₀, with λ, and changes of the contact state.
     All(&'a [T], &'a [T]),
     /// Another acceleration, whose balance has been weighted already with μ₁, and whose rows with `λ_y`.
     Rest(&'a [T], &'a [T]),
@@ -93,7 +93,7 @@ impl<T: Scalar> HeldAdjoint<T> {
         })
     }
 
-    /// Adds the gradient of what rows see of the velocity after the step, but for that of a₀, which gets weights.
+    /// Adds the gradient of the dependence of rows on the velocity after the step; a₀ gets weights.
     ///
     /// * `by_y` – `λ_y`
     fn look_ahead(
@@ -147,7 +147,7 @@ impl<T: Scalar> HeldAdjoint<T> {
 }
 
 impl<T: Scalar> Adjoint<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let zeros = || vec![T::zero(); nv];
@@ -165,7 +165,7 @@ impl<T: Scalar> Adjoint<T> {
         })
     }
 
-    /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the state of contact altogether.
+    /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the contact state altogether.
     pub(crate) fn add(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,

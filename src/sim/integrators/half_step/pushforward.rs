@@ -42,13 +42,13 @@ pub(crate) struct Columns<T: Differentiable> {
     memory: Vec<Pack<T, BLOCK>>,
 }
 
-/// What constraints see of the velocity after the step.
+/// Dependence of constraints on the velocity after the step.
 #[derive(Clone, Debug)]
 struct AheadColumns<T: Differentiable> {
     point: Ahead<T>,
     /// Their part of ∂y, in q and v⁺.
     rows: RowColumns<T>,
-    /// That in v⁺ alone, row after row, times Δt: in ã₀.
+    /// That in v⁺ alone, row by row, times Δt: in ã₀.
     by_seen: Vec<T>,
     /// −δa₀.
     minus_a: Blocks<T>,
@@ -90,7 +90,7 @@ impl<T: Differentiable> AheadColumns<T> {
 }
 
 impl<T: Differentiable> Columns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (width, held) = (
@@ -153,7 +153,7 @@ impl<T: Differentiable> Columns<T> {
         terms.emit_rows(&point, found, &mut sink);
     }
 
-    /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
+    /// Adds δG to the derivatives of the balance of forces, and the dependence on the velocity after the step to ∂y of constraints.
     pub(crate) fn add_to(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -166,7 +166,7 @@ impl<T: Differentiable> Columns<T> {
         forces.add_all(&self.balance.forces.acceleration.columns);
     }
 
-    /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
+    /// ∂G at fixed a₀: through the velocity forces, and through the time by which they are ahead.
     ///
     /// −½ (−∂c(v + s a₀) + ∂c(v − s a₀)): weights on all numbers at once, so that derivatives are compiled for one output.
     fn differentiate(&mut self, at: &EvaluationPoint<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {

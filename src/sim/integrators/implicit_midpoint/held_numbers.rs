@@ -1,4 +1,4 @@
-//! Gradient of the weighted momenta of start and end where constraints hold the robot, in what both are made of, at fixed states:
+//! Gradient of the weighted momenta of start and end of a constrained robot in all parameters, at fixed states:
 //!
 //! > πᵀ (M(q) v + J(q)ᵀ λ) − yᵀ (M(q⁺) v⁺ − J(q⁺)ᵀ λ⁺) + κᵀ φ(q⁺) − σᵀ J(q⁺) v⁺.
 //!

@@ -49,7 +49,7 @@ impl<T: Differentiable> HeldSlopes<T> {
 
     /// Finds ∂(J v)/∂q, and puts ∂(M v + Jᵀ λ)/∂q into `momentum_by_q`.
     ///
-    /// * `jacobian` – J, row after row
+    /// * `jacobian` – J, row by row
     /// * `impulses` – λ of each row
     pub(super) fn find(
         &mut self,

@@ -1,10 +1,10 @@
-//! Gradient of weighted momenta and forces in what the robot is made of, at fixed states:
+//! Gradient of weighted momenta and forces in the parameters of the robot, at fixed states:
 //!
 //! > αᵀ μ + βᵀ f + πᵀ M(q) v − yᵀ M(q⁺) v⁺.
 //!
-//! A momentum is inverse dynamics of the robot without weight, at rest, with its velocity for the acceleration. The force f is  τ − h  and  ∂T/∂q + c: the balance
-//! of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without weight. What constraints add is in
-//! `held_numbers.rs`.
+//! A momentum is inverse dynamics of the robot without gravity, at rest, with its velocity as the acceleration. The force f is  τ − h  and  ∂T/∂q +
+//! c: the balance of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without gravity.
+//! `held_numbers.rs` contains the part of constraints.
 
 use super::held_numbers::HeldNumbers;
 use super::pushforward::TakenStep;

@@ -2,7 +2,7 @@
 //!
 //! With the weights λ of q⁺ and of v⁺, and y = M⁻¹ λ of the latter, momentum and position of the end have weights; those of ξ that follow give
 //! w = −(∂r/∂ξ)⁻ᵀ (…), the weights of the residual. Then momentum and force of the middle have the weights α and β, and the momentum of the start has π.
-//! What the robot is made of has the gradient of their sum at fixed states (`numbers.rs`).
+//! The gradient in parameters of the robot is that of their sum at fixed states (`numbers.rs`).
 
 use std::borrow::Cow;
 

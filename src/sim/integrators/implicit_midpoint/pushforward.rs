@@ -49,7 +49,7 @@ impl<T: Differentiable> TakenStep<T> {
         }
     }
 
-    /// Takes the step. The number of its parts.
+    /// Takes the step and returns the number of its parts.
     pub(super) fn take(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) -> usize {
         (self.step).step(simulator, at.state, at.u, &mut self.found, &mut self.next);
         self.step.parts
@@ -65,7 +65,7 @@ impl<T: Differentiable> TakenStep<T> {
             ..
         } = &mut self.step;
         let state = &starts[k];
-        // A whole step is what taking it has left.
+        // A whole step uses the memory of the step just taken.
         if *parts > 1 {
             part.take(simulator, state, u, *parts, &mut self.found, next);
         }
@@ -109,7 +109,7 @@ impl<T: Differentiable> TakenStep<T> {
 #[derive(Clone, Debug)]
 pub(crate) struct Columns<T: Differentiable> {
     slopes: TakenStep<T>,
-    /// Of the momentum of the start, and what it becomes.
+    /// Of the momentum of the start, and of its transported value.
     p: DMatrix<T>,
     /// Of ξ.
     xi: DMatrix<T>,
@@ -117,7 +117,7 @@ pub(crate) struct Columns<T: Differentiable> {
     moved: DMatrix<T>,
     /// Of the force, or of other products.
     force: DMatrix<T>,
-    /// Of the errors of the end at fixed ξ, row after row; of rows in one direction.
+    /// Of the errors of the end at fixed ξ, row by row; of rows in one direction.
     errors: Vec<T>,
     rows: Vec<T>,
 }
@@ -190,7 +190,7 @@ impl<T: Differentiable> Columns<T> {
         } = self;
         let (middle, nv) = (&slopes.middle, p.nrows());
         let joints = &middle.joints;
-        // What the momentum of the middle ought to be, less what it is, at fixed ξ.
+        // Target of the momentum of the middle minus its value, at fixed ξ.
         p.fill(T::zero());
         p.columns_mut(0, nv).copy_from(&slopes.start.momentum_by_q);
         p.columns_mut(nv, nv).copy_from(&slopes.start.mass);
@@ -306,7 +306,7 @@ fn start_motion<T: Scalar>(
     }
 }
 
-/// Adds what comes through ξ, of which the motion of a vector is so many times.
+/// Adds the part through ξ; the displacement of a vector is a multiple of ξ.
 fn add_motion<T: Differentiable>(
     middle: &MidpointSlopes<T>,
     pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,

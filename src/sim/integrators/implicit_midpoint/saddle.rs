@@ -23,7 +23,7 @@ impl<T: Scalar> Saddle<T> {
         }
     }
 
-    /// Takes K, which has the zeros of the tree, and D and G, row after row.
+    /// Takes K, which has the zeros of the tree, and D and G, row by row.
     pub(super) fn factorize(&mut self, k: &DMatrix<T>, d: &[T], g: &[T]) {
         self.matrix.factorize(|out| out.copy_from(k));
         self.rows.factorize(&self.matrix, d, g);

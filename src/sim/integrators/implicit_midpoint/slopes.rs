@@ -103,9 +103,9 @@ pub(super) struct MidpointSlopes<T: Differentiable> {
     /// Coordinates of the other joints.
     pub(super) vectors: Vec<usize>,
     pub(super) saddle: Saddle<T>,
-    /// What is factorised, and working memory for it.
+    /// The factorised matrix, with working memory.
     matrix: DMatrix<T>,
-    /// Derivatives of the errors at the end in ξ, and of the momentum that is expected in the middle in the impulses of the start, row after row.
+    /// Derivatives of the errors at the end in ξ, and of the momentum that is expected in the middle in the impulses of the start, row by row.
     errors_by_xi: Vec<T>,
     momentum_by_impulses: Vec<T>,
     product: DMatrix<T>,
@@ -165,7 +165,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
         self.saddle.factorize(&self.matrix, &self.errors_by_xi, g);
     }
 
-    /// Rows of the end times derivatives of its configuration, row after row.
+    /// Rows of the end times derivatives of its configuration, row by row.
     ///
     /// * `pick` – those of a joint whose configuration is not a vector
     /// * `time` – those of the others

@@ -1,7 +1,7 @@
 //! Derivatives of contact points.
 //!
-//! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with derivatives in
-//! these tells all, and one over those of point, law and ground.
+//! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with
+//! derivatives in these is sufficient, and one over the parameters of point, contact model and ground.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

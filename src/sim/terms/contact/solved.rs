@@ -16,7 +16,7 @@ pub(super) struct SolvedPoint<'a, T: Scalar> {
     /// `None` for a point with the ground.
     pub(super) pair: Option<&'a PairPoint>,
     pub(super) active: Option<ActiveRows<T>>,
-    /// Whether the gap is asked for in place of rows and forces.
+    /// Whether the gap is requested instead of rows and forces.
     pub(super) states_gap: bool,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct ActiveRows<T: Scalar> {
     pub(super) axes: [[Force<T>; ROWS]; 2],
 }
 
-/// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
+/// Passes the points whose forces a solver has found to `each`; those without force too where they have bristles.
 pub(super) fn each_solved<'a, T: Scalar>(
     at: &'a SlopePoint<'a, T>,
     term: &'a Contact<T>,

@@ -1,7 +1,7 @@
-//! Gradient of a step with an impact at its time: its parts backwards, and the time by the implicit function theorem.
+//! Gradient of a step with an isolated impact: its parts backwards, and the impact time by the implicit function theorem.
 //!
-//! The weights of x₃ become those of x* through the impact, and so far the sum depends on t by c. As t depends on all else like δt = −δγ / γ̇, the gap has the weight
-//! −c / γ̇ at x*, beside these.
+//! The weights of x₃ become those of x* through the impact, and the derivative of the sum in t is c. As δt = −δγ / γ̇, the gap has the additional
+//! weight −c / γ̇ at x*.
 
 use super::{IMPACT_TIME, Impact, LoneImpact, times, without_force};
 use crate::linalg::product::add_scaled;
@@ -53,7 +53,7 @@ impl<T: Scalar> Adjoint<T> {
         }
     }
 
-    /// [`Impact::step`], and what its gradients have in common.
+    /// [`Impact::step`], and the common part of its gradients.
     pub(in crate::sim::integrators) fn find(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
