@@ -1,4 +1,4 @@
-//! A rollout along a direction, and the way back: forward over adjoint.
+//! A rollout along a direction, and its backward pass: forward over adjoint.
 
 use nalgebra::DVector;
 
@@ -147,7 +147,7 @@ impl<'a> Directed<'a> {
         (state, u)
     }
 
-    /// Adds the slopes of a cost of a state, along the tangent where it has moved. Returns how those in its input change along the direction.
+    /// Adds the gradient of a cost of a state, along the tangent at the moved state. Returns the change of the gradient in its input along the direction.
     fn add_cost(
         &mut self,
         step: usize,
