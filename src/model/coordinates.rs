@@ -1,4 +1,4 @@
-//! Coordinates of each joint, and what acts along them.
+//! Coordinates of each joint, with damping, armature and springs.
 
 use std::collections::HashMap;
 
@@ -91,7 +91,7 @@ impl Coordinates {
         self.springs.resize(n, along.spring);
     }
 
-    /// Adds what acts along a mimic joint to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.
+    /// Adds damping, armature and spring of a mimic joint to those of its leader: with q = r `q_l` + o, forces by r, rates by r.
     fn couple(&mut self, v: usize, spec: &JointSpec, Coupling { ratio, offset }: Coupling) {
         self.damping[v] += ratio * ratio * spec.damping;
         self.armature[v] += ratio * ratio * spec.armature;
@@ -114,7 +114,7 @@ struct Leaders<'a> {
     builder: &'a ModelBuilder,
     specs: &'a [&'a JointSpec],
     joint_of_name: HashMap<&'a str, usize>,
-    /// Leader of each joint; `None` where it has not been asked for.
+    /// Leader of each joint; `None` if not yet computed.
     found: Vec<Option<(usize, Coupling)>>,
 }
 

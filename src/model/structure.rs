@@ -1,4 +1,4 @@
-//! Whether two robots differ in numbers only.
+//! Comparison of the structures of robots, without their parameters.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -7,8 +7,7 @@ use crate::error::StructureMismatch;
 use crate::joint::JointKind;
 use crate::scalar::Scalar;
 
-/// Structure shared by robots that differ in numbers only: names and kinds of joints, names of frames, and how they
-/// hang together.
+/// Structure of a robot without parameters: names and kinds of joints, names of frames, and their tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Structure(u64);
 
@@ -24,7 +23,7 @@ impl Structure {
     }
 }
 
-/// The hash of what [`Model::check_structure`] compares: names, kinds and places in the tree, no numbers of type `P`.
+/// The hash of the content that [`Model::check_structure`] compares: names, kinds and positions in the tree, without parameters of type `P`.
 pub(super) fn fingerprint<P>(
     bodies: &[Body<P>],
     joints: &[Joint],
@@ -91,7 +90,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Kinds and places in the tree, and which joints follow.
+    /// Kinds and positions in the tree, and mimic joints.
     fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {

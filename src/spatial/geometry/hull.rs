@@ -95,7 +95,7 @@ fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
     Some((out, widths))
 }
 
-/// At most so many of some points, in their order: one after the other, that one without which the others reach least far in one of
+/// At most so many of some points, in their order: in sequence, that one without which the others reach least far in one of
 /// many directions. All of them, if there are not more.
 pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
     if points.len() <= most {
