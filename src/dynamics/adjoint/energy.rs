@@ -51,7 +51,7 @@ pub(crate) struct Rates<'a, T> {
 }
 
 impl<T: Scalar> EnergySweep<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {

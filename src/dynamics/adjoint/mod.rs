@@ -1,6 +1,6 @@
-//! Vector-Jacobian products of the dynamics: the gradient of a weighted sum of outputs in all inputs and parameters at once.
+//! Vector-Jacobian products of the dynamics: the gradient of a weighted sum of outputs in all inputs and parameters.
 //!
-//! The sum μᵀ ID(q, v, a) is a scalar whose gradient takes two passes along the tree, whatever the number of inputs ([`sweep`]). With the weight
+//! The sum μᵀ ID(q, v, a) is a scalar; its gradient takes two passes along the tree, independent of the number of inputs ([`sweep`]). With the weight
 //! μ = −M⁻¹ λ the same gradient is that of λᵀ FD(q, v, τ), by the implicit function theorem ([`forward_dynamics`]). Nothing is recorded.
 //!
 //! # References
