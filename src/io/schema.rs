@@ -107,7 +107,7 @@ fn check_child<'a>(
 /// Reason of an element that is not listed.
 pub(super) const UNKNOWN: &str = "not read: no element of the format that is known here";
 
-/// Settings of another simulator that change the motion, each with what stands for it here.
+/// Settings of another simulator that change the motion, each with its counterpart here.
 const PHYSICS: [(&str, &str); 15] = [
     ("kinematic", "links move by forces"),
     (

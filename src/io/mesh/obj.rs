@@ -29,7 +29,7 @@ struct Reader {
     soup: Soup,
     libraries: MaterialLibraries,
     materials: Materials,
-    /// The corners of the polygon at hand.
+    /// The corners of the current polygon.
     polygon: Vec<u32>,
 }
 

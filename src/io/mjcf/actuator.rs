@@ -41,7 +41,7 @@ const TARGETS: [&str; 6] = [
     "body",
 ];
 
-/// An actuator with its place.
+/// An actuator with its position in the description.
 #[derive(Debug)]
 pub(super) struct ActuatorEntry {
     pub(super) actuator: MjcfActuator,
@@ -111,7 +111,7 @@ pub(super) fn read(
     })
 }
 
-/// What an actuator acts on, and why that is not modelled, if it is not.
+/// The target of an actuator, and why that is not modelled, if it is not.
 fn transmission(
     entry: &Entry<'_, '_>,
     part: &Part<'_, '_>,
@@ -218,7 +218,7 @@ impl ActuatorEntry {
         self.place.unsupported(reason)
     }
 
-    /// Finds what it acts on: the frame of a site, a fixed tendon; the remaining things of motors act on joints only.
+    /// Finds its target: the frame of a site, a fixed tendon; the remaining things of motors act on joints only.
     pub(super) fn mount(
         &mut self,
         names: &Names,

@@ -53,7 +53,7 @@ enum Function {
     Other,
 }
 
-/// Functions by the word that stands for each, of gains and of biases.
+/// Functions by their MJCF keywords, of gains and of biases.
 const GAINS: [(&str, Function); 4] = [
     ("fixed", Function::Constant),
     ("affine", Function::Affine),
@@ -214,7 +214,7 @@ impl Law {
         })
     }
 
-    /// Why there is no such servo, if there is none.
+    /// Why there is no such servo; `None` if there is one.
     pub(super) fn lack(&self) -> Option<&'static str> {
         match self {
             own if own.gain_is == Function::Other || own.bias_is == Function::Other => {

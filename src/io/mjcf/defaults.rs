@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::tree::Node;
 use crate::error::LoadError;
 
-/// Most classes in one another: files nest three or so, and a look-up goes through all of them.
+/// Deepest nesting of classes: files nest about three, and a look-up goes through all of them.
 const MAX_DEPTH: usize = 30;
 
 /// Name of the outermost class where it has no other.

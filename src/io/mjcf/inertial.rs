@@ -14,7 +14,7 @@ use crate::spatial::{Inertia, Symmetric3, Transform};
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
 
-/// Reads an `<inertial>`: the inertia in what it stands in.
+/// Reads an `<inertial>`: the inertia in its parent.
 pub(super) fn read(entry: &Entry<'_, '_>, compiler: &Compiler) -> Result<Inertia<f64>, LoadError> {
     let mass = entry.number("mass")?.ok_or_else(|| entry.missing("mass"))?;
     let X = pose(entry, compiler)?;

@@ -41,7 +41,7 @@ const SOLVER: [&str; 14] = [
     "actuatorgroupdisable",
 ];
 
-/// What the options of a file say.
+/// The options of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Options {
     pub(super) simulation: MjcfOptions,

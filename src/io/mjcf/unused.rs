@@ -1,4 +1,4 @@
-//! Remarks on what nobody read.
+//! Remarks on elements and attributes that were not read.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ const ELEMENT: &str = "not read: no element of the format that is known here";
 /// Reason of an attribute that is not listed.
 const ATTRIBUTE: &str = "not read: no attribute of the format that is known here";
 
-/// Remarks on all elements and attributes that nobody read, with their lines.
+/// Remarks on all elements and attributes that were not read, with their lines.
 pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
     let mut looks: HashMap<(&str, &str), (Node<'_>, usize)> = HashMap::new();
     let mut order = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
     }
 }
 
-/// A default counts as read if elements of its tag are asked for it, or if there are none; those of actuators that are not modelled are
+/// A default counts as read if elements of its tag are requested it, or if there are none; those of actuators that are not modelled are
 /// remarked on one by one.
 fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
     actuator::KINDS.contains(&tag)
@@ -70,7 +70,7 @@ fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
         || !tree.has_asked(tag)
 }
 
-/// Attributes that say nothing about the motion.
+/// Attributes without effect on the motion.
 fn is_idle(name: &str) -> bool {
     matches!(name, "name" | "class" | "user" | "childclass" | "info")
 }

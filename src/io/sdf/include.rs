@@ -20,7 +20,7 @@ use crate::io::schema::check;
 use crate::io::values::Values;
 use crate::io::version::Version;
 
-/// Most files of a robot: enough for any, and few enough that files that include one another soon end.
+/// Most files of a robot: enough for any, and few enough that files that include each other soon end.
 const MAX_INCLUDED: usize = 500;
 
 /// The file that says which file of a folder holds the model, by version of the SDF.

@@ -30,10 +30,10 @@ fn unit(asset: Node<'_>) -> Result<f64, String> {
     meters.ok_or_else(|| "has a unit of length that is no positive number".into())
 }
 
-/// The rotation that brings the up axis of a file to z, if it is wanted.
+/// The rotation that brings the up axis of a file to z, if it is requested.
 fn upright(asset: Node<'_>, up_axis: UpAxis, soup: &mut Soup) -> Matrix3<f64> {
     let stated = child(asset, "up_axis").and_then(|axis| super::words(axis).next());
-    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of what has z
+    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of a scene with z
     // up.
     let (stated, turned) = match stated.unwrap_or("Y_UP") {
         "X_UP" => (

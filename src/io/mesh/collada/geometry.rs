@@ -18,7 +18,7 @@ pub(super) struct Primitive<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Reads a `<geometry>`; `None` if it is no mesh.
+/// Reads a `<geometry>`; `None` if it is not a mesh.
 pub(super) fn read<'a>(node: Node<'a>, ids: &Ids<'a>) -> Result<Option<Geometry<'a>>, String> {
     let Some(mesh) = child(node, "mesh") else {
         return Ok(None);
@@ -98,7 +98,7 @@ fn polygon_sizes<'a>(polylist: Node<'a>) -> impl Iterator<Item = usize> {
     sizes.map_while(|size| size.parse().ok())
 }
 
-/// Cuts polygons that stand one after the other.
+/// Triangulates consecutive polygons.
 fn each(
     mut corners: &[u32],
     mut sizes: impl Iterator<Item = usize>,
