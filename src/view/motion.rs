@@ -1,4 +1,4 @@
-//! Motion on the page: poses, plots and forces, thinned out to what a screen can show.
+//! Motion in the HTML viewer: poses, plots and forces, at the time resolution of a screen.
 
 use std::iter;
 
@@ -112,7 +112,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
     let (mut positions, mut rotations) = (Vec::new(), Vec::new());
     let mut energies = [const { Vec::new() }; 3];
     let mut kinematics = Kinematics::new(&track.model);
-    // A robot that is lost stays where it was last seen; one that was never seen stands at its neutral configuration.
+    // A robot with unknown state keeps its last known state; without one it is drawn at its neutral configuration.
     let still = vec![0.0; track.model.nv()];
     let neutral = track.model.neutral();
     forward_kinematics_into(&track.model, neutral.as_slice(), &still, &mut kinematics);
@@ -153,7 +153,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
     }
 }
 
-/// Hands the pose of every body at some moments to a function; what is not known is left out.
+/// Passes the pose of each body at some times to a function; unknown poses are skipped.
 pub(super) fn each_pose(track: &Track, moments: &[usize], mut each: impl FnMut(&Transform<f64>)) {
     let mut kinematics = Kinematics::new(&track.model);
     for &k in moments {

@@ -28,7 +28,7 @@ const GLOSS: i32 = 40;
 /// Exponent between light and the numbers of a screen.
 const GAMMA: f64 = 2.2;
 
-/// Radius of the floor, relative to what stands on it, and the part of it from which on it fades.
+/// Radius of the floor, relative to the objects on it, and the fraction of it at which it starts to fade.
 const FLOOR: f64 = 6.0;
 const FADE: f64 = 0.35;
 

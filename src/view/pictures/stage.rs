@@ -1,4 +1,4 @@
-//! What is in a picture, and where.
+//! The objects in a picture, with their poses.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -62,7 +62,7 @@ pub(super) struct StagePiece {
 pub(super) type Poses = Vec<Vec<Transform<f64>>>;
 
 impl StagePiece {
-    /// A piece that stands in the world.
+    /// A piece that is fixed in the world.
     pub(super) fn still(pose: Transform<f64>, color: [f64; 4], corners: Vec<Corner>) -> Self {
         Self {
             on: None,
