@@ -135,7 +135,7 @@ impl<P: Scalar> Constraint<P> {
     pub fn with_kind<Q: Over<P>>(&self, kind: ConstraintKind<Q>) -> Constraint<Q> {
         let own = self.kind.cast::<Q>();
         let same = std::mem::discriminant(&own) == std::mem::discriminant(&kind);
-        assert!(same, "a constraint stays of its kind");
+        assert!(same, "a constraint keeps its kind");
         kind.check();
         Constraint {
             kind,
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a constraint stays of its kind")]
+    #[should_panic(expected = "a constraint keeps its kind")]
     fn another_kind_is_refused() {
         let _ = Constraint::ball(anchors()).with_kind(ConstraintKind::Weld(anchors()));
     }

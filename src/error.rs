@@ -513,7 +513,7 @@ pub enum EditError {
         given: usize,
     },
     /// A joint, or its leader, is both to be kept and to be locked.
-    #[error("{}", message(format_args!("joint \"{joint}\" is to be kept, but it or the joint that it follows is locked")))]
+    #[error("{}", message(format_args!("joint \"{joint}\" must stay free, but it or the joint that it mimics is locked")))]
     KeptAndLocked {
         /// The joint.
         joint: String,

@@ -20,7 +20,7 @@ def numbers(name: str, value: Any) -> NDArray[np.float64]:
     try:
         array = np.asarray(value)
     except ValueError as error:
-        raise ValueError(f"{name} is no array: {error}") from None
+        raise ValueError(f"{name} is not an array: {error}") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} holds {array.dtype}, expected numbers that float64 can hold")
     return np.require(array, dtype=np.float64, requirements=["C", "A"])

@@ -133,7 +133,7 @@ class Rollout:
 
         shape = self.q.shape[:-2]
         if not isinstance(self.status, list):
-            raise TypeError("the rollout is no batch")
+            raise TypeError("the rollout is not a batch")
         indices = index if isinstance(index, tuple) else (index,)
         if len(indices) != len(shape):
             raise IndexError(f"{len(shape)} indices are expected")
@@ -153,7 +153,7 @@ class Rollout:
 
     def __len__(self) -> int:
         if not isinstance(self.status, list):
-            raise TypeError("the rollout is no batch")
+            raise TypeError("the rollout is not a batch")
         return int(self.q.shape[0])
 
     def __repr__(self) -> str:

@@ -410,7 +410,11 @@ impl<P: Scalar> Contacts<P> {
     /// # Panics
     /// If their number differs from that of the points, if they differ in kind, or if a parameter is out of range as in [`new`](Self::new).
     pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
-        assert_eq!(laws.len(), self.points.len(), "a law for each point");
+        assert_eq!(
+            laws.len(),
+            self.points.len(),
+            "a contact model for each point"
+        );
         let of_pairs = self.laws.as_slice()[self.points.len()..].iter();
         let of_pairs = of_pairs.map(|law| law.lift());
         Contacts {
@@ -459,7 +463,7 @@ impl<P: Scalar> Contacts<P> {
             let link = model.frame_of(point.link);
             assert!(
                 link.body == Some(point.body),
-                "point {i} of contact is on body {}, but its link \"{}\" is not",
+                "contact point {i} is on body {}, but its link \"{}\" is not",
                 point.body.0,
                 link.name
             );

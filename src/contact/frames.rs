@@ -211,7 +211,7 @@ impl<P: Scalar> Contacts<P> {
         let n = self.points().len();
         assert!(
             points.len() == n && outputs == n,
-            "there are {n} points of contact, and {} states for {outputs} outputs",
+            "there are {n} contact points, got {} states and {outputs} outputs",
             points.len()
         );
     }

@@ -104,7 +104,10 @@ impl<P: Scalar> Contacts<P> {
     /// If the slice has the wrong length, there is no such point, or the contacts belong to another robot.
     pub fn jacobian<T: Over<P>>(&self, model: &Model<P>, q: &[T], point: usize) -> DMatrix<T> {
         let n = self.points().len();
-        assert!(point < n, "there is no point {point} of contact, but {n}");
+        assert!(
+            point < n,
+            "there is no contact point {point}: there are {n}"
+        );
         let mut kinematics = Kinematics::new(model);
         let v = vec![T::zero(); model.nv()];
         forward_kinematics_into(model, q, &v, &mut kinematics);

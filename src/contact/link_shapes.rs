@@ -263,7 +263,7 @@ fn hull(mesh: &Geometry, scale: &[f64; 3], meshes: &mut dyn MeshHulls) -> Result
     let hull = Hull::new(vertices.collect()).map_err(|error| format!("has no hull: {error}"))?;
     if scale.iter().any(|s| *s == 0.0 || !s.is_finite()) {
         return Err(format!(
-            "has the scale {scale:?}, of which no number may be zero or not finite"
+            "has the scale {scale:?}; each factor must be finite and nonzero"
         ));
     }
     Ok(Shape::Hull {

@@ -68,7 +68,7 @@ numbers! { pub enum Feature {
 numbers! { pub struct ContactPoint {
     link: kept(),
     body: kept(),
-    center: Finite(["x", "y", "z"], "coordinate of a point of contact"),
+    center: Finite(["x", "y", "z"], "coordinate of a contact point"),
     feature: part(Feature),
 } }
 

@@ -64,7 +64,7 @@ impl<P: Scalar> PointLaws<P> {
     fn check(&self, law: &ContactLaw<P>) {
         if let Some(kind) = self.kind() {
             let (first, other) = (kind.name, law.kind().name);
-            assert_eq!(first, other, "all points have laws of one kind");
+            assert_eq!(first, other, "all points have contact models of one kind");
         }
         law.check();
     }
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "all points have laws of one kind")]
+    #[should_panic(expected = "all points have contact models of one kind")]
     fn laws_of_two_kinds_are_refused() {
         let other = ContactLaw::RelaxedRigid(RelaxedRigid::default());
         let _ = PointLaws::new(vec![rigid(0.1), other]);

@@ -123,7 +123,7 @@ impl fmt::Display for ContactReason {
                 "touching: no force and no velocity; derivatives are those of free flight, one side of two",
             ),
             Self::Sticking => f.write_str(
-                "sticking: its velocity is what the law asks for; no derivatives in friction, nor in forces that it withstands",
+                "sticking: the contact model fixes its velocity, which has zero derivatives in friction and in the forces that the contact balances",
             ),
             Self::Resting => f.write_str(
                 "resting: sticks on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \

@@ -186,7 +186,7 @@ fn mesh_corners(
     options: &ContactOptions,
 ) -> Result<Vec<Vector3<f64>>, String> {
     if options.mesh_points == 0 {
-        return Err("is left out: no points of meshes are wanted".into());
+        return Err("is left out: mesh_points is 0".into());
     }
     let scaled = |v: &[f32; 3]| Vector3::from_fn(|axis, _| f64::from(v[axis]) * scale[axis]);
     let corners: Vec<Vector3<f64>> = hull.iter().map(scaled).collect();

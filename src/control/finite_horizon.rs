@@ -207,7 +207,7 @@ impl fmt::Display for FiniteHorizonStatus {
             Self::NotFinite { stage } => {
                 write!(
                     f,
-                    "stage {stage} holds or leads to what is not a finite number"
+                    "stage {stage} has or leads to a number that is not finite"
                 )
             }
         }

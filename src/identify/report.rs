@@ -151,8 +151,12 @@ impl fmt::Display for Report {
             writeln!(f, "{:>14.6e} {half:>11.2e}  {}", own.value, own.name)?;
         }
         match self.flaws.is_empty() {
-            true => writeln!(f, "\nall inertias are those of bodies"),
-            false => writeln!(f, "\nno body has these inertias: {}", self.flaws.join("; ")),
+            true => writeln!(f, "\nall inertias are physically consistent"),
+            false => writeln!(
+                f,
+                "\nthese inertias are not physically consistent: {}",
+                self.flaws.join("; ")
+            ),
         }
     }
 }

@@ -51,7 +51,7 @@ impl StepGradient {
         let (n, nu, len) = (self.state.len(), self.input.len(), self.parameters.len());
         assert!(
             n == simulator.n_tangent() && nu == simulator.nu(),
-            "a gradient of \"{}\" has {} numbers of state and {} of input, got memory for {n} and {nu}",
+            "a gradient of \"{}\" has {} state and {} input entries, got memory for {n} and {nu}",
             simulator.model().name(),
             simulator.n_tangent(),
             simulator.nu()
@@ -194,7 +194,7 @@ impl Simulator<f64> {
         assert_eq!(
             adjoint.len(),
             self.n_tangent(),
-            "the weights of the next state of \"{}\" are those of its tangent",
+            "the adjoint of the next state of \"{}\" has one entry per tangent coordinate",
             self.model().name()
         );
         assert!(

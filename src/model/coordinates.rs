@@ -145,7 +145,7 @@ impl<'a> Leaders<'a> {
             };
             chain.push((at, mimic));
             if chain.len() > self.specs.len() {
-                let reason = "the joints follow one another in a circle";
+                let reason = "the mimic joints form a cycle";
                 return Err(invalid(self.builder, self.specs[j], reason));
             }
             let leader = self.joint_of_name.get(mimic.leader.as_str());
@@ -241,7 +241,7 @@ mod tests {
         let mut circle = chain(4);
         circle.joints[3].mimic = circle.joints[1].mimic.clone();
         let error = circle.build().unwrap_err().to_string();
-        assert!(error.contains("in a circle"), "{error}");
+        assert!(error.contains("form a cycle"), "{error}");
         let mut fixed = chain(4);
         fixed.joints[3].kind = JointKind::Fixed;
         let error = fixed.build().unwrap_err().to_string();

@@ -96,7 +96,9 @@ impl<P: Scalar> Model<P> {
         for (i, (own, theirs)) in pairs {
             let name = other.body_name(BodyId(i));
             if place(own) != place(theirs) {
-                return Some(format!("body {i}, \"{name}\", hangs elsewhere in the tree"));
+                return Some(format!(
+                    "body {i}, \"{name}\", has another place in the tree"
+                ));
             }
             if own.coupling.is_some() != theirs.coupling.is_some() {
                 return Some(format!(
@@ -111,7 +113,7 @@ impl<P: Scalar> Model<P> {
     fn first_weight_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let own = self.weightless.iter().map(|part| part.body);
         let theirs = other.weightless.iter().map(|part| part.body);
-        (!own.eq(theirs)).then(|| "gravity acts on other links of it".to_owned())
+        (!own.eq(theirs)).then(|| "gravity acts on different links".to_owned())
     }
 
     fn first_frame_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {

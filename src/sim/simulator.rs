@@ -364,7 +364,7 @@ impl<P: Scalar> Simulator<P> {
         assert_eq!(
             state.contact.len(),
             self.n_contact(),
-            "the state of contact of \"{}\" has {} entries; Simulator::state makes a state with them",
+            "the contact state of \"{}\" has {} entries; Simulator::state makes a state with them",
             self.model.name(),
             self.n_contact()
         );

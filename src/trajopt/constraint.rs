@@ -103,7 +103,7 @@ impl Constraint {
         assert_eq!(self.dim(), dim, "the bounds of a residual of {dim} entries");
         assert!(
             !is_final || self.residual.depends_on() != Dependence::Input,
-            "a terminal constraint is about the input, which there is none of"
+            "a terminal constraint is about the input, but the last stage has no input"
         );
     }
 

@@ -251,7 +251,7 @@ impl Table {
         }
         for ((cell, column), name) in cells.iter().zip(&mut self.columns).zip(&self.names) {
             let number = number(cell);
-            column.push(number.ok_or_else(|| format!("{name}: \"{cell}\" is no number"))?);
+            column.push(number.ok_or_else(|| format!("{name}: \"{cell}\" is not a number"))?);
         }
         self.lines.push(line);
         Ok(())

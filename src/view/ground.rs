@@ -51,7 +51,9 @@ impl Heights {
     pub(super) fn flaw(&self) -> Option<&'static str> {
         let [nx, ny] = self.size;
         if nx < 2 || ny < 2 || nx.checked_mul(ny) != Some(self.heights.len()) {
-            return Some("a ground has a height for each of its nodes, two or more along a side");
+            return Some(
+                "a ground needs a height for each node and at least two nodes along each side",
+            );
         }
         let is_positive = self.spacing.iter().all(|&x| x > 0.0);
         (!is_positive).then_some("the distance of heights is not positive")

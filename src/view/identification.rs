@@ -59,9 +59,9 @@ pub fn identification_page(report: &Report) -> String {
 
 fn flaws(report: &Report) -> String {
     match report.flaws.is_empty() {
-        true => "All inertias are those of bodies.".into(),
+        true => "All inertias are physically consistent.".into(),
         false => format!(
-            "No body has these inertias: {}.",
+            "These inertias are not physically consistent: {}.",
             escaped(&report.flaws.join("; "))
         ),
     }

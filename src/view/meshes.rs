@@ -154,7 +154,7 @@ impl Meshes {
     }
 
     fn warn(&mut self, owner: &str, mesh: &str, reason: &str) {
-        let text = format!("{owner}: a box stands for the mesh \"{mesh}\", which {reason}");
+        let text = format!("{owner}: a box replaces the mesh \"{mesh}\", which {reason}");
         self.warnings.push(text);
     }
 }

@@ -155,7 +155,7 @@ impl Recording {
                     track.q.push(rollout.q(i, k), "q");
                     track.v.push(rollout.v(i, k), "v");
                     let contact = rollout.contact(i, k);
-                    track.contact.push_if_known(contact, "the state of contact");
+                    track.contact.push_if_known(contact, "the contact state");
                 } else {
                     let rows = [&mut track.q, &mut track.v, &mut track.contact];
                     rows.into_iter().for_each(Rows::push_unknown);

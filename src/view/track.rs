@@ -67,7 +67,7 @@ impl Track {
         self.q.push(state.q.as_slice(), "q");
         self.v.push(state.v.as_slice(), "v");
         let contact = state.contact.as_slice();
-        self.contact.push_if_known(contact, "the state of contact");
+        self.contact.push_if_known(contact, "the contact state");
     }
 
     /// Name of the robot in the recording.

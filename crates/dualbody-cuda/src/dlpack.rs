@@ -45,7 +45,7 @@ pub fn check_dlpack<R: DlpackElement>(
 ) -> Result<(), CudaError> {
     let found: TensorRef<'_> = match tensor.validate() {
         Ok(found) => found,
-        Err(error) => return Err(mismatch(&format!("is none of DLPack: {error}"))),
+        Err(error) => return Err(mismatch(&format!("is not a DLPack array: {error}"))),
     };
     if found.device() != DLDevice::cuda(device) {
         let (kind, number) = found.device().into();
@@ -64,7 +64,7 @@ pub fn check_dlpack<R: DlpackElement>(
     }
     match found.is_compact() {
         Ok(true) => Ok(()),
-        _ => Err(mismatch("has gaps, or stands column after column")),
+        _ => Err(mismatch("has gaps, or is stored column by column")),
     }
 }
 

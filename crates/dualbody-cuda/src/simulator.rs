@@ -184,7 +184,7 @@ impl<R: Real> CudaSimulator<R> {
             check_length("q of a state", state.q.len(), Some(neutral.q.len()))?;
             check_length("v of a state", state.v.len(), Some(neutral.v.len()))?;
             check_length(
-                "the state of contact",
+                "the contact state",
                 state.contact.len(),
                 Some(neutral.contact.len()),
             )?;

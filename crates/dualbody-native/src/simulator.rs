@@ -231,7 +231,7 @@ impl NativeSimulator {
         assert_eq!(
             state.contact.len(),
             self.own.n_contact(),
-            "the state of contact"
+            "the contact state"
         );
         assert_eq!(u.len(), self.own.nu(), "the input");
     }

@@ -30,7 +30,7 @@ pub enum CodeError {
     },
     /// A graph is not a step: its outputs are not the next state.
     #[error(
-        "the {outputs} numbers of the outputs are not the next values of the first inputs, so the graph is not a step that can be repeated"
+        "the outputs ({outputs} numbers) do not match the first inputs, so the graph is not a step that can be repeated"
     )]
     NoStep {
         /// Number of the outputs.

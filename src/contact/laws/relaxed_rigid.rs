@@ -57,21 +57,21 @@ pub enum Reference<P = f64> {
     },
 }
 numbers! { pub struct RelaxedRigid {
-    friction: NotNegativeOrInfinite("friction", "friction of relaxed rigid contact"),
+    friction: NotNegativeOrInfinite("friction", "friction of regularised rigid contact"),
     reference: part(Reference),
     impedance: part(Impedance),
     friction_impedance_ratio:
-        Positive("friction impedance ratio", "ratio of impedances of relaxed rigid contact"),
+        Positive("friction impedance ratio", "ratio of impedances of regularised rigid contact"),
 } }
 
 numbers! { pub enum Reference {
     TimeConstant {
-        time_constant: Positive("time constant", "time constant of relaxed rigid contact"),
-        damping_ratio: Positive("damping ratio", "damping ratio of relaxed rigid contact"),
+        time_constant: Positive("time constant", "time constant of regularised rigid contact"),
+        damping_ratio: Positive("damping ratio", "damping ratio of regularised rigid contact"),
     },
     Direct {
-        stiffness: NotNegative("stiffness", "stiffness of relaxed rigid contact"),
-        damping: NotNegative("damping", "damping of relaxed rigid contact"),
+        stiffness: NotNegative("stiffness", "stiffness of regularised rigid contact"),
+        damping: NotNegative("damping", "damping of regularised rigid contact"),
     },
 } }
 
@@ -143,7 +143,7 @@ impl<P: Scalar> RelaxedRigid<P> {
 
 impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
     const KIND: LawKind = LawKind {
-        name: "relaxed rigid",
+        name: "regularised rigid",
         solved_explicitly: true,
         solved_implicitly: true,
         cone: Law::Convex,

@@ -114,7 +114,7 @@ impl Terrain<f64> {
         let (sin, cos) = angle.sin_cos();
         assert!(
             angle.abs() < std::f64::consts::FRAC_PI_2,
-            "an incline of {angle} rad is no ground"
+            "an incline must be less steep than 90°, got {angle} rad"
         );
         Self::plane([0.0; 3], [-sin, 0.0, cos])
     }

@@ -138,7 +138,7 @@ fn transmission(
         "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
         "tendon" => (MjcfTransmission::Tendon(name), None),
         _ => {
-            let lack = Some("acts on what is not modelled");
+            let lack = Some("acts on something that is not modelled");
             (MjcfTransmission::Other(name), lack)
         }
     })
@@ -235,7 +235,7 @@ impl ActuatorEntry {
             },
             MjcfTransmission::Tendon(tendon) => {
                 let is_fixed = tendons.iter().any(|own| own.name == *tendon);
-                (!is_fixed).then(|| format!("\"{tendon}\" is no fixed tendon"))
+                (!is_fixed).then(|| format!("\"{tendon}\" is not a fixed tendon"))
             }
             _ => return,
         };

@@ -193,7 +193,10 @@ impl Law {
         let kv = not_negative(entry, "kv")?;
         let ratio = not_negative(entry, "dampratio")?;
         if kv.is_some() && ratio.is_some() {
-            return Err(entry.malformed("dampratio", "stands beside kv: give one of the two"));
+            return Err(entry.malformed(
+                "dampratio",
+                "is given together with kv: give one of the two",
+            ));
         }
         let time = not_negative(entry, "timeconst")?;
         let by_velocity = kv.map(|kv| -kv).or(ratio).unwrap_or(self.bias[2]);

@@ -159,7 +159,7 @@ impl Assembly<'_> {
             spec = spec.with_inertia(body.inertia.scaled(1.0 - balanced));
             self.balance(&name, body);
         } else if balanced != 0.0 {
-            let reason = format!("gravcomp {balanced}: weights are balanced in part or wholly");
+            let reason = format!("gravcomp {balanced} is not from 0 to 1");
             context.ignore(&body.place, reason);
         }
         for shape in &body.visuals {

@@ -87,7 +87,7 @@ pub(super) fn read<'t, 'c>(
         if entry.flag("mocap", false)? {
             context.ignore(
                 &body.place,
-                "mocap: the body stands still where the file has it",
+                "mocap: the body is fixed at its pose in the file",
             );
         }
         bodies.entries.push(body);

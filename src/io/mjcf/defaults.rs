@@ -84,7 +84,7 @@ impl<'t> Classes<'t> {
     ) -> Result<ClassId, LoadError> {
         let depth = self.classes[around].depth + 1;
         if depth > MAX_DEPTH {
-            let reason = format!("classes stand more than {MAX_DEPTH} deep in one another");
+            let reason = format!("classes are nested more than {MAX_DEPTH} deep");
             return Err(node.place().unsupported(reason));
         }
         let new = self.classes.len();

@@ -144,7 +144,7 @@ impl Reader<'_, '_, '_> {
         if self.shared.depth <= MAX_DEPTH {
             return Ok(());
         }
-        let reason = format!("models stand more than {MAX_DEPTH} deep in one another");
+        let reason = format!("models are nested more than {MAX_DEPTH} deep");
         Err(self.unsupported(node, reason))
     }
 

@@ -36,7 +36,7 @@ impl RolloutDirection {
         let name = simulator.model().name();
         assert!(
             fits,
-            "a direction of {n} numbers of the start and {given} inputs is none of {steps} steps of \"{name}\""
+            "a direction with {n} start entries and {given} inputs does not fit {steps} steps of \"{name}\""
         );
         for u in &self.inputs {
             simulator.check_input(u.as_slice());

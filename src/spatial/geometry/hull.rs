@@ -66,7 +66,7 @@ pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
 fn remark(left_out: LeftOut, vertices: &[[f32; 3]]) -> String {
     let (of, taken) = (left_out.of, vertices.len());
     format!(
-        "has {of} points on or near its convex hull, of which {taken}, the farthest out in their directions, stand for all in contact"
+        "has {of} points on or near its convex hull; contact uses {taken} of them, the farthest out in their directions"
     )
 }
 
@@ -288,7 +288,7 @@ mod tests {
             assert!(short < 2e-3, "{radii:?}: {short:e}");
             let remark = found.remark.unwrap();
             let expected = format!(
-                "has {} points on or near its convex hull, of which {n}",
+                "has {} points on or near its convex hull; contact uses {n}",
                 count + 6
             );
             assert!(remark.starts_with(&expected), "{remark}");

@@ -209,7 +209,7 @@ impl Cost {
             );
             assert!(
                 !is_final || term.residual.depends_on() != Dependence::Input,
-                "term {k} of the final cost is about the input, which there is none of"
+                "term {k} of the final cost is about the input, but the last stage has no input"
             );
         }
     }

@@ -176,7 +176,7 @@ fn scene_objects_on_the_page_stand_where_they_were_put() {
     assert!(ball["axes"].is_null() && goal["shapes"].as_array().unwrap().is_empty());
     assert_eq!(bust["shapes"][0]["shape"], "box");
     let warning = page["warnings"][0].as_str().unwrap();
-    assert!(warning.starts_with("\"bust\": a box stands for the mesh \"lost.stl\""));
+    assert!(warning.starts_with("\"bust\": a box replaces the mesh \"lost.stl\""));
 }
 
 #[test]
@@ -294,10 +294,10 @@ fn warnings_call_meshes_as_the_description_does() {
         data(&html)
     };
     for (up_axis, reason, size) in [
-        (UpAxis::Auto, "states Y_UP: it is turned", [0.5, 0.0, 0.5]),
+        (UpAxis::Auto, "states Y_UP: it is rotated", [0.5, 0.0, 0.5]),
         (
             UpAxis::Ignore,
-            "states Y_UP: it is taken as it stands",
+            "states Y_UP: it is used without rotation",
             [0.5, 0.5, 0.0],
         ),
     ] {

@@ -158,7 +158,9 @@ impl Tuple {
         let mut place = 0;
         for word in words(indices) {
             if place == self.vertex {
-                let corner = word.parse().map_err(|_| "has a corner that is no vertex")?;
+                let corner = word
+                    .parse()
+                    .map_err(|_| "has a corner that is not a vertex")?;
                 corners.push(corner);
             }
             place += 1;
@@ -183,5 +185,10 @@ fn count(node: Node<'_>, attribute: &str, default: usize) -> Result<usize, Strin
         return Ok(default);
     };
     let count = text.trim().parse();
-    count.map_err(|_| format!("has a <{}> with an {attribute} that is no count", tag(node)))
+    count.map_err(|_| {
+        format!(
+            "has a <{}> with an {attribute} that is not a count",
+            tag(node)
+        )
+    })
 }

@@ -111,7 +111,7 @@ impl<'a> Drawing<'a, '_> {
             Some(known) => {
                 self.nodes_again += 1 + known.content.len();
                 if self.nodes_again > MAX_NODES_AGAIN {
-                    return Err("has nodes that hold one another, or too many".into());
+                    return Err("has nodes that contain each other, or too many nodes".into());
                 }
             }
             None => drop(self.nodes.insert(element.id(), node::read(element)?)),

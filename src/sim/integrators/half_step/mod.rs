@@ -171,7 +171,7 @@ fn slow<D: Scalar>(dt: D) -> D {
 #[inline(always)]
 fn is_slow<D: Scalar, T: Over<D>>(slow: D, v: &[T]) -> bool {
     let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
-    let (limit, condition) = (slow.powi(2), "no coordinate whirls in a step");
+    let (limit, condition) = (slow.powi(2), "no coordinate rotates fast in a step");
     if D::LANES == 1 && limit.has_value() {
         return square.is_at_most(limit.value(0), condition);
     }

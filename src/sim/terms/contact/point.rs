@@ -131,7 +131,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         side: usize,
         motions: &[CarrierMotion<T>; 2],
     ) -> Self {
-        let contacts = at.simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a contact point");
         let moved = in_directions_of(side, motions);
         let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
@@ -148,7 +148,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
     ) -> Self {
-        let contacts = at.simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a contact point");
         let mut deflection = deflection_of(at.state, index);
         for (k, x) in deflection.iter_mut().enumerate() {
             x.eps[BRISTLE + k] = T::one();
