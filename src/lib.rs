@@ -40,7 +40,7 @@
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`identify`] | system identification: logged motion, base parameters, physically consistent least squares, validation |
 //! | [`memory`] | the limit of memory of results |
-//! | [`view`] | recordings, their files, and a page that shows the robot move |
+//! | [`view`] | recordings, their files, and an HTML viewer that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //! | `command` | the program `dualbody` (with `cli`) |
 //!

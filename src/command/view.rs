@@ -1,4 +1,4 @@
-//! `dualbody view`: a page with sliders.
+//! `dualbody view`: an HTML viewer with sliders.
 
 use std::error::Error;
 use std::ffi::OsStr;

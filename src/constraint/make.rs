@@ -6,7 +6,7 @@ use crate::error::UnknownName;
 use crate::model::{BodyId, Model};
 use crate::numbers::Domain;
 
-/// T where nothing else is said, s: ten steps of the usual millisecond.
+/// Default T, s: ten steps of the usual millisecond.
 const DEFAULT_TIME_CONSTANT: f64 = 0.01;
 
 impl Constraint<f64> {

@@ -50,7 +50,7 @@ pub struct Smoothing {
     reach: f64,
 }
 
-/// Height up to which points feel a smoothed ground where nothing else is said, m.
+/// Default height up to which a smoothed ground acts on points, m.
 const DEFAULT_REACH: f64 = 0.1;
 
 impl Smoothing {

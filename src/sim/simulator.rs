@@ -16,7 +16,7 @@ use crate::model::{JointPart, Model};
 use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 
-/// Time step where nothing else is said, s.
+/// Default time step, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
 
 /// Default divergence threshold, rad/s or m/s: ten million turns a minute, and three thousand times the

@@ -22,7 +22,7 @@ use super::scene_object::Scenery;
 use crate::error::RecordingError;
 use crate::model::Model;
 
-/// Data that the script of the page reads.
+/// Data that the script of the HTML viewer reads.
 #[derive(Serialize)]
 struct Data<'a> {
     title: &'a str,
@@ -33,10 +33,10 @@ struct Data<'a> {
     scenery: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
-    /// Additional data of a page of a running simulation.
+    /// Additional data of the HTML viewer of a running simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<serde_json::Value>,
-    /// Of a page with sliders.
+    /// Of an HTML viewer with sliders.
     #[serde(skip_serializing_if = "Option::is_none")]
     collisions: Option<Collisions>,
 }
@@ -95,7 +95,7 @@ pub fn model_page(model: &Model) -> String {
     page(&Recording::new(model), None, None)
 }
 
-/// The page of a simulation that runs on a port of this machine.
+/// The HTML viewer of a simulation that runs on a port of this machine.
 ///
 /// * `targets` – sliders of its inputs
 #[cfg(feature = "live")]

@@ -20,8 +20,8 @@ use crate::spatial::Transform;
 /// Pictures a second of a screen: more moments are not kept.
 const MAX_RATE: f64 = 60.0;
 
-/// Bytes that all moments of a page may take before base64, which makes three to four: an hour of a cart-pole at the full rate, an
-/// hour of a humanoid at ten pictures a second, between which the page interpolates.
+/// Bytes that all moments of an HTML viewer may take before base64, which makes three to four: an hour of a cart-pole at the full rate, an
+/// hour of a humanoid at ten pictures a second, between which the HTML viewer interpolates.
 const MAX_BYTES: usize = 32 << 20;
 
 /// All that moves.

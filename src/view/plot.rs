@@ -20,7 +20,7 @@ use crate::memory;
 /// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
 const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");
 
-/// Colours of the lines, those of the page.
+/// Colours of the lines, those of the HTML viewer.
 const INK: [RGBColor; 8] = [
     RGBColor(59, 120, 216),
     RGBColor(224, 102, 47),

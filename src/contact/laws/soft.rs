@@ -44,7 +44,7 @@ use crate::spatial::linear::{dot, scale};
 /// derivative of its height after the bounce in the initial height is −0.6. The first column is the number of steps in the [contact
 /// time](HuntCrossley::impact_time) without damping:
 ///
-/// | steps | semi-implicit Euler: restitution | derivative: mean, smallest and largest | implicit in velocity: restitution | derivative |
+/// | steps | semi-implicit Euler: restitution | derivative: mean, smallest and largest | linearly implicit Euler: restitution | derivative |
 /// |---|---|---|---|---|
 /// | 10 | 0.600 | −0.601, −0.67 to −0.55 | 0.376 | −0.374, −0.51 to −0.27 |
 /// | 20 | 0.600 | −0.600, −0.614 to −0.588 | 0.471 | −0.469, −0.53 to −0.44 |
@@ -52,13 +52,13 @@ use crate::spatial::linear::{dot, scale};
 /// | 100 | 0.600 | −0.600, ±0.0002 | 0.570 | −0.570, ±0.002 |
 /// | the same with p = q = 3/2: 50 | 0.638 | −0.65, −0.74 to −0.55 | 0.574 | −0.57, −0.67 to −0.47 |
 ///
-/// So a step that is implicit in velocity dissipates energy, and more so if a contact lasts fewer steps: a ball of 1 kg on p = 3/2 with K = 10⁸ and
+/// So a linearly implicit step dissipates energy, and more so if a contact lasts fewer steps: a ball of 1 kg on p = 3/2 with K = 10⁸ and
 /// no damping should rise to 1.1 m again, and rises to 0.33 m with steps of 1 ms. It is stable at any step. Semi-implicit Euler is not: bodies on a
 /// slope chatter, and no status reports it. [`Simulator::remarks`](crate::Simulator::remarks) finds steps that are too long.
 ///
 /// # Between bodies
 /// The contact points between two bodies are found anew in each step and have no bristles: friction is that of the damper alone, −D δ^q `v_t`
-/// projected to the cone, or −(D δ^q + K δᵖ Δt) `v_t`⁺ in a step that is implicit in velocity. It needs no shorter step than the normal force. Under
+/// projected to the cone, or −(D δ^q + K δᵖ Δt) `v_t`⁺ in a linearly implicit step. It needs no shorter step than the normal force. Under
 /// a force f it creeps at f / (D δ^q): with the parameters of [`estimate`](Self::estimate) for a depth of 1 mm, under half of the weight, at 16 mm/s.
 /// For contacts that must not creep, such as grasps, use [`Rigid`](crate::contact::Rigid) or [`RelaxedRigid`](crate::contact::RelaxedRigid).
 ///

@@ -57,7 +57,7 @@ impl CollisionOptions {
     /// |---|---|
     /// | rigid | none: it is always speculative |
     /// | regularised rigid | fast and thin ones; with this option none that is thicker than four times the width of the impedance |
-    /// | soft, in steps that are implicit in velocity | none in one step; in several steps, those that the force does not stop within half the thickness |
+    /// | soft, in linearly implicit steps | none in one step; in several steps, those that the force does not stop within half the thickness |
     /// | soft, in other steps | fast and thin ones |
     ///
     /// The distance is measured along the normal at the start of the step. So contact may come too early or not at all for bodies that rotate by more

@@ -5,7 +5,7 @@ use super::scene::{MjcfGeom, MjcfOptions};
 use crate::contact::{Impedance, Reference, RelaxedRigid, Sigmoid};
 use crate::error::LoadError;
 
-/// Numbers of a geom where nothing else is said.
+/// Default contact parameters of a geom.
 const FRICTION: [f64; 3] = [1.0, 0.005, 0.0001];
 const SOLREF: [f64; 2] = [0.02, 1.0];
 const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];

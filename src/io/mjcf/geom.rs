@@ -15,10 +15,10 @@ use crate::error::LoadError;
 use crate::model::Geometry;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Density where nothing else is said, kg/m³: water.
+/// Default density, kg/m³: water.
 const DENSITY: f64 = 1000.0;
 
-/// Groups up to this one are shown where nothing else is said.
+/// By default, groups up to this one are shown.
 const SHOWN_GROUPS: f64 = 2.0;
 
 /// Shapes that a geom can have.

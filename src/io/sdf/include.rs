@@ -26,7 +26,7 @@ const MAX_INCLUDED: usize = 500;
 /// The file that says which file of a folder holds the model, by version of the SDF.
 const CONFIG_FILE: &str = "model.config";
 
-/// The file of a model in the folder of its name, where nothing else is said.
+/// Default file of a model, in the folder with its name.
 const MODEL_FILE: &str = "model.sdf";
 
 impl Reader<'_, '_, '_> {

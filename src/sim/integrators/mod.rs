@@ -2,7 +2,7 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `euler` | the Euler step, semi-implicit or implicit in velocity, with isolated impacts |
+//! | `euler` | the Euler step, semi-implicit or linearly implicit, with isolated impacts |
 //! | `runge_kutta_4` | the classical method of fourth order |
 //! | `implicit_midpoint` | the implicit midpoint rule, which keeps energy |
 //! | `acceleration` | the acceleration at which all terms balance, which the first two evaluate |

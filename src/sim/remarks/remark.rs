@@ -67,7 +67,7 @@ pub enum SimulatorRemark {
         /// The time step, s.
         time_step: f64,
     },
-    /// An impact lasts only a few steps: steps that are implicit in velocity lose energy in it, and derivatives through it scatter.
+    /// An impact lasts only a few steps: linearly implicit steps lose energy in it, and derivatives through it scatter.
     ShortImpact {
         /// Link with the contact point that is worst.
         link: String,

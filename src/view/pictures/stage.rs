@@ -14,7 +14,7 @@ use crate::view::scene;
 use crate::view::shape::{Pose, Shape};
 use crate::view::track::Track;
 
-/// Colours of robots without one, as on the page: one after another.
+/// Colours of robots without one, as in the HTML viewer: one after another.
 const PLAIN: [[f64; 3]; 4] = [
     [0.55, 0.62, 0.72],
     [0.80, 0.62, 0.45],

@@ -1,4 +1,4 @@
-//! Tests of the page as text; `tests/browser/` opens it in a browser.
+//! Tests of the HTML viewer as text; `tests/browser/` opens it in a browser.
 
 use serde_json::Value;
 
@@ -268,7 +268,7 @@ fn meshes_that_cannot_be_shown_give_a_box_and_a_warning() {
     );
 }
 
-/// A page that is passed on tells no one where its files were; what many meshes have in common is said once.
+/// An HTML viewer that is shared does not reveal file paths; data that many meshes share are stored once.
 #[test]
 fn warnings_call_meshes_as_the_description_does() {
     let folder = Folder::new();

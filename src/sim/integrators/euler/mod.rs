@@ -1,4 +1,4 @@
-//! The Euler step, semi-implicit or implicit in velocity: one acceleration, then the step of each joint with it.
+//! The Euler step, semi-implicit or linearly implicit: one acceleration, then the step of each joint with it.
 
 mod impact;
 mod pullback;
