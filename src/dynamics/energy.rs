@@ -58,7 +58,7 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
 ///
 /// * `X_PB` – the pose of each body in its parent at q
 /// * `scratch` – working memory, a motion and a force for each body
-pub(crate) fn each_kinetic_slope<P: Scalar, T: Over<P>>(
+pub(crate) fn each_kinetic_derivative<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
     v: &[T],
@@ -137,7 +137,7 @@ mod tests {
             let bodies = model.bodies().iter();
             let X_PB: Vec<Transform<f64>> = bodies.map(|body| body.place(q.as_slice())).collect();
             let mut momentum = vec![0.0; model.nv()];
-            each_kinetic_slope(&model, &X_PB, v.as_slice(), &mut scratch, |k, p, slope| {
+            each_kinetic_derivative(&model, &X_PB, v.as_slice(), &mut scratch, |k, p, slope| {
                 momentum[k] += p;
                 gradient[k] += slope;
             });

@@ -104,7 +104,7 @@ pub use acceleration::{
     frame_jacobian_derivative_into,
 };
 pub(crate) use adjoint::{
-    EnergySlopes, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
+    EnergyGradientSum, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
 };
 pub use adjoint::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,
@@ -135,7 +135,7 @@ pub use derivatives::{
     frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
     inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
 };
-pub(crate) use energy::each_kinetic_slope;
+pub(crate) use energy::each_kinetic_derivative;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
 pub(crate) use forward_dynamics::resisted_forward_dynamics_into;

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 
 use crate::dynamics::Calls;
 use crate::model::Generation;
-use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepPoint, StepSlopes};
+use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepGradientSum, StepPoint};
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,11 +65,11 @@ impl StepGradient {
         );
     }
 
-    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepSlopes<'_> {
+    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepGradientSum<'_> {
         let len = self.parameters.len();
         let (q, rest) = self.state.as_mut_slice().split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        StepSlopes {
+        StepGradientSum {
             q,
             v,
             contact,

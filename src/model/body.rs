@@ -61,7 +61,7 @@ impl<P: Scalar> Body<P> {
     pub fn place<T: Over<P>>(&self, q: &[T]) -> Transform<T> {
         match self.coupling {
             None => self.joint.compose(&self.placement, &q[q_range(self)]),
-            Some(coupling) => self.place_follower(coupling, q),
+            Some(coupling) => self.place_mimic(coupling, q),
         }
     }
 
@@ -74,18 +74,18 @@ impl<P: Scalar> Body<P> {
                 self.joint
                     .compose_turned(&self.placement, own, || sin_cos[self.q])
             }
-            Some(coupling) => self.place_follower(coupling, q),
+            Some(coupling) => self.place_mimic(coupling, q),
         }
     }
 
     /// As numbers, so that the poses of other bodies stay in registers: they would else share memory with this one.
     #[inline(always)]
-    fn place_follower<T: Over<P>>(&self, at: Coupling<P>, q: &[T]) -> Transform<T> {
-        Transform::from_entries(self.compose_follower(at, q))
+    fn place_mimic<T: Over<P>>(&self, at: Coupling<P>, q: &[T]) -> Transform<T> {
+        Transform::from_entries(self.compose_mimic(at, q))
     }
 
     #[inline(never)]
-    fn compose_follower<T: Over<P>>(
+    fn compose_mimic<T: Over<P>>(
         &self,
         Coupling { ratio, offset }: Coupling<P>,
         q: &[T],

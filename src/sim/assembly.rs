@@ -67,7 +67,7 @@ impl<P: Scalar> Simulator<P> {
 
     fn constraint_rows<T: Over<P>>(&self, state: &State<T>) -> ConstraintRows<T> {
         self.check(state);
-        let mut rows = ConstraintRows::new(self.held_rows(), self.model().nv());
+        let mut rows = ConstraintRows::new(self.bilateral_rows(), self.model().nv());
         let at = (state.q.as_slice(), state.v.as_slice());
         rows.evaluate(self.model(), self.constraints(), at.0, at.1);
         rows

@@ -38,7 +38,7 @@ impl<T: Scalar> Balance<T> {
         let given = given.unwrap_or_default();
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
-        let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * n;
+        let rows = simulator.bilateral_rows() + simulator.joint_rows() + ROWS * n;
         let blocks = simulator.held_blocks() + simulator.joint_rows() + n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
@@ -164,7 +164,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Keeps the status of the last solution, if it is the worst of the step.
-    pub(super) fn keep_status(&mut self) {
+    pub(super) fn retain_status(&mut self) {
         let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
         statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
     }

@@ -101,4 +101,4 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use status::{RolloutStatus, SolverFailure};
 pub use step::StepScratch;
-pub(crate) use terms::StepSlopes;
+pub(crate) use terms::StepGradientSum;

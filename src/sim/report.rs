@@ -188,7 +188,7 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &scratch.balance {
             let modes = contact.modes(balance);
             modes.for_each(|(i, mode)| out.modes[i] = mode);
-            let solved = balance.rows().first_forces(self.held_rows());
+            let solved = balance.rows().first_forces(self.bilateral_rows());
             out.constraints = scratch.terms.constraints.forces(&at, solved);
             out.certificate = balance.certificate();
         }

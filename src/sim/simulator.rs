@@ -279,7 +279,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Number of rows of the constraints.
-    pub(crate) fn held_rows(&self) -> usize {
+    pub(crate) fn bilateral_rows(&self) -> usize {
         self.constraints.iter().map(Constraint::rows).sum()
     }
 

@@ -12,7 +12,7 @@ mod inverse_dynamics;
 mod slots;
 mod sweep;
 
-pub(crate) use energy::{EnergySlopes, EnergySweep, Pushed, Rates};
+pub(crate) use energy::{EnergyGradientSum, EnergySweep, Pushed, Rates};
 pub use forward_dynamics::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, forward_dynamics_vjp,
     forward_dynamics_vjp_into,

@@ -7,8 +7,8 @@ use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
 use crate::dynamics::Calls;
 use crate::scalar::Cast;
 use crate::sim::{
-    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
-    StepSlopes, add_integrated,
+    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepGradientSum, StepPoint,
+    StepScratch, add_integrated,
 };
 
 /// A state of a rollout, and the step from it, with their derivatives along a direction.
@@ -130,7 +130,7 @@ impl<'a> Directed<'a> {
         let mut u = vec![Along::from(0.0); own.u.len()];
         let (q, rest) = state.split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q,
             v,
             contact,

@@ -39,7 +39,7 @@ impl ModelBuilder {
                 });
             }
         }
-        self.lock_followers(&mut locked);
+        self.lock_mimic_joints(&mut locked);
         for (&joint, q) in &locked {
             let spec = &mut self.joints[joint];
             let name = std::mem::take(&mut spec.name);
@@ -96,7 +96,7 @@ impl ModelBuilder {
     }
 
     /// Adds the joints that follow locked ones, directly or by others, where those put them.
-    fn lock_followers(&self, locked: &mut HashMap<usize, Vec<f64>>) {
+    fn lock_mimic_joints(&self, locked: &mut HashMap<usize, Vec<f64>>) {
         let mut followers: HashMap<&str, Vec<usize>> = HashMap::new();
         for (i, joint) in self.joints.iter().enumerate() {
             if let Some(leader) = self.leader(joint) {

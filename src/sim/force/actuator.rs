@@ -158,7 +158,7 @@ impl FrameActuator<f64> {
 
 impl FrameActuator<f64> {
     /// Passes the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
+    pub(super) fn each_derivative<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
         let bounded = self.bounded(u);
         for unit in unit_forces::<T>() {
             each(unit.scaled(bounded));

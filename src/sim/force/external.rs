@@ -89,7 +89,7 @@ impl ExternalForce<f64> {
 
 impl ExternalForce<f64> {
     /// Passes the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope<T: Scalar>(
+    pub(super) fn each_derivative<T: Scalar>(
         &self,
         pose: &Transform<T>,
         V: &Motion<T>,
@@ -97,7 +97,7 @@ impl ExternalForce<f64> {
     ) {
         match &self.kind {
             Kind::Constant(_) => unit_forces().into_iter().for_each(each),
-            Kind::Function(function) => function.each_slope(pose, V, each),
+            Kind::Function(function) => function.each_derivative(pose, V, each),
         }
     }
 }

@@ -183,7 +183,7 @@ impl Function<f64> {
 
 impl Function<f64> {
     /// Passes the derivative of the force in each parameter to `each`.
-    pub(super) fn each_slope<T: Scalar>(
+    pub(super) fn each_derivative<T: Scalar>(
         &self,
         pose: &Transform<T>,
         velocity: &Motion<T>,

@@ -139,7 +139,7 @@ impl<P: Scalar> FrameTerm<'_, P> {
 
 impl FrameTerm<'_, f64> {
     /// Passes the derivative of the [force](Self::body_force) on the body in each parameter, except those of its attachment frame, to `each`, in order.
-    pub(crate) fn each_slope<T: Scalar>(
+    pub(crate) fn each_derivative<T: Scalar>(
         &self,
         X_BA: &Transform<f64>,
         X_WB: &Transform<T>,
@@ -153,8 +153,8 @@ impl FrameTerm<'_, f64> {
             each(X_BA.force(&representation.force_to_body(&X_WA, &F)));
         };
         match self {
-            Self::Actuator { actuator, .. } => actuator.each_slope(u, &mut on_body),
-            Self::Force(force) => force.each_slope(&X_WA, &V_A, &mut on_body),
+            Self::Actuator { actuator, .. } => actuator.each_derivative(u, &mut on_body),
+            Self::Force(force) => force.each_derivative(&X_WA, &V_A, &mut on_body),
         }
     }
 }

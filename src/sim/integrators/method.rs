@@ -8,7 +8,7 @@ use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// A step.
 pub(crate) trait Step<T: Scalar> {
@@ -76,6 +76,6 @@ pub(crate) trait Pullback<T: Scalar> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     );
 }

@@ -6,13 +6,15 @@
 
 use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
 use super::jacobian::BRISTLE;
-use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
+use super::local::{BodyDerivatives, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
 use super::place::PlaceSlopes;
-use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
-use super::weights::{SlopeWeights, StepSlopes};
+use super::sink::{
+    ActingPlace, BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own, Sink,
+};
+use super::weights::{StepGradientSum, TermWeights};
 use crate::constraint::CarrierMotion;
 use crate::contact::Contacts;
-use crate::dynamics::{EnergySlopes, Kinematics, Sweep, world_acceleration};
+use crate::dynamics::{EnergyGradientSum, Kinematics, Sweep, world_acceleration};
 use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
@@ -50,12 +52,12 @@ impl<T: Scalar> AdjointMemory<T> {
 
 /// The sink that weights derivatives of terms.
 pub(crate) struct AdjointSink<'a, 'b, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
-    pub(super) weights: &'a SlopeWeights<'a, T>,
+    pub(super) at: &'a DerivativePoint<'a, T>,
+    pub(super) weights: &'a TermWeights<'a, T>,
     /// Between its passes, with the motions W of bodies for the rates μ; with rows it uses ã.
     pub(super) sweep: &'a mut Sweep<T>,
     pub(super) memory: &'a mut AdjointMemory<T>,
-    pub(super) out: &'a mut StepSlopes<'b, T>,
+    pub(super) out: &'a mut StepGradientSum<'b, T>,
     carried: Carried<T>,
 }
 
@@ -76,11 +78,11 @@ struct Carried<T> {
 impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
     /// Starts from a sweep between its passes.
     pub(crate) fn new(
-        at: &'a SlopePoint<'a, T>,
-        weights: &'a SlopeWeights<'a, T>,
+        at: &'a DerivativePoint<'a, T>,
+        weights: &'a TermWeights<'a, T>,
         sweep: &'a mut Sweep<T>,
         memory: &'a mut AdjointMemory<T>,
-        out: &'a mut StepSlopes<'b, T>,
+        out: &'a mut StepGradientSum<'b, T>,
     ) -> Self {
         memory.resistance.fill(OfCoordinate::from(0.0));
         memory.by_resistance.fill(T::zero());
@@ -179,7 +181,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
     /// −W · F: that J follows the pose is the part of inverse dynamics, which takes forces as fixed to their bodies.
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own) {
         let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
-        let sum = SlopeWeights::force(force, &W);
+        let sum = TermWeights::force(force, &W);
         self.add(&sum);
         self.add_own(&sum, &own);
         let F = part(force, |x| x.re);
@@ -231,7 +233,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
         let Some((delassus, balance)) = parts.filter(|_| !weight.is_zero()) else {
             return;
         };
-        let mut slopes = EnergySlopes {
+        let mut slopes = EnergyGradientSum {
             q: &mut *self.out.q,
             parameters: &mut *self.out.parameters,
         };
@@ -257,7 +259,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
 impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T> {

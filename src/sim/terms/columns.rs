@@ -11,7 +11,7 @@
 //! It uses half factors, M = Lᵀ D L, in which J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use super::weights::StepSlopes;
+use super::weights::StepGradientSum;
 use crate::dynamics::{Blocks, ParameterSlots};
 use crate::joint::{Joint as _, MAX_NV};
 use crate::model::manifold::v_range;
@@ -156,7 +156,7 @@ pub(crate) fn add_weighted_turning<T: Scalar>(
     v: &[T],
     by_seen: &[T],
     slots: &ParameterSlots,
-    out: &mut StepSlopes<'_, T>,
+    out: &mut StepGradientSum<'_, T>,
 ) {
     for (id, body) in model.independent_with_ids() {
         each_turning(body, v, |k, x| {

@@ -6,10 +6,10 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::chain::{Chain, most_coordinates};
-use super::local::{BodySlopes, FURTHER, OfCoordinate, RATE};
+use super::local::{BodyDerivatives, FURTHER, OfCoordinate, RATE};
 use super::sink::{BodyRow, Normal};
 use crate::dynamics::{
-    Blocks, EnergySlopes, EnergySweep, Pushed, Rates, Sweep, each_kinetic_slope,
+    Blocks, EnergyGradientSum, EnergySweep, Pushed, Rates, Sweep, each_kinetic_derivative,
 };
 use crate::model::Model;
 use crate::scalar::Scalar;
@@ -65,7 +65,7 @@ impl<T: Scalar> DelassusColumns<T> {
         by_q.fill(T::zero());
         if normal.with_mass {
             let poses = balance.motions().0;
-            each_kinetic_slope(model, poses, s, &mut self.momenta, |k, _, slope| {
+            each_kinetic_derivative(model, poses, s, &mut self.momenta, |k, _, slope| {
                 by_q[k] += slope;
             });
             by_q.iter_mut().for_each(|x| *x = *x * -2.0);
@@ -146,7 +146,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         diagonal: &WeightedDiagonal<'_, T>,
         normal: &Normal<'_, T>,
         sweep: &Sweep<T>,
-        out: &mut EnergySlopes<'_, T>,
+        out: &mut EnergyGradientSum<'_, T>,
         by_resistance: &mut [T],
     ) -> [Motion<T>; 2] {
         let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);

@@ -11,8 +11,8 @@ use std::marker::PhantomData;
 
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{CoordinateSink, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{CoordinateSink, DerivativePoint, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Passive, each_passive};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuator, OfActuator};
@@ -177,7 +177,7 @@ impl<T: Scalar> DriveSlopes<T> {
     /// Passes each coordinate with its input and actuator to `each`.
     fn each_driven(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         mut each: impl FnMut(usize, Option<usize>, &Passive<f64>, Option<&Actuator>, Driven<T>),
     ) {
         let point = at.point;
@@ -204,14 +204,14 @@ impl<L: Scalar> Drive<L> {
 }
 
 /// The step at whose end a damper that there could be would act; `None` at an instant.
-fn step_of<T: Scalar>(at: &SlopePoint<'_, T>) -> Option<f64> {
+fn step_of<T: Scalar>(at: &DerivativePoint<'_, T>) -> Option<f64> {
     (!at.point.is_instant).then(|| at.point.dt())
 }
 
-impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for DriveSlopes<T> {
     type Term = Drives<T>;
 
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, _: &Drives<T>, out: &mut S) {
+    fn emit_forces<S: Sink<T>>(&mut self, at: &DerivativePoint<'_, T>, _: &Drives<T>, out: &mut S) {
         self.find_inputs(at.point.simulator);
         let dt = (!at.point.is_explicit()).then(|| at.point.dt());
         self.each_driven(at, |k, input, passive, actuator, x| {
@@ -224,7 +224,12 @@ impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
         });
     }
 
-    fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, _: &Drives<T>, out: &mut Numbers<'_, T>) {
+    fn emit_numbers(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        _: &Drives<T>,
+        out: &mut Numbers<'_, T>,
+    ) {
         self.each_driven(at, |k, _, passive, actuator, x| {
             let mut sum = out.sum(None);
             let fixed = x.map(OfCoordinate::constant_of);

@@ -7,8 +7,10 @@ use std::ops::Range;
 use super::chain::{Chain, Turns, most_coordinates};
 use super::columns::RowColumns;
 use super::delassus::DelassusColumns;
-use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
-use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
+use super::local::{BodyDerivatives, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
+use super::sink::{
+    ActingPlace, BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own, Sink,
+};
 use crate::constraint::CarrierMotion;
 use crate::contact::ROWS;
 use crate::dynamics::{
@@ -112,7 +114,7 @@ impl<T: Differentiable> JacobianMemory<T> {
 
 /// The sink that adds derivatives of terms to columns.
 pub(crate) struct JacobianSink<'a, T: Differentiable> {
-    at: &'a SlopePoint<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
     forces: &'a mut ForceColumns<T>,
     /// ∂y of all rows, or of those of constraints alone; with ã.
     rows: &'a mut RowColumns<T>,
@@ -124,7 +126,7 @@ pub(crate) struct JacobianSink<'a, T: Differentiable> {
 impl<'a, T: Differentiable> JacobianSink<'a, T> {
     /// Starts from columns that are zero.
     pub(crate) fn new(
-        at: &'a SlopePoint<'a, T>,
+        at: &'a DerivativePoint<'a, T>,
         forces: &'a mut ForceColumns<T>,
         rows: &'a mut RowColumns<T>,
         memory: &'a mut JacobianMemory<T>,
@@ -280,7 +282,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
 impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T> {

@@ -31,7 +31,7 @@ const VELOCITY: usize = SPATIAL;
 pub(super) const FURTHER: usize = 2 * SPATIAL;
 
 /// Derivatives of one quantity of a body.
-pub(super) trait BodySlopes<T> {
+pub(super) trait BodyDerivatives<T> {
     /// In the pose: a force on the body, in the body.
     fn in_pose(&self) -> Force<T>;
 
@@ -45,7 +45,7 @@ pub(super) trait BodySlopes<T> {
     fn by_velocity(&self, V: &Motion<T>) -> T;
 }
 
-impl<T: Scalar> BodySlopes<T> for OfBody<T> {
+impl<T: Scalar> BodyDerivatives<T> for OfBody<T> {
     fn in_pose(&self) -> Force<T> {
         slopes_from(self, 0)
     }

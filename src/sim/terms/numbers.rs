@@ -7,8 +7,8 @@ use std::ops::Range;
 use super::adjoint::{AdjointMemory, AdjointSink};
 use super::delassus::ALONG;
 use super::local::{BODY_DIRECTIONS, OfBody};
-use super::sink::{BodyRow, BodySink, CoordinateSink, Normal, Own, SlopePoint};
-use super::weights::SlopeWeights;
+use super::sink::{BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own};
+use super::weights::TermWeights;
 use crate::dynamics::{ParameterSlots, Sweep};
 use crate::model::BodyId;
 use crate::scalar::{Dual, Scalar};
@@ -17,8 +17,8 @@ use crate::spatial::{Force, Motion};
 
 /// The gradient in parameters, and the weights that all has.
 pub(crate) struct Numbers<'a, T: Scalar> {
-    at: &'a SlopePoint<'a, T>,
-    weights: &'a SlopeWeights<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
+    weights: &'a TermWeights<'a, T>,
     /// Before its pass inward.
     sweep: &'a Sweep<T>,
     memory: &'a AdjointMemory<T>,
@@ -118,8 +118,8 @@ impl<'a, T: Scalar> Numbers<'a, T> {
 
 /// A weighted sum with its derivatives in some numbers.
 pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
-    at: &'a SlopePoint<'a, T>,
-    weights: &'a SlopeWeights<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
+    weights: &'a TermWeights<'a, T>,
     memory: &'a AdjointMemory<T>,
     /// The motion that the rates μ give to the body.
     pub(super) W: Motion<T>,
@@ -158,7 +158,7 @@ impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, _: Own) {
         let second = self.second.as_ref().filter(|(body, _)| *body == on);
         let W = second.map_or(&self.W, |(_, W)| W);
-        self.value += SlopeWeights::force(force, W);
+        self.value += TermWeights::force(force, W);
     }
 
     fn rows(&mut self, rows: &[BodyRow<T>], _: Own) {

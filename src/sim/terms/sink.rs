@@ -18,7 +18,7 @@ use crate::spatial::{Force, Motion, Transform};
 
 /// Point at which terms are differentiated: an acceleration that has been found.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SlopePoint<'a, T: Scalar = f64> {
+pub(crate) struct DerivativePoint<'a, T: Scalar = f64> {
     pub(crate) point: &'a EvaluationPoint<'a, f64, T>,
     /// v̇.
     pub(crate) a: &'a [T],
@@ -38,7 +38,7 @@ pub(crate) enum Acting<'a, T: Scalar = f64> {
     Ahead,
 }
 
-impl<'a, T: Scalar> SlopePoint<'a, T> {
+impl<'a, T: Scalar> DerivativePoint<'a, T> {
     /// The acceleration with all that acts.
     pub(crate) fn of_all(
         point: &'a EvaluationPoint<'a, f64, T>,
@@ -180,7 +180,7 @@ pub(crate) trait Sink<T: Scalar>: CoordinateSink<OfCoordinate<T>> + BodySink<T> 
     /// * `kinematics` – if the term has them
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T>;

@@ -1,7 +1,7 @@
 //! The traits of a term: values, and derivatives.
 
 use super::numbers::Numbers;
-use super::sink::{Sink, SlopePoint};
+use super::sink::{DerivativePoint, Sink};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -35,7 +35,7 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
 }
 
 /// Derivatives of a term at the computed acceleration, passed to a sink. The implementor is its working memory.
-pub(crate) trait TermSlopes<T: Scalar> {
+pub(crate) trait TermDerivatives<T: Scalar> {
     /// The term as it has been evaluated.
     type Term;
 
@@ -43,16 +43,26 @@ pub(crate) trait TermSlopes<T: Scalar> {
     fn reserve_numbers(&mut self, _simulator: &Simulator) {}
 
     /// States the forces that follow from the state, and changes of the contact state that do.
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Self::Term, out: &mut S);
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &Self::Term,
+        out: &mut S,
+    );
 
     /// States the rows, with their forces, and changes of the contact state under these.
-    fn emit_rows<S: Sink<T>>(&mut self, _at: &SlopePoint<'_, T>, _term: &Self::Term, _out: &mut S) {
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        _at: &DerivativePoint<'_, T>,
+        _term: &Self::Term,
+        _out: &mut S,
+    ) {
     }
 
     /// States all of that again over its own numbers.
     fn emit_numbers(
         &mut self,
-        _at: &SlopePoint<'_, T>,
+        _at: &DerivativePoint<'_, T>,
         _term: &Self::Term,
         _out: &mut Numbers<'_, T>,
     ) {
@@ -60,7 +70,7 @@ pub(crate) trait TermSlopes<T: Scalar> {
 
     /// Passes derivatives of changes of the contact state in the forces of rows to `each(state index, row, derivative)`.
     fn each_rate_by_force(
-        _at: &SlopePoint<'_, T>,
+        _at: &DerivativePoint<'_, T>,
         _term: &Self::Term,
         _each: &mut dyn FnMut(usize, usize, T),
     ) {

@@ -10,7 +10,7 @@ use crate::spatial::{Force, Motion};
 
 /// Weights of the contributions of terms.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SlopeWeights<'a, T> {
+pub(crate) struct TermWeights<'a, T> {
     /// μ.
     pub(crate) mu: &'a [T],
     /// λ, of y of each row.
@@ -21,7 +21,7 @@ pub(crate) struct SlopeWeights<'a, T> {
     pub(crate) friction: &'a [T],
 }
 
-impl<T: Scalar> SlopeWeights<'_, T> {
+impl<T: Scalar> TermWeights<'_, T> {
     /// −W · F
     pub(super) fn force<const N: usize>(F: &Force<Dual<T, N>>, W: &Motion<T>) -> Dual<T, N> {
         let both = F.to_array().into_iter().zip(W.to_array());
@@ -46,7 +46,7 @@ impl<T: Scalar> SlopeWeights<'_, T> {
 
 /// Sums of the gradient of a step.
 #[derive(Debug)]
-pub(crate) struct StepSlopes<'a, T = f64> {
+pub(crate) struct StepGradientSum<'a, T = f64> {
     /// In tangent directions of q.
     pub(crate) q: &'a mut [T],
     pub(crate) v: &'a mut [T],
@@ -59,7 +59,7 @@ pub(crate) struct StepSlopes<'a, T = f64> {
     pub(crate) has_parts: bool,
 }
 
-impl<T: Scalar> StepSlopes<'_, T> {
+impl<T: Scalar> StepGradientSum<'_, T> {
     /// Adds a derivative in the time step, the last of all parameters, where it is requested.
     pub(crate) fn add_time_step(&mut self, slope: T) {
         if self.has_parts {

@@ -148,7 +148,7 @@ impl<T: Scalar> AccelerationScratch<T> {
             balance.change_mass(|mass, forces| terms.bounded_forces.write(mass, forces));
         }
         terms.accept(at, balance);
-        balance.keep_status();
+        balance.retain_status();
     }
 }
 

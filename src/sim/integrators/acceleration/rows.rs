@@ -11,7 +11,7 @@ use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
+use crate::sim::terms::{AllDerivatives, DerivativePoint, TermDerivatives, turned_into};
 
 /// Weights of the results at an instant.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,7 @@ impl<T: Scalar> RowAdjoint<T> {
                 .min(contacts.solver_options().points)
         });
         let rows = match simulator.needs_solver() {
-            true => simulator.held_rows() + simulator.joint_rows() + ROWS * points,
+            true => simulator.bilateral_rows() + simulator.joint_rows() + ROWS * points,
             false => 0,
         };
         Self {
@@ -102,9 +102,9 @@ impl<T: Scalar> RowAdjoint<T> {
         (self.by_y).extend(jacobian.chunks_exact(nv).map(|row| dot(row, mu)));
         let (by_force, point) = (
             &mut self.by_y,
-            SlopePoint::of_all(at, &found.a, Some(balance)),
+            DerivativePoint::of_all(at, &found.a, Some(balance)),
         );
-        AllSlopes::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
+        AllDerivatives::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
             by_force[row] += slope * weights.contact[rate];
         });
         self.by_friction.clear();

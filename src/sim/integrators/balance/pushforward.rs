@@ -4,8 +4,8 @@ use crate::dynamics::{At, Calls};
 use crate::scalar::Differentiable;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    AllSlopes, ForceColumns, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes,
-    Terms,
+    AllDerivatives, DerivativePoint, ForceColumns, JacobianMemory, JacobianSink, RowColumns,
+    TermDerivatives, Terms,
 };
 
 /// ∂(ID − τ − Jᵀ f) and ∂y.
@@ -31,10 +31,10 @@ impl<T: Differentiable> BalanceColumns<T> {
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn find(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         jacobian: Option<&[T]>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let (point, a, Self { forces, rows }) = (at.point, at.a, self);

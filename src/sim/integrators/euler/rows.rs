@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::method::{Pullback, StepColumns};
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Gradients of a step, and memory for one of them.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl<T: Scalar> ImpactRows<T> {
         let (state, u) = self.row.split_at_mut(self.lambda.len());
         let (q, rest) = state.split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q,
             v,
             contact,

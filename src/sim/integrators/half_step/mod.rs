@@ -42,7 +42,7 @@ impl<T: Scalar> HalfStep<T> {
     /// Makes memory for a simulator.
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Box<Self> {
         Box::new(Self {
-            gyroscopic: Gyroscopic::new(simulator.model(), simulator.held_rows()),
+            gyroscopic: Gyroscopic::new(simulator.model(), simulator.bilateral_rows()),
             own: (!simulator.needs_solver()).then(|| own(simulator)),
         })
     }
@@ -79,7 +79,7 @@ fn half_step<P, T: Scalar>(at: &EvaluationPoint<'_, P, T>) -> T {
 /// Passes each coordinate, with the derivative of the half step in its speed, to `each`; none where that is always the same.
 ///
 /// * `v` – working memory
-fn each_slope<T: Scalar>(
+fn each_derivative<T: Scalar>(
     at: &EvaluationPoint<'_, f64, T>,
     v: &mut [Dual<T, 1>],
     mut each: impl FnMut(usize, T),

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out, each_spin};
-use super::{HalfStep, each_slope, half_step};
+use super::{HalfStep, each_derivative, half_step};
 use crate::dynamics::{At, Blocks, Calls, InverseDynamicsDerivativesScratch, add_derivatives};
 use crate::model::Model;
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, is_nothing};
@@ -21,8 +21,8 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    Acting, AllSlopes, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes, Terms,
-    add_turning,
+    Acting, AllDerivatives, DerivativePoint, JacobianMemory, JacobianSink, RowColumns,
+    TermDerivatives, Terms, add_turning,
 };
 
 /// Working memory of [`find`](Self::find).
@@ -56,7 +56,7 @@ struct AheadColumns<T: Differentiable> {
 
 impl<T: Differentiable> AheadColumns<T> {
     fn new(simulator: &Simulator) -> Box<Self> {
-        let (model, rows) = (simulator.model(), simulator.held_rows());
+        let (model, rows) = (simulator.model(), simulator.bilateral_rows());
         let width = simulator.n_tangent() + simulator.nu();
         Box::new(Self {
             point: Ahead::new(simulator),
@@ -95,7 +95,7 @@ impl<T: Differentiable> Columns<T> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (width, held) = (
             simulator.n_tangent() + simulator.nu(),
-            simulator.held_rows(),
+            simulator.bilateral_rows(),
         );
         Box::new(Self {
             balance: BalanceColumns::new(simulator, held, Calls::Many),
@@ -116,11 +116,11 @@ impl<T: Differentiable> Columns<T> {
         at: &EvaluationPoint<'_, f64, T>,
         half_step: &HalfStep<T>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let gyroscopic = &half_step.gyroscopic;
-        let point = SlopePoint {
+        let point = DerivativePoint {
             point: at,
             a: &gyroscopic.a,
             acting: Acting::Start(&gyroscopic.bilateral.forces),
@@ -137,14 +137,17 @@ impl<T: Differentiable> Columns<T> {
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let BalanceColumns { forces, rows } = &mut self.balance;
         let Some(ahead) = &mut self.ahead else { return };
         let width = at.simulator.n_tangent() + at.simulator.nu();
-        ahead.rows.columns.resize(at.simulator.held_rows(), width);
-        let point = SlopePoint {
+        ahead
+            .rows
+            .columns
+            .resize(at.simulator.bilateral_rows(), width);
+        let point = DerivativePoint {
             point: &ahead.point.point(at, &rows.seen),
             a: &self.at_rest,
             acting: Acting::Ahead,
@@ -181,7 +184,7 @@ impl<T: Differentiable> Columns<T> {
             self.direct.scale(weight);
         }
         self.fold_velocities(model);
-        each_slope(at, &mut self.fastest, |k, slope| {
+        each_derivative(at, &mut self.fastest, |k, slope| {
             if !is_nothing(&slope) {
                 for (row, &change) in gyroscopic.change.iter().enumerate() {
                     *self.direct.at(row, nv + k) += change * slope;

@@ -30,7 +30,7 @@ pub(super) struct Held<T> {
 
 impl<T: Scalar> Held<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let (n, nv) = (simulator.held_rows(), simulator.model().nv());
+        let (n, nv) = (simulator.bilateral_rows(), simulator.model().nv());
         let zeros = || vec![T::zero(); n];
         Self {
             start: ConstraintRows::new(n, nv),

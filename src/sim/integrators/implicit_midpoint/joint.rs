@@ -106,7 +106,7 @@ pub(super) fn own<T: Scalar, P>(body: &Body<P>, x: &[T]) -> Along<T> {
 
 /// Derivatives of the step of a single joint.
 #[derive(Clone, Debug)]
-pub(super) struct JointSlopes<T> {
+pub(super) struct JointDerivatives<T> {
     /// Index of its first coordinate, and their number.
     pub(super) first: usize,
     pub(super) nv: usize,
@@ -131,7 +131,7 @@ pub(super) struct JointStep<'a, T> {
     pub(super) dt: f64,
 }
 
-impl<T: Scalar> JointSlopes<T> {
+impl<T: Scalar> JointDerivatives<T> {
     /// Of a step in which nothing happens.
     pub(super) fn new<P: Scalar>(body: &Body<P>) -> Self {
         let zero = [[T::zero(); MAX_NV]; MAX_NV];

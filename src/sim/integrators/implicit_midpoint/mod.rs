@@ -20,15 +20,15 @@
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
 //! | `weights` | weights of intermediate quantities of a step |
-//! | `held_slopes` | derivatives of the contributions of constraints |
-//! | `numbers`, `held_numbers` | the gradient in parameters |
+//! | `bilateral_derivatives` | derivatives of the contributions of constraints |
+//! | `numbers`, `bilateral_parameters` | the gradient in parameters |
 //!
 //! # References
 //! [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].
 
+mod bilateral_derivatives;
+mod bilateral_parameters;
 mod held;
-mod held_numbers;
-mod held_slopes;
 mod joint;
 mod newton;
 mod numbers;

@@ -8,7 +8,7 @@ use std::any::Any;
 
 use super::parts::{Search, TURN, divided, each, is_finite};
 use super::point::Midpoint;
-use super::slopes::MidpointSlopes;
+use super::slopes::MidpointDerivatives;
 use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Linear, Over, Scalar, is_more_than_values};
@@ -31,7 +31,7 @@ const ITERATIONS: usize = 40;
 #[derive(Clone, Debug)]
 pub(super) struct Newton {
     pub(super) point: Midpoint<f64>,
-    slopes: Box<MidpointSlopes<f64>>,
+    slopes: Box<MidpointDerivatives<f64>>,
     found: AccelerationScratch<f64>,
     /// Start of the step, and start and end of a part.
     whole: State<f64>,
@@ -51,7 +51,7 @@ impl Newton {
     fn of(simulator: &Simulator) -> Self {
         Self {
             point: Midpoint::new(simulator),
-            slopes: Box::new(MidpointSlopes::new(simulator)),
+            slopes: Box::new(MidpointDerivatives::new(simulator)),
             found: AccelerationScratch::new(simulator, Calls::Many),
             whole: simulator.neutral_state(),
             start: simulator.neutral_state(),

@@ -11,7 +11,7 @@ use super::joint::{at_end, at_middle, own};
 use super::parts::TURN;
 use super::saddle::Saddle;
 use crate::dynamics::{
-    CrbaScratch, RneaScratch, each_kinetic_slope, inverse_dynamics_into, mass_matrix_into,
+    CrbaScratch, RneaScratch, each_kinetic_derivative, inverse_dynamics_into, mass_matrix_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -54,7 +54,7 @@ impl<T: Scalar> Kinetic<T> {
         }
         momentum.fill(T::zero());
         force.fill(T::zero());
-        each_kinetic_slope(model, &self.X_PB, v, &mut self.bodies, |k, p, slope| {
+        each_kinetic_derivative(model, &self.X_PB, v, &mut self.bodies, |k, p, slope| {
             momentum[k] += p;
             force[k] += slope;
         });

@@ -8,11 +8,11 @@
 use nalgebra::DMatrix;
 
 use super::Memory;
+use super::bilateral_derivatives::BilateralDerivatives;
 use super::held::add_rows;
-use super::held_slopes::HeldSlopes;
-use super::joint::{Along, JointSlopes, OwnMatrix, apply};
+use super::joint::{Along, JointDerivatives, OwnMatrix, apply};
 use super::point::Midpoint;
-use super::slopes::{KineticSlopes, MidpointSlopes};
+use super::slopes::{KineticDerivatives, MidpointDerivatives};
 use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
@@ -28,11 +28,11 @@ pub(super) struct TakenStep<T: Differentiable> {
     pub(super) step: Memory<T>,
     pub(super) found: AccelerationScratch<T>,
     pub(super) next: State<T>,
-    pub(super) start: KineticSlopes<T>,
-    pub(super) middle: MidpointSlopes<T>,
-    pub(super) end: KineticSlopes<T>,
+    pub(super) start: KineticDerivatives<T>,
+    pub(super) middle: MidpointDerivatives<T>,
+    pub(super) end: KineticDerivatives<T>,
     /// Of the rows of the end, or of the start before.
-    pub(super) held: HeldSlopes<T>,
+    pub(super) held: BilateralDerivatives<T>,
 }
 
 impl<T: Differentiable> TakenStep<T> {
@@ -42,10 +42,10 @@ impl<T: Differentiable> TakenStep<T> {
             step: Memory::new(simulator),
             found: AccelerationScratch::new(simulator, Calls::Many),
             next: simulator.neutral_state(),
-            start: KineticSlopes::new(model),
-            middle: MidpointSlopes::new(simulator),
-            end: KineticSlopes::new(model),
-            held: HeldSlopes::new(simulator),
+            start: KineticDerivatives::new(model),
+            middle: MidpointDerivatives::new(simulator),
+            end: KineticDerivatives::new(model),
+            held: BilateralDerivatives::new(simulator),
         }
     }
 
@@ -132,8 +132,8 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
             xi: columns(),
             moved: columns(),
             force: columns(),
-            errors: Vec::with_capacity(simulator.held_rows() * nv),
-            rows: vec![T::zero(); simulator.held_rows()],
+            errors: Vec::with_capacity(simulator.bilateral_rows() * nv),
+            rows: vec![T::zero(); simulator.bilateral_rows()],
         }
     }
 
@@ -292,8 +292,8 @@ impl<T: Differentiable> Columns<T> {
 
 /// Derivatives of a configuration in (q, v, u) at fixed ξ.
 fn start_motion<T: Scalar>(
-    joints: &[JointSlopes<T>],
-    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    joints: &[JointDerivatives<T>],
+    pick: impl Fn(&JointDerivatives<T>) -> &OwnMatrix<T>,
     out: &mut DMatrix<T>,
 ) {
     out.fill(T::zero());
@@ -308,8 +308,8 @@ fn start_motion<T: Scalar>(
 
 /// Adds the part through ξ; the displacement of a vector is a multiple of ξ.
 fn add_motion<T: Differentiable>(
-    middle: &MidpointSlopes<T>,
-    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    middle: &MidpointDerivatives<T>,
+    pick: impl Fn(&JointDerivatives<T>) -> &OwnMatrix<T>,
     time: f64,
     xi: &DMatrix<T>,
     out: &mut DMatrix<T>,
@@ -327,7 +327,7 @@ fn add_motion<T: Differentiable>(
 
 /// Derivatives of the force of the middle, which moves, in (q, v, u); with those of ξ or at fixed ξ.
 fn find_force<T: Differentiable>(
-    middle: &MidpointSlopes<T>,
+    middle: &MidpointDerivatives<T>,
     moved: &DMatrix<T>,
     xi: Option<&DMatrix<T>>,
     out: &mut DMatrix<T>,
@@ -364,19 +364,19 @@ fn subtract_product<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
 }
 
 /// A column of the rows of one joint.
-fn column_of<T: Scalar>(own: &JointSlopes<T>, m: &DMatrix<T>, k: usize) -> Along<T> {
+fn column_of<T: Scalar>(own: &JointDerivatives<T>, m: &DMatrix<T>, k: usize) -> Along<T> {
     let mut out = [T::zero(); MAX_NV];
     own.range().zip(&mut out).for_each(|(i, x)| *x = m[(i, k)]);
     out
 }
 
 /// A p of one joint.
-fn carried<T: Scalar>(own: &JointSlopes<T>, p: &DMatrix<T>, k: usize) -> Along<T> {
+fn carried<T: Scalar>(own: &JointDerivatives<T>, p: &DMatrix<T>, k: usize) -> Along<T> {
     let mut out = column_of(own, p, k);
     apply(&own.carry, &mut out[..own.nv]);
     out
 }
 
-fn write<T: Scalar>(own: &JointSlopes<T>, x: &Along<T>, m: &mut DMatrix<T>, k: usize) {
+fn write<T: Scalar>(own: &JointDerivatives<T>, x: &Along<T>, m: &mut DMatrix<T>, k: usize) {
     own.range().zip(x).for_each(|(i, &x)| m[(i, k)] = x);
 }

@@ -19,7 +19,7 @@ impl<T: Scalar> Saddle<T> {
         let model = simulator.model();
         Self {
             matrix: TreeLu::new(model),
-            rows: Bilateral::new(simulator.held_rows(), model.nv()),
+            rows: Bilateral::new(simulator.bilateral_rows(), model.nv()),
         }
     }
 

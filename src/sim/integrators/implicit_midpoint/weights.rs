@@ -8,7 +8,7 @@ use super::pushforward::TakenStep;
 use crate::linalg::product::dot;
 use crate::scalar::{Differentiable, Scalar};
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Weights of the intermediate quantities of a step.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub(super) struct Weights<T> {
 impl<T: Differentiable> Weights<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let zeros = || vec![T::zero(); simulator.model().nv()];
-        let rows = || vec![T::zero(); simulator.held_rows()];
+        let rows = || vec![T::zero(); simulator.bilateral_rows()];
         Self {
             end_q: zeros(),
             end_p: zeros(),
@@ -134,7 +134,7 @@ impl<T: Differentiable> Weights<T> {
     }
 
     /// Adds the gradient in state and input.
-    pub(super) fn add_state(&self, taken: &TakenStep<T>, out: &mut StepSlopes<'_, T>) {
+    pub(super) fn add_state(&self, taken: &TakenStep<T>, out: &mut StepGradientSum<'_, T>) {
         let (start, middle) = (&taken.start, &taken.middle);
         plus_transposed(&start.momentum_by_q, &self.p, out.q);
         plus_transposed(&start.mass, &self.p, out.v);

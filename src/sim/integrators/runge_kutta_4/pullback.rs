@@ -12,7 +12,7 @@ use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
 use crate::sim::integrators::method::{Pullback, Step, StepPoint};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// A stage that has been evaluated.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         self.evaluate(simulator, at);
         let (model, nv, q) = (simulator.model(), out.v.len(), at.state.q.as_slice());
@@ -117,7 +117,7 @@ impl<T: Scalar> Adjoint<T> {
         stage: usize,
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (own, by_q) = (&mut self.evaluated[stage], &mut self.by_q);
         let (model, q) = (simulator.model(), at.state.q.as_slice());
@@ -130,7 +130,7 @@ impl<T: Scalar> Adjoint<T> {
             contact: by_contact_rate,
             has_friction: out.has_parts,
         };
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q: by_q,
             v: by_v,
             contact: by_contact,

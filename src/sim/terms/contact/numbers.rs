@@ -13,7 +13,7 @@ use crate::model::{BodyId, Generation};
 use crate::scalar::{Cast, Scalar};
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
-use crate::sim::terms::sink::SlopePoint;
+use crate::sim::terms::sink::DerivativePoint;
 
 /// A contact point over parameters of contacts.
 pub(super) type Statement<'a, T> =
@@ -22,7 +22,7 @@ pub(super) type Statement<'a, T> =
 /// A contact point in a motion.
 #[derive(Clone, Copy)]
 pub(super) struct PointPlace<'a, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) at: &'a DerivativePoint<'a, T>,
     pub(super) term: &'a Contact<T>,
     pub(super) index: usize,
 }
@@ -30,7 +30,7 @@ pub(super) struct PointPlace<'a, T: Scalar> {
 /// A point between bodies in a motion.
 #[derive(Clone, Copy)]
 pub(super) struct PairPlace<'a, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) at: &'a DerivativePoint<'a, T>,
     pub(super) term: &'a Contact<T>,
     pub(super) point: &'a PairPoint,
     pub(super) bodies: [Option<BodyId>; 2],

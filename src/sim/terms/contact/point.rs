@@ -412,7 +412,7 @@ mod tests {
         Terrain,
     };
     use crate::dynamics::forward_kinematics;
-    use crate::sim::terms::local::BodySlopes;
+    use crate::sim::terms::local::BodyDerivatives;
     use crate::spatial::SPATIAL;
     use crate::{Integrator, Model, Simulator};
     use nalgebra::Matrix3;

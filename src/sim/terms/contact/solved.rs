@@ -4,7 +4,7 @@ use super::rows::Contact;
 use crate::contact::{Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
 use crate::scalar::Scalar;
-use crate::sim::terms::sink::SlopePoint;
+use crate::sim::terms::sink::DerivativePoint;
 use crate::spatial::Force;
 
 /// A contact point whose forces a solver has found, or one without.
@@ -34,7 +34,7 @@ pub(super) struct ActiveRows<T: Scalar> {
 
 /// Passes the points whose forces a solver has found to `each`; those without force too where they have bristles.
 pub(super) fn each_solved<'a, T: Scalar>(
-    at: &'a SlopePoint<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
     term: &'a Contact<T>,
     mut each: impl FnMut(SolvedPoint<'a, T>),
 ) {

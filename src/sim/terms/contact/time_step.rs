@@ -13,7 +13,7 @@ use crate::contact::{
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
-use crate::sim::terms::sink::{CoordinateSink, SlopePoint};
+use crate::sim::terms::sink::{CoordinateSink, DerivativePoint};
 use crate::spatial::linear::dot;
 
 /// A value with its derivative in the time step.
@@ -22,7 +22,7 @@ type TimedSum<'a, T> = WeightedSum<'a, T, COORDINATE_DIRECTIONS>;
 
 /// States all points over the time step.
 pub(super) fn emit_time_step<T: Scalar>(
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     contacts: &Contacts,
     term: &Contact<T>,
     out: &mut Numbers<'_, T>,
@@ -60,7 +60,7 @@ struct TimedPoint<'a, T: Scalar> {
 
 impl<'a, T: Scalar> TimedPoint<'a, T> {
     fn new(
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         contacts: &'a Contacts,
         term: &'a Contact<T>,
         solved: &SolvedPoint<'_, T>,

@@ -10,8 +10,8 @@ use std::marker::PhantomData;
 use super::bounded_forces::{BoundedForces, Given};
 use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{Acting, CoordinateSink, DerivativePoint, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::contact::StepForce;
 use crate::dynamics::AbaScratch;
@@ -24,7 +24,7 @@ use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
 #[derive(Clone, Debug)]
-pub(crate) struct Stops<T> {
+pub(crate) struct JointLimits<T> {
     /// All ends of joints in the order of [`each_end`], as if those within reach of the step pushed; none where all forces are explicit or a
     /// solver finds them.
     ends: Vec<Stop<T>>,
@@ -93,7 +93,7 @@ fn each_end<P: Scalar, T: Over<P>>(
     }
 }
 
-impl<T: Scalar> Stops<T> {
+impl<T: Scalar> JointLimits<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let nv = simulator.model().nv();
         let zeros = || vec![T::zero(); nv];
@@ -190,7 +190,7 @@ impl<T: Scalar> Stops<T> {
     }
 }
 
-impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
+impl<P: Scalar, T: Over<P>> Term<P, T> for JointLimits<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.ends.clear();
@@ -229,9 +229,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
 
 /// Derivatives of the term; they need no memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StopSlopes<T>(PhantomData<T>);
+pub(crate) struct JointLimitDerivatives<T>(PhantomData<T>);
 
-impl<T: Scalar> StopSlopes<T> {
+impl<T: Scalar> JointLimitDerivatives<T> {
     pub(super) fn new(_: &Simulator) -> Self {
         Self(PhantomData)
     }
@@ -254,7 +254,7 @@ where
     /// * `solved` – its row, where it has one
     fn weighted(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         stop: Option<&Stop<T>>,
         solved: Option<SolvedRow<T>>,
         out: &Numbers<'_, T>,
@@ -270,7 +270,7 @@ where
     /// States the force of an instant, or that of the end of the step where the joint limit pushes.
     fn emit_force(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         stop: Option<&Stop<T>>,
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
@@ -306,11 +306,11 @@ struct SolvedRow<T> {
 
 /// Passes each end that has a row, by its coordinate and direction, to the row.
 fn solved_rows<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
-    term: &'a Stops<T>,
+    at: &DerivativePoint<'a, T>,
+    term: &'a JointLimits<T>,
 ) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
     let balance = at.balance();
-    let mut rows = (at.point.simulator.held_rows()..)
+    let mut rows = (at.point.simulator.bilateral_rows()..)
         .zip(&term.rows)
         .peekable();
     move |k, inward| {
@@ -320,10 +320,15 @@ fn solved_rows<'a, T: Scalar>(
     }
 }
 
-impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
-    type Term = Stops<T>;
+impl<T: Scalar> TermDerivatives<T> for JointLimitDerivatives<T> {
+    type Term = JointLimits<T>;
 
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut S,
+    ) {
         let (point, mut ends) = (at.point, term.ends.iter());
         let dt = point.dt();
         each_end(point.simulator, point.q(), |k, end| {
@@ -333,7 +338,12 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
         });
     }
 
-    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut S,
+    ) {
         let (point, mut row_of) = (at.point, solved_rows(at, term));
         let dt = point.dt();
         each_end(point.simulator, point.q(), |k, end| {
@@ -345,7 +355,12 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
         });
     }
 
-    fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+    fn emit_numbers(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut Numbers<'_, T>,
+    ) {
         let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
         let actuation = point.simulator.actuation().filter(|_| out.has_parts());
         let Some(actuation) = actuation else { return };
@@ -364,7 +379,11 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
 }
 
 /// States all ends over the time step.
-fn emit_time_step<T: Scalar>(at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+fn emit_time_step<T: Scalar>(
+    at: &DerivativePoint<'_, T>,
+    term: &JointLimits<T>,
+    out: &mut Numbers<'_, T>,
+) {
     let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
     let dt = OfCoordinate::variable(T::constant(point.dt()), TIME_STEP);
     each_end(point.simulator, point.q(), |k, end| {

@@ -3,7 +3,7 @@
 //! Such a row depends on its joints only through φ = Σ cᵢ qᵢ − length. One evaluation, over error, rate and the parameters of its force law,
 //! suffices; the rest is linear in cᵢ, positions and rates.
 
-use super::constraint_slopes::HeldConstraint;
+use super::constraint_derivatives::BilateralConstraint;
 use super::local::{OfCoordinate, POSITION, RATE};
 use super::numbers::Numbers;
 use super::sink::Sink;
@@ -37,7 +37,7 @@ fn seeded<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
 
 /// Derivatives in what a row knows of a joint.
 #[derive(Clone, Copy)]
-struct JointSlopes<T> {
+struct JointDerivatives<T> {
     position: T,
     rate: T,
     /// In the acceleration of the joint by ã, and in the weight μ of its coordinate.
@@ -45,7 +45,7 @@ struct JointSlopes<T> {
     mu: T,
 }
 
-impl<T: Scalar> HeldConstraint<'_, T> {
+impl<T: Scalar> BilateralConstraint<'_, T> {
     /// Whether it ties joints; else its row.
     fn tied_row<'a>(&self, rows: &'a [ConstraintRow<T>]) -> Option<&'a ConstraintRow<T>> {
         let ties = self.constraint.kind().joints().next().is_some();
@@ -114,7 +114,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         &self,
         row: &ConstraintRow<OfCoordinate<T>>,
         out: &Numbers<'_, T>,
-    ) -> (OfCoordinate<T>, JointSlopes<T>) {
+    ) -> (OfCoordinate<T>, JointDerivatives<T>) {
         let mut along = T::zero();
         self.each_entry(|k, c| along += c * out.mu()[k]);
         let (weighted, seen, force) = match row.spring_force().filter(|_| self.is_spring_force()) {
@@ -125,7 +125,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
                 (y.each(|x| x * weight), weight, force)
             }
         };
-        let slopes = JointSlopes {
+        let slopes = JointDerivatives {
             position: weighted.eps[POSITION],
             rate: weighted.eps[RATE],
             seen,
@@ -135,7 +135,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     }
 
     /// Adds the derivatives in coefficients, and of joints that follow another one in its ratio r and its offset.
-    fn add_coefficients(&self, by: &JointSlopes<T>, seen: &[T], out: &mut Numbers<'_, T>) {
+    fn add_coefficients(&self, by: &JointDerivatives<T>, seen: &[T], out: &mut Numbers<'_, T>) {
         let point = self.at.point;
         for (i, tied) in self.constraint.kind().joints().enumerate() {
             let body = point.model().body(tied.body);
