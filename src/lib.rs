@@ -40,7 +40,7 @@
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`identify`] | system identification: logged motion, base parameters, physically consistent least squares, validation |
 //! | [`memory`] | the limit on memory of results |
-//! | [`view`] | recordings, their files, and an HTML page that shows the motion |
+//! | [`view`] | recordings, their files, and an HTML viewer of the motion |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //! | `command` | the program `dualbody` (with `cli`) |
 //!

@@ -3,7 +3,7 @@
 >>> import gymnasium, dualbody.gym
 >>> envs = gymnasium.make_vec("dualbody/CartPole-v0", num_envs=64)
 
-A `Task` is a simulator with NumPy functions of a batch's arrays: observations, rewards, ends. The step of all states is one call.
+A `Task` is a simulator with NumPy functions of the arrays of a batch: observations, rewards, termination. All states are stepped in one call.
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ class States:
             self.history = [(self.q[0].copy(), self.v[0].copy())]
 
     def step(self, actions: Any) -> tuple[Array, Flags, Flags]:
-        """Takes a step with each action: rewards, ends, cuts. A state that diverges stays where it was, and its episode is over."""
+        """Takes a step with each action: rewards, termination, truncation. A state that diverges keeps its value, and its episode ends."""
         task = self.task
         u = np.asarray(actions, np.float64)
         expected = (self.n, task.simulator.nu)
