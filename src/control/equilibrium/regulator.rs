@@ -98,10 +98,16 @@ impl EquilibriumLqr {
         &self.at.input - &self.gain * dx
     }
 
-    /// Whether the design succeeded and the unreachable part is not unstable.
+    /// Whether the design succeeded and the unreachable part is not unstable. False if the eigenvalues of that part could not be computed.
     pub fn is_stabilized(&self) -> bool {
         let falls = |z: &Complex<f64>| z.norm() > 1.0 + BLUR;
-        self.lqr.is_stabilized() && !self.dropped.eigenvalues.iter().any(falls)
+        let Dropped {
+            eigenvalues,
+            directions,
+            ..
+        } = &self.dropped;
+        let are_known = eigenvalues.len() == directions.ncols();
+        self.lqr.is_stabilized() && are_known && !eigenvalues.iter().any(falls)
     }
 }
 
