@@ -12,7 +12,7 @@ use super::system::Unit;
 use std::ops::Range;
 
 /// X of a problem, row after row: the entries of each in the nodes on which it acts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
     /// Index of the first coordinate of each node, and one past the last.
     starts: Vec<usize>,
@@ -23,7 +23,7 @@ pub(crate) struct Columns {
 }
 
 /// Entries of a row in a node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     node: usize,
     /// Index of the first value.

@@ -1,6 +1,8 @@
 //! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
-use super::islands::{ForceSolver, Islands, trees};
+use super::force_solver::ForceSolver;
+use super::island::Round;
+use super::islands::{Islands, trees};
 use super::sparse_rows::SparseRows;
 use crate::cone::{Block, Certificate, ConeProblem, Law};
 use crate::dynamics::MassMatrixFactor;
@@ -35,6 +37,8 @@ pub(crate) struct Rows<T> {
     /// Acceleration by turning axes there.
     turned: Vec<T>,
     islands: Islands,
+    /// Forces from which many rows there start; none for the first solution of an instant.
+    start: Vec<T>,
 }
 
 /// A number of rows and blocks.
@@ -58,6 +62,7 @@ impl<T: Scalar> Rows<T> {
             diagonal: Vec::new(),
             turned: Vec::new(),
             islands: Islands::default(),
+            start: Vec::new(),
             count: 0,
             jacobian: Vec::with_capacity(dense(rows) * nv),
             half: Vec::with_capacity((dense(rows) / GROUP + 1) * nv),
@@ -74,6 +79,7 @@ impl<T: Scalar> Rows<T> {
 
     pub(super) fn clear(&mut self) {
         self.count = 0;
+        self.start.clear();
         self.jacobian.clear();
         if let Some(sparse) = &mut self.sparse {
             sparse.truncate(0);
@@ -103,6 +109,34 @@ impl<T: Scalar> Rows<T> {
         self.regularization.truncate(to.rows);
         self.blocks.truncate(to.blocks);
         self.friction.truncate(to.blocks);
+    }
+
+    /// Whether they are those of a world of several trees.
+    pub(super) fn are_sparse(&self) -> bool {
+        self.sparse.is_some()
+    }
+
+    /// Lets the next solution start from the last one, in a world of several trees: first the rows before a mark, which stay, then blocks of so many rows.
+    ///
+    /// * `before` – of each block, its index among the blocks of the last solution after the mark
+    pub(super) fn start_from_last(
+        &mut self,
+        mark: Mark,
+        size: usize,
+        before: impl Iterator<Item = Option<usize>>,
+    ) {
+        if !self.are_sparse() {
+            return;
+        }
+        let (kept, last) = self.forces.split_at(mark.rows);
+        self.start.clear();
+        self.start.extend_from_slice(kept);
+        for at in before {
+            match at.and_then(|at| last.get(size * at..size * (at + 1))) {
+                Some(forces) => self.start.extend_from_slice(forces),
+                None => self.start.resize(self.start.len() + size, T::zero()),
+            }
+        }
     }
 
     /// More rows of zeros, to be filled: they act on the same bodies or coordinates.
@@ -366,7 +400,7 @@ impl<T: Scalar> Rows<T> {
         sum
     }
 
-    /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
+    /// Finds the forces, from nothing at each instant: what a step does depends on the state alone, also where forces are not unique.
     pub(super) fn solve(
         &mut self,
         law: Law,
@@ -380,8 +414,15 @@ impl<T: Scalar> Rows<T> {
             None => solver.solve(&self.problem(law), &mut forces),
             Some(sparse) => {
                 self.islands.find(sparse, &self.blocks);
+                let round = match self.start.len() == forces.len() {
+                    true => Round::Later,
+                    false => Round::First,
+                };
+                if round == Round::Later {
+                    forces.copy_from_slice(&self.start);
+                }
                 let (problem, islands) = (self.problem(law), &self.islands);
-                solver.solve_islands(&problem, sparse, factor, islands, &mut forces)
+                solver.solve_islands(&problem, sparse, factor, islands, round, &mut forces)
             }
         };
         self.forces = forces;

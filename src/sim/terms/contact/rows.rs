@@ -36,6 +36,8 @@ pub(crate) struct Contact<T> {
     working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
+    /// The points of the last solution, sorted.
+    solved: Vec<usize>,
     /// Index of its first row.
     first: Mark,
     /// The acceleration without rows, for points to be judged at.
@@ -58,6 +60,7 @@ impl<T: Scalar> Contact<T> {
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
             working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
+            solved: Vec::with_capacity(solved),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
         }
@@ -375,8 +378,15 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
     ) -> bool {
         let some = at.solved_contacts().filter(|c| c.use_working_set());
         let Some(contacts) = some else { return false };
+        if balance.rows.are_sparse() {
+            self.solved.clear();
+            self.solved.extend_from_slice(self.working.active());
+        }
         let any = self.grow(at, contacts, a);
         if any {
+            let points = self.working.active().iter();
+            let before = points.map(|point| self.solved.binary_search(point).ok());
+            balance.rows.start_from_last(self.first, ROWS, before);
             self.add_jacobians(at, contacts, balance);
         }
         any
