@@ -26,8 +26,10 @@ const GENTLY_EASED: f64 = 0.5;
 /// Steps of Newton's method in a proximal step, in one piece and by blocks; what needs more goes in circles. Half of them is easy.
 const NEWTON_STEPS: usize = 10;
 const NEWTON_STEPS_BY_BLOCKS: usize = 14;
-/// The part of the last residual to which a step is solved.
+/// The part of the last residual to which a step is solved. The first one with blocks goes farther: from no forces, rounding decides the pieces of contacts that
+/// only press against each other, and an inexact step would leave them forces across the normal that others would keep.
 const INEXACT: f64 = 0.1;
+const INEXACT_AT_FIRST: f64 = 1e-6;
 /// Matrices after which an acceptable residual is taken, and after which the search ends. With blocks proximal steps are the way that leads farthest: they
 /// take as many matrices as there are, and a residual only below this limit is taken early.
 const STALL_LIMIT: usize = 10;
@@ -60,7 +62,9 @@ impl Search {
         let mut eased = EASED;
         while self.iterations() < end {
             let before = self.iterations();
-            let target = (0.5 * tolerance).max(INEXACT * residual);
+            let is_first = self.newton.has_blocks && before == start;
+            let share = if is_first { INEXACT_AT_FIRST } else { INEXACT };
+            let target = (0.5 * tolerance).max(share * residual);
             let found = self.step_proximally(rho, target);
             // Without a step there is none to come: forces run away.
             if self.iterations() == before {

@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 /// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
 const NEWTON_STEPS: usize = 8;
 /// Matrices by blocks, which cost little, for one of those that are allowed.
-const BY_BLOCKS: usize = 2;
+const BY_BLOCKS: usize = 3;
 /// The part of the iterations after which a problem is taken for one without solution.
 const ITERATION_SHARE: f64 = 0.7;
 /// Steps of Newton's method from a place on the path, where the active set is nearly right.

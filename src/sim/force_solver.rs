@@ -1,6 +1,6 @@
 //! The solver of the forces of rows: of those on one tree in one piece, of those on several trees island by island.
 
-use super::island::{Island, Round};
+use super::island::{Island, Start};
 use super::islands::Islands;
 use super::sparse_rows::SparseRows;
 use crate::cone::{Certificate, ConeOptions, ConeProblem, ConeSolver, Mode, Status};
@@ -70,14 +70,14 @@ impl<T: Scalar> ForceSolver<T> {
 
     /// Finds the forces of rows on several trees, of which the problem has no matrix.
     ///
-    /// * `f` – on entry those from which many rows start
+    /// * `f` – on entry those from which they start
     pub(super) fn solve_islands(
         &mut self,
         problem: &ConeProblem<'_, T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
         islands: &Islands,
-        round: Round,
+        start: Start,
         f: &mut [T],
     ) -> Certificate {
         self.statuses.clear();
@@ -90,12 +90,12 @@ impl<T: Scalar> ForceSolver<T> {
             0 => Solved::Nothing,
             _ => Solved::Islands(count),
         };
-        if round == Round::First {
+        if start == Start::Nothing {
             self.islands.iter_mut().for_each(Island::forget);
         }
         let mut worst = Certificate::default();
         for island in &mut self.islands[..count] {
-            worst = worst.worse(island.solve(problem, options, rows, factor, round, f));
+            worst = worst.worse(island.solve(problem, options, rows, factor, start, f));
             let statuses = self.statuses.iter_mut().zip(island.statuses());
             statuses.for_each(|(worst, &own)| *worst = (*worst).max(own));
             island.each_mode(|block, mode| self.modes[block] = mode);

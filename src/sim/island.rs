@@ -10,11 +10,16 @@ use crate::cone::{
 use crate::dynamics::MassMatrixFactor;
 use crate::scalar::{Linear, Scalar, is_more_than_values};
 
-/// Solutions of an instant: the first one, and others with more rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Round {
-    First,
-    Later,
+/// Forces from which a solution starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Start {
+    /// None.
+    #[default]
+    Nothing,
+    /// With many rows those of the last solution of this instant, which had fewer rows; else none.
+    LastOfInstant,
+    /// Those of the last solution.
+    Last,
 }
 
 /// Rows from which on an island of several trees is solved by blocks; smaller ones are quicker in one piece.
@@ -155,19 +160,19 @@ impl<T: Scalar> Island<T> {
         (problem, &mut self.solver)
     }
 
-    /// Finds its forces, among those of all rows. By blocks from those that are there, else from none.
+    /// Finds its forces, among those of all rows.
     pub(super) fn solve(
         &mut self,
         of: &ConeProblem<'_, T>,
         options: ConeOptions,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
-        round: Round,
+        start: Start,
         f: &mut [T],
     ) -> Certificate {
         self.solver.options = options;
         self.load(of, f);
-        let certificate = self.find_forces(of, rows, factor, round);
+        let certificate = self.find_forces(of, rows, factor, start);
         scatter(&self.rows, &self.forces, f);
         certificate
     }
@@ -177,15 +182,17 @@ impl<T: Scalar> Island<T> {
         of: &ConeProblem<'_, T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
-        round: Round,
+        start: Start,
     ) -> Certificate {
         let are_many = self.rows.len() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
         self.is_by_blocks = are_many && self.solver.options.smoothing == 0.0;
         if self.is_by_blocks {
-            return self.solve_by_blocks(of, rows, factor, round);
+            return self.solve_by_blocks(of, rows, factor, start);
         }
         self.form_matrix(rows, factor);
-        self.forces.fill(T::zero());
+        if start != Start::Last {
+            self.forces.fill(T::zero());
+        }
         let mut forces = std::mem::take(&mut self.forces);
         let (problem, solver) = self.parts(of);
         let certificate = solver.solve(&problem, &mut forces);
@@ -193,13 +200,13 @@ impl<T: Scalar> Island<T> {
         certificate
     }
 
-    /// Finds its forces by blocks, lane by lane, then what they have besides values. Rounds of a step that leave the problem as it was leave the forces too.
+    /// Finds its forces by blocks, lane by lane, then what they have besides values. Where the problem is that of the last solution, so are the forces.
     fn solve_by_blocks(
         &mut self,
         of: &ConeProblem<'_, T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
-        round: Round,
+        start: Start,
     ) -> Certificate {
         let mut own = self.by_blocks.take().unwrap_or_default();
         let is_one = T::LANES == 1 && !is_more_than_values::<T>();
@@ -207,7 +214,7 @@ impl<T: Scalar> Island<T> {
         for lane in 0..T::LANES {
             std::mem::swap(&mut own.given, &mut own.last);
             self.fill_lane(of.law, rows, factor, lane, &mut own);
-            let is_same = is_one && round == Round::Later && own.given == own.last;
+            let is_same = is_one && start != Start::Nothing && own.given == own.last;
             if !is_same {
                 self.solve_lane(lane, &mut own);
             }

@@ -1,7 +1,7 @@
 //! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
 use super::force_solver::ForceSolver;
-use super::island::Round;
+use super::island::Start;
 use super::islands::{Islands, trees};
 use super::sparse_rows::SparseRows;
 use crate::cone::{Block, Certificate, ConeProblem, Law};
@@ -37,8 +37,9 @@ pub(crate) struct Rows<T> {
     /// Acceleration by turning axes there.
     turned: Vec<T>,
     islands: Islands,
-    /// Forces from which many rows there start; none for the first solution of an instant.
-    start: Vec<T>,
+    /// Where the next solution starts.
+    start: Start,
+    start_forces: Vec<T>,
 }
 
 /// A number of rows and blocks.
@@ -62,7 +63,8 @@ impl<T: Scalar> Rows<T> {
             diagonal: Vec::new(),
             turned: Vec::new(),
             islands: Islands::default(),
-            start: Vec::new(),
+            start: Start::Nothing,
+            start_forces: Vec::new(),
             count: 0,
             jacobian: Vec::with_capacity(dense(rows) * nv),
             half: Vec::with_capacity((dense(rows) / GROUP + 1) * nv),
@@ -79,7 +81,7 @@ impl<T: Scalar> Rows<T> {
 
     pub(super) fn clear(&mut self) {
         self.count = 0;
-        self.start.clear();
+        self.start = Start::Nothing;
         self.jacobian.clear();
         if let Some(sparse) = &mut self.sparse {
             sparse.truncate(0);
@@ -116,26 +118,19 @@ impl<T: Scalar> Rows<T> {
         self.sparse.is_some()
     }
 
-    /// Lets the next solution start from the last one, in a world of several trees: first the rows before a mark, which stay, then blocks of so many rows.
-    ///
-    /// * `before` – of each block, its index among the blocks of the last solution after the mark
-    pub(super) fn start_from_last(
+    /// Sets the forces from which the next solution starts, after so many rows without any.
+    pub(super) fn start_from<const N: usize>(
         &mut self,
+        start: Start,
         mark: Mark,
-        size: usize,
-        before: impl Iterator<Item = Option<usize>>,
+        forces: impl Iterator<Item = Option<[T; N]>>,
     ) {
-        if !self.are_sparse() {
-            return;
-        }
-        let (kept, last) = self.forces.split_at(mark.rows);
-        self.start.clear();
-        self.start.extend_from_slice(kept);
-        for at in before {
-            match at.and_then(|at| last.get(size * at..size * (at + 1))) {
-                Some(forces) => self.start.extend_from_slice(forces),
-                None => self.start.resize(self.start.len() + size, T::zero()),
-            }
+        self.start = start;
+        self.start_forces.clear();
+        self.start_forces.resize(mark.rows, T::zero());
+        for of_block in forces {
+            let of_block = of_block.unwrap_or([T::zero(); N]);
+            self.start_forces.extend_from_slice(&of_block);
         }
     }
 
@@ -400,7 +395,7 @@ impl<T: Scalar> Rows<T> {
         sum
     }
 
-    /// Finds the forces, from nothing at each instant: what a step does depends on the state alone, also where forces are not unique.
+    /// Finds the forces. Unless a start is kept it is none at each instant: what a step does depends on the state alone, also where forces are not unique.
     pub(super) fn solve(
         &mut self,
         law: Law,
@@ -410,19 +405,16 @@ impl<T: Scalar> Rows<T> {
         let mut forces = std::mem::take(&mut self.forces);
         forces.clear();
         forces.resize(self.offset.len(), T::zero());
+        if self.start != Start::Nothing {
+            forces.copy_from_slice(&self.start_forces);
+        }
         let certificate = match &self.sparse {
             None => solver.solve(&self.problem(law), &mut forces),
             Some(sparse) => {
                 self.islands.find(sparse, &self.blocks);
-                let round = match self.start.len() == forces.len() {
-                    true => Round::Later,
-                    false => Round::First,
-                };
-                if round == Round::Later {
-                    forces.copy_from_slice(&self.start);
-                }
                 let (problem, islands) = (self.problem(law), &self.islands);
-                solver.solve_islands(&problem, sparse, factor, islands, round, &mut forces)
+                let start = self.start;
+                solver.solve_islands(&problem, sparse, factor, islands, start, &mut forces)
             }
         };
         self.forces = forces;

@@ -1,7 +1,9 @@
 //! Many bodies that rest on each other: every step finds its forces, they balance, and derivatives go through islands of many contacts.
 
 use dualbody::cone::Status;
-use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, Rigid, Terrain};
+use dualbody::contact::{
+    CollisionOptions, ContactLaw, RelaxedRigid, Rigid, SolverOptions, Terrain,
+};
 use dualbody::model::{Mass, Object, World};
 use dualbody::sim::StepScratch;
 use dualbody::spatial::Transform;
@@ -13,10 +15,15 @@ fn at(x: f64, y: f64, z: f64) -> Transform<f64> {
 }
 
 fn simulator(world: &World, law: ContactLaw, dt: f64) -> Simulator {
+    simulator_with(world, law, dt, SolverOptions::default())
+}
+
+fn simulator_with(world: &World, law: ContactLaw, dt: f64, options: SolverOptions) -> Simulator {
     let model = world.build().expect("a world");
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
         .with_collisions(&model, law, &CollisionOptions::default())
-        .expect("links");
+        .expect("links")
+        .with_solver_options(options);
     Simulator::new(model)
         .with_contacts(contacts)
         .with_time_step(dt)
@@ -113,6 +120,48 @@ fn every_step_of_a_pile_finds_its_forces() {
         assert!(status <= Status::Acceptable, "{law:?} {bodies}: {status:?}");
         let certificate = simulator.contact_report(&state, &[]).certificate;
         assert!(certificate.residual < 1e-9, "{law:?}: {certificate:?}");
+    }
+}
+
+// With so few matrices no step finds its forces from nothing; one after the other, they get there.
+#[test]
+fn steps_that_start_from_the_last_forces_need_fewer_matrices() {
+    let few = SolverOptions {
+        iterations: 1,
+        ..SolverOptions::default()
+    };
+    let simulator = simulator_with(&stack(10, 0.0), rigid(), 2e-3, few);
+    let start = simulator.neutral_state();
+    let statuses = |mut scratch: StepScratch<f64>| {
+        let mut next = start.clone();
+        let step = |_| {
+            simulator.step_into(&start, &[], &mut scratch, &mut next);
+            scratch.solver_status(0)
+        };
+        (0..20).map(step).collect::<Vec<_>>()
+    };
+    let cold = statuses(StepScratch::new(&simulator));
+    assert!(cold.iter().all(|&status| status > Status::Acceptable));
+    let warm = statuses(StepScratch::new(&simulator).with_warm_start());
+    assert!(warm[19] <= Status::Acceptable, "{warm:?}");
+}
+
+#[test]
+fn rollouts_with_a_warm_start_are_near_those_without_and_depend_on_nothing_else() {
+    for law in [rigid(), relaxed()] {
+        let rollout = |warm_start| {
+            let options = SolverOptions {
+                warm_start,
+                ..SolverOptions::default()
+            };
+            let simulator = simulator_with(&stack(6, 1e-3), law, 2e-3, options);
+            let rollout = simulator.rollout(&simulator.neutral_state(), 40, |_, _, _| {});
+            rollout.last().clone()
+        };
+        let (cold, warm) = (rollout(false), rollout(true));
+        let apart = (&cold.q - &warm.q).amax();
+        assert!(apart < 1e-6, "{law:?}: {apart:e}");
+        assert_eq!(rollout(true), warm);
     }
 }
 
