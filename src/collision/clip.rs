@@ -13,6 +13,8 @@ const PARALLEL: f64 = 1e-9;
 const TOUCHING: f64 = 0.05;
 /// Part of the size by which a corner may be outside of a polygon.
 const SLACK: f64 = 1e-12;
+/// Part of the size within which points are one: corners that coincide are found more than once or not by rounding, and each point is a spring of its own.
+const SAME: f64 = 1e-6;
 /// Most pairs among which those of a manifold are chosen: corners of both, crossings of convex polygons.
 const MAX_PAIRS: usize = 4 * MAX_CORNERS;
 
@@ -67,11 +69,11 @@ pub(super) fn manifold(
             len += 1;
         }
     });
-    span(&mut found[..len], out);
+    span(&mut found[..len], SAME * (a.reach() + b.reach()), out);
 }
 
-/// Adds the first point, and one after the other those farthest from all that are there.
-fn span(found: &mut [Point], out: &mut Manifold) {
+/// Adds the first point, and one after the other those farthest from all that are there, as long as they are so far apart.
+fn span(found: &mut [Point], apart: f64, out: &mut Manifold) {
     out.push(found[0].pair);
     let mut far = [f64::INFINITY; MAX_PAIRS];
     let mut last = found[0].at;
@@ -83,7 +85,7 @@ fn span(found: &mut [Point], out: &mut Manifold) {
                 next = (k, far[k]);
             }
         }
-        if next.1 == 0.0 {
+        if next.1 <= apart {
             break;
         }
         last = found[next.0].at;

@@ -22,6 +22,18 @@ pub(super) enum Start {
     Last,
 }
 
+impl Start {
+    /// Where solutions start after a first one.
+    ///
+    /// * `stay` – whether forces stay from step to step
+    pub(super) fn of(stay: bool) -> Self {
+        match stay {
+            true => Self::Last,
+            false => Self::LastOfInstant,
+        }
+    }
+}
+
 /// Rows from which on an island of several trees is solved by blocks; smaller ones are quicker in one piece.
 const MANY_ROWS: usize = 48;
 

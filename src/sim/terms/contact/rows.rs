@@ -355,16 +355,20 @@ impl<T: Scalar> Contact<T> {
         });
     }
 
-    /// Lets the next solution start from the forces that are kept.
+    /// Lets the next solution start from the forces that are kept: within an instant from those along normals alone, since redundant ones across them would stay.
     fn start_from_kept<P: Scalar>(&self, contacts: &Contacts<P>, balance: &mut Balance<T>) {
-        let start = match self.kept.stay {
-            true => Start::Last,
-            false => Start::LastOfInstant,
-        };
+        let stay = self.kept.stay;
         let touching = self.touching_in(contacts);
         let points = self.working.active().iter();
-        let forces = points.map(|&i| self.kept.find(touching.key(i)));
-        balance.rows.start_from(start, self.first, forces);
+        let kept = points.map(|&i| self.kept.find(touching.key(i)));
+        let (start, first) = (Start::of(stay), self.first);
+        let forces = kept.map(|f| {
+            f.map(|[along, x, y]| match stay {
+                true => [along, x, y],
+                false => [along, T::zero(), T::zero()],
+            })
+        });
+        balance.rows.start_from(start, first, forces);
     }
 }
 
