@@ -15,6 +15,8 @@ const TOUCHING: f64 = 0.05;
 const SLACK: f64 = 1e-12;
 /// Part of the size within which points are one: corners that coincide are found more than once or not by rounding, and each point is a spring of its own.
 const SAME: f64 = 1e-6;
+/// Sine of the angle between sides that lie along one another: their ends say as much as a crossing would.
+const ALONG: f64 = 1e-4;
 /// Most pairs among which those of a manifold are chosen: corners of both, crossings of convex polygons.
 const MAX_PAIRS: usize = 4 * MAX_CORNERS;
 
@@ -166,14 +168,15 @@ fn on_face(face: &Face) -> Feature {
     })
 }
 
-/// Whether two segments cross between their ends.
+/// Whether two segments cross between their ends, at an angle: where sides lie along one another rounding would decide.
 fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
     let (u, v) = (b - a, d - c);
     let apart = |u: &Vector2<f64>, from: &Vector2<f64>, p, q| {
         let side = |x: &Vector2<f64>| u.perp(&(x - from));
         side(p) * side(q) < 0.0
     };
-    apart(&u, a, c, d) && apart(&v, c, a, b)
+    let are_along = u.perp(&v).abs() <= ALONG * u.norm() * v.norm();
+    !are_along && apart(&u, a, c, d) && apart(&v, c, a, b)
 }
 
 fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across, outside: f64) -> Point {
