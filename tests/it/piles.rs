@@ -107,6 +107,18 @@ fn ten_boxes_stand_without_creep() {
     }
 }
 
+// Contact that gives way lets the boxes sink by millimetres; then nothing moves, and nothing has gone aside.
+#[test]
+fn ten_boxes_on_compliant_contact_come_to_rest_without_going_aside() {
+    let simulator = simulator(&stack(10, 0.0), relaxed(), 5e-3);
+    let (state, status) = run(&simulator, 320);
+    assert_eq!(status, Status::Converged);
+    assert!(state.v.amax() < 1e-6, "{:e}", state.v.amax());
+    let moved = &state.q - &simulator.neutral_state().q;
+    let aside = (0..10).flat_map(|k| [moved[7 * k], moved[7 * k + 1], moved[7 * k + 6]]);
+    assert!(aside.fold(0.0, |most: f64, x| most.max(x.abs())) < 1e-12);
+}
+
 // Walls, redundant contacts and sliding bodies at once: also in hard steps the laws hold to 1e-9.
 #[test]
 fn every_step_of_a_pile_finds_its_forces() {
