@@ -234,13 +234,18 @@ class Smoothing:
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """Options of the solver of rigid contacts."""
+    """Options of the solver of rigid contacts.
 
-    tolerance: float
-    iterations: int
+    warm_start: each step of a rollout of one state starts from the forces of the step before, which is quicker where bodies lie. Forces may differ in their last
+    digits. Batches, single steps and derivatives always start from no forces.
+    """
+
+    tolerance: float = 1e-12
+    iterations: int = 200
     acceptable: float = 1e-6
     points_per_link: int = 4
     points: int = 256
+    warm_start: bool = False
 
 
 @dataclass(frozen=True)
@@ -366,7 +371,7 @@ class Contacts:
     laws: Mapping[str, SoftContact | RelaxedRigid | Rigid | Literal["rigid", "soft", "relaxed"]] = field(default_factory=dict)
     mesh_points: int = 64
     smoothing: Smoothing | tuple[float, float | None] | None = None
-    solver: SolverOptions | tuple[float, int, float, int, int] | None = None
+    solver: SolverOptions | tuple[float, int, float, int, int, bool] | None = None
     collisions: Collisions | bool | None = None
     #: The points themselves, as a simulator knows them: what travels with a pickled one.
     points: list[Any] | None = field(default=None, repr=False)

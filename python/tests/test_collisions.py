@@ -155,3 +155,21 @@ def test_contacts_with_collisions_pickle():
     copy = pickle.loads(pickle.dumps(simulator))
     q, v = simulator.model.neutral(), np.full(simulator.model.nv, 0.1)
     assert all(np.array_equal(a, b) for a, b in zip(simulator.step(q, v)[:2], copy.step(q, v)[:2], strict=True))
+
+
+@pytest.mark.parametrize("law", ["rigid", "relaxed"])
+def test_rollouts_with_a_warm_start_are_near_those_without(law):
+    world = db.World()
+    for k in range(5):
+        world.add_box(f"box {k}", (0.2, 0.2, 0.2), mass=1.0, position=(0, 0, 0.1 + 0.201 * k))
+    model = world.build()
+
+    def end(warm_start):
+        options = db.contact.SolverOptions(warm_start=warm_start)
+        contacts = db.contact.Contacts(law=law, solver=options, collisions=True)
+        simulator = db.Simulator(model, time_step=2e-3, contacts=contacts)
+        return simulator.rollout(model.neutral(), np.zeros(model.nv), steps=30).q[-1]
+
+    cold, warm = end(False), end(True)
+    assert np.abs(warm - cold).max() < 1e-6
+    assert np.array_equal(end(True), warm)

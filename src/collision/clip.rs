@@ -13,6 +13,10 @@ const PARALLEL: f64 = 1e-9;
 const TOUCHING: f64 = 0.05;
 /// Part of the size by which a corner may be outside of a polygon.
 const SLACK: f64 = 1e-12;
+/// Part of the size within which points are one: corners that coincide are found more than once or not by rounding, and each point is a spring of its own.
+const SAME: f64 = 1e-6;
+/// Sine of the angle between sides that lie along one another: their ends say as much as a crossing would.
+const ALONG: f64 = 1e-4;
 /// Most pairs among which those of a manifold are chosen: corners of both, crossings of convex polygons.
 const MAX_PAIRS: usize = 4 * MAX_CORNERS;
 
@@ -67,11 +71,11 @@ pub(super) fn manifold(
             len += 1;
         }
     });
-    span(&mut found[..len], out);
+    span(&mut found[..len], SAME * (a.reach() + b.reach()), out);
 }
 
-/// Adds the first point, and one after the other those farthest from all that are there.
-fn span(found: &mut [Point], out: &mut Manifold) {
+/// Adds the first point, and one after the other those farthest from all that are there, as long as they are so far apart.
+fn span(found: &mut [Point], apart: f64, out: &mut Manifold) {
     out.push(found[0].pair);
     let mut far = [f64::INFINITY; MAX_PAIRS];
     let mut last = found[0].at;
@@ -83,7 +87,7 @@ fn span(found: &mut [Point], out: &mut Manifold) {
                 next = (k, far[k]);
             }
         }
-        if next.1 == 0.0 {
+        if next.1 <= apart {
             break;
         }
         last = found[next.0].at;
@@ -164,14 +168,15 @@ fn on_face(face: &Face) -> Feature {
     })
 }
 
-/// Whether two segments cross between their ends.
+/// Whether two segments cross between their ends, at an angle: where sides lie along one another rounding would decide.
 fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
     let (u, v) = (b - a, d - c);
     let apart = |u: &Vector2<f64>, from: &Vector2<f64>, p, q| {
         let side = |x: &Vector2<f64>| u.perp(&(x - from));
         side(p) * side(q) < 0.0
     };
-    apart(&u, a, c, d) && apart(&v, c, a, b)
+    let are_along = u.perp(&v).abs() <= ALONG * u.norm() * v.norm();
+    !are_along && apart(&u, a, c, d) && apart(&v, c, a, b)
 }
 
 fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across, outside: f64) -> Point {

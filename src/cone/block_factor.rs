@@ -7,7 +7,7 @@ use crate::scalar::vectorized;
 use std::ops::Range;
 
 /// The size of the blocks of free bodies, whose products are unrolled.
-const OF_BODIES: usize = 6;
+pub(super) const OF_BODIES: usize = 6;
 
 /// The factors, and the graph.
 #[derive(Clone, Debug, Default)]

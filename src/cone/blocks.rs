@@ -6,13 +6,13 @@
 //!
 //! as sparse as the nodes are connected by units. [Castro, Permenter & Han 2022] for the velocities as unknowns.
 
-use super::block_factor::BlockFactor;
+use super::block_factor::{BlockFactor, OF_BODIES};
 use super::jacobian::Square;
 use super::system::Unit;
 use std::ops::Range;
 
 /// X of a problem, row after row: the entries of each in the nodes on which it acts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
     /// Index of the first coordinate of each node, and one past the last.
     starts: Vec<usize>,
@@ -23,7 +23,7 @@ pub(crate) struct Columns {
 }
 
 /// Entries of a row in a node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     node: usize,
     /// Index of the first value.
@@ -206,6 +206,9 @@ impl Blocks {
 
     /// Adds X H Xᵀ of a unit.
     fn add(&mut self, unit: &Unit, h: &Square) {
+        if self.is_of_bodies(unit) {
+            return self.add_of_bodies(unit, h);
+        }
         let (rows, columns) = (unit.rows(), &self.columns);
         for b in 0..columns.rows[unit.row].len() {
             let part = |row: usize| {
@@ -232,6 +235,49 @@ impl Blocks {
                     for (k, x) in values.iter().flat_map(|(_, values)| *values).enumerate() {
                         let out = out[width * k..width * (k + 1)].iter_mut().zip(product);
                         out.for_each(|(out, p)| *out += x * p);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a unit has three rows on the same free bodies.
+    fn is_of_bodies(&self, unit: &Unit) -> bool {
+        let columns = &self.columns;
+        let first = &columns.parts[columns.rows[unit.row].clone()];
+        let is_of_same = |row: usize| {
+            let own = &columns.parts[columns.rows[row].clone()];
+            let nodes = own.iter().zip(first);
+            own.len() == first.len() && nodes.fold(true, |same, (a, b)| same && a.node == b.node)
+        };
+        let is_body = |part: &Part| columns.range(part.node).len() == OF_BODIES;
+        unit.rows() == 3
+            && first.iter().all(is_body)
+            && is_of_same(unit.row + 1)
+            && is_of_same(unit.row + 2)
+    }
+
+    /// [`add`](Self::add) of three rows on the same free bodies, whose products are unrolled.
+    fn add_of_bodies(&mut self, unit: &Unit, h: &Square) {
+        let columns = &self.columns;
+        let parts = |row: usize| &columns.parts[columns.rows[unit.row + row].clone()];
+        let entries = |part: &Part| -> [f64; OF_BODIES] {
+            let values = &columns.values[part.at..part.at + OF_BODIES];
+            std::array::from_fn(|k| values[k])
+        };
+        let all = parts(0).iter().zip(parts(1)).zip(parts(2));
+        let of_node = all.map(|((a, b), c)| (a.node, [a, b, c].map(entries)));
+        for (b, x) in of_node.clone() {
+            let product: [[f64; OF_BODIES]; 3] = std::array::from_fn(|i| {
+                std::array::from_fn(|j| h[i][0] * x[0][j] + h[i][1] * x[1][j] + h[i][2] * x[2][j])
+            });
+            for (a, x) in of_node.clone() {
+                let (rows, _) = (self.factor.block_mut(a, b)).as_chunks_mut::<OF_BODIES>();
+                for (k, row) in rows.iter_mut().enumerate() {
+                    for i in 0..3 {
+                        for j in 0..OF_BODIES {
+                            row[j] += x[i][k] * product[i][j];
+                        }
                     }
                 }
             }

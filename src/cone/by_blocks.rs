@@ -1,7 +1,7 @@
 //! The search for the forces of a problem with blocks, which may be many.
 //!
-//! Proximal steps from no forces are quickest where few contacts are redundant. Where they do not arrive, or rows have compliance, descents lead to where the
-//! active set is nearly right, and proximal steps from there to the last digits.
+//! Proximal steps are quickest, and lead farthest. Where they do not arrive, or rows have compliance, descents lead to where the active set is nearly right,
+//! and proximal steps from there to the last digits.
 
 use super::blocks::Blocks;
 use super::newton::Newton;
@@ -54,25 +54,33 @@ impl System {
 }
 
 impl Search {
-    /// Reads a problem with blocks, and starts without forces. `false` if a number is not finite.
-    pub(super) fn start_blocks(&mut self, problem: &BlockProblem<'_>) -> bool {
+    /// Reads a problem with blocks and the forces to start from. `false` if a number is not finite.
+    pub(super) fn start_blocks(&mut self, problem: &BlockProblem<'_>, f: &[f64]) -> bool {
         self.allowed = usize::MAX;
         let newton = &mut self.newton;
         newton.has_blocks = true;
         let finite = newton.system.load_blocks(problem, &mut newton.blocks);
         newton.reset();
         newton.blocks.connect(&newton.system.units);
-        finite
+        for ((own, f), scale) in newton.f.iter_mut().zip(f).zip(&newton.system.scale) {
+            *own = f / scale;
+        }
+        finite && newton.f.iter().all(|f| f.is_finite())
     }
 
-    /// By proximal steps from no forces, which are quickest where few contacts are redundant; else by descents to where the active set is nearly right, and
-    /// by proximal steps to the last digits.
+    /// By proximal steps, which lead farthest; else, and with compliance, by descents to where the active set is nearly right, and by proximal steps to the last
+    /// digits.
     pub(super) fn by_descent(&mut self, tolerance: f64) -> bool {
         let is_regularized = self.newton.system.is_regularized;
         if !is_regularized && self.by_proximal_steps(tolerance) {
             return true;
         }
-        self.newton.take_best();
+        if self.is_acceptable() {
+            return false;
+        }
+        if self.newton.best_residual().is_finite() {
+            self.newton.take_best();
+        }
         self.descent.start(&self.newton);
         let mut rho = if is_regularized { 0.0 } else { FIRST_RHO };
         let mut residual = self.newton.note();

@@ -11,6 +11,8 @@ use super::system::Kind;
 
 /// ρ of the first step, beside a diagonal of 1: there nearly all of Newton's runs from no force at all arrive.
 const FIRST_RHO: f64 = 1e-2;
+/// ρ of the first step from forces nearby.
+const RHO_NEARBY: f64 = 1e-3;
 /// ρ above all eigenvalues of very many redundant contacts, where the problem is nearly one of single contacts.
 const LARGEST_RHO: f64 = 100.0;
 /// From here on the ridge of Newton's matrix does the same.
@@ -18,52 +20,95 @@ const LEAST_RHO: f64 = 1e-9;
 /// Factors of ρ after a step that was easy, and after one that was not found.
 const EASED: f64 = 1.0 / 30.0;
 const FAILED: f64 = 10.0;
-/// Steps of Newton's method in a proximal step; what needs more goes in circles. Half of them is easy.
+/// With blocks ρ goes back to its value before a step that was not found. From then on it falls more gently: by the root of the factor before, at last by
+/// this one.
+const GENTLY_EASED: f64 = 0.5;
+/// Steps of Newton's method in a proximal step, in one piece and by blocks; what needs more goes in circles. Half of them is easy.
 const NEWTON_STEPS: usize = 10;
-/// The part of the last residual to which a step is solved.
+const NEWTON_STEPS_BY_BLOCKS: usize = 14;
+/// The part of the last residual to which a step is solved. The first one with blocks goes farther: from no forces, rounding decides the pieces of contacts that
+/// only press against each other, and an inexact step would leave them forces across the normal that others would keep.
 const INEXACT: f64 = 0.1;
-/// Matrices after which an acceptable residual is taken, and after which the search ends.
+const INEXACT_AT_FIRST: f64 = 1e-6;
+/// Matrices after which an acceptable residual is taken, and after which the search ends. With blocks proximal steps are the way that leads farthest: they
+/// take as many matrices as there are, and a residual only below this limit is taken early.
 const STALL_LIMIT: usize = 10;
 const MOST: usize = 60;
+const ACCEPTABLE_BY_BLOCKS: f64 = 5e-10;
 /// A residual from which the path and regularised problems have not been seen to lead farther.
 const NEAR: f64 = 1e-4;
 /// Forces so much stronger than the free velocities, both scaled, make residuals small by themselves.
 const STRONGEST: f64 = 1e3;
 
 impl Search {
-    /// Looks for forces by proximal steps, from none.
+    /// Looks for forces by proximal steps, in one piece from none.
     pub(super) fn by_proximal_steps(&mut self, tolerance: f64) -> bool {
+        let is_nearby = self.newton.has_blocks && self.newton.f.iter().any(|f| *f != 0.0);
+        if is_nearby {
+            return self.proximal_steps_from_here(RHO_NEARBY, tolerance);
+        }
         self.newton.f.fill(0.0);
         self.proximal_steps_from_here(FIRST_RHO, tolerance)
     }
 
     /// Looks for forces by proximal steps from those that are there, at first with a ρ that is given.
     pub(super) fn proximal_steps_from_here(&mut self, mut rho: f64, tolerance: f64) -> bool {
-        let start = self.iterations();
-        let end = self.allowed.min(start + MOST);
+        let (start, most) = (self.iterations(), self.newton_steps());
+        let end = match self.newton.has_blocks {
+            true => self.allowed,
+            false => self.allowed.min(start + MOST),
+        };
         let mut residual = self.newton.note();
+        let mut eased = EASED;
         while self.iterations() < end {
             let before = self.iterations();
-            let target = (0.5 * tolerance).max(INEXACT * residual);
+            let is_first = self.newton.has_blocks && before == start;
+            let share = if is_first { INEXACT_AT_FIRST } else { INEXACT };
+            let target = (0.5 * tolerance).max(share * residual);
             let found = self.step_proximally(rho, target);
             // Without a step there is none to come: forces run away.
             if self.iterations() == before {
                 break;
             }
             if !found {
-                rho = (FAILED * rho).min(LARGEST_RHO);
+                rho = self.raised(rho, &mut eased);
                 continue;
             }
             residual = self.newton.note();
             let may_stall = self.iterations() < start + STALL_LIMIT;
-            if residual <= tolerance || (!may_stall && self.is_acceptable()) {
+            if residual <= tolerance || (!may_stall && self.ends_early()) {
                 break;
             }
-            if self.iterations() - before <= NEWTON_STEPS / 2 {
-                rho = (EASED * rho).max(LEAST_RHO);
+            if self.iterations() - before <= most / 2 {
+                rho = (eased * rho).max(LEAST_RHO);
             }
         }
         residual <= tolerance
+    }
+
+    /// ρ after a step that was not found, and the factor of later ones.
+    fn raised(&self, rho: f64, eased: &mut f64) -> f64 {
+        let by = match self.newton.has_blocks {
+            true => 1.0 / *eased,
+            false => FAILED,
+        };
+        if self.newton.has_blocks {
+            *eased = eased.sqrt().min(GENTLY_EASED);
+        }
+        (by * rho).min(LARGEST_RHO)
+    }
+
+    fn newton_steps(&self) -> usize {
+        match self.newton.has_blocks {
+            true => NEWTON_STEPS_BY_BLOCKS,
+            false => NEWTON_STEPS,
+        }
+    }
+
+    /// Whether the best forces so far end a search that goes on.
+    fn ends_early(&self) -> bool {
+        let is_so_good = self.newton.best_residual() <= ACCEPTABLE_BY_BLOCKS;
+        self.is_acceptable() && (is_so_good || !self.newton.has_blocks)
     }
 
     /// One step from the forces of Newton's method, which stay where it fails.
@@ -71,7 +116,7 @@ impl Search {
         let newton = &mut self.newton;
         newton.center.copy_from_slice(&newton.f);
         newton.rho = rho;
-        let found = self.solve_active_set(NEWTON_STEPS, target);
+        let found = self.solve_active_set(self.newton_steps(), target);
         let newton = &mut self.newton;
         newton.rho = 0.0;
         if !found {

@@ -12,6 +12,8 @@ use crate::scalar::Scalar;
 
 /// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
 const NEWTON_STEPS: usize = 8;
+/// Matrices by blocks, which cost little, for one of those that are allowed.
+const BY_BLOCKS: usize = 3;
 /// The part of the iterations after which a problem is taken for one without solution.
 const ITERATION_SHARE: f64 = 0.7;
 /// Steps of Newton's method from a place on the path, where the active set is nearly right.
@@ -123,7 +125,11 @@ impl Search {
     fn find_or_regularize(&mut self, options: &ConeOptions) -> Status {
         let tolerance = options.tolerance;
         self.acceptable = options.acceptable;
-        self.allowed = (ITERATION_SHARE * options.iterations as f64).ceil() as usize;
+        let most = match self.newton.has_blocks {
+            true => BY_BLOCKS * options.iterations,
+            false => options.iterations,
+        };
+        self.allowed = (ITERATION_SHARE * most as f64).ceil() as usize;
         if self.find(tolerance) {
             return Status::Converged;
         }
@@ -136,7 +142,7 @@ impl Search {
                 Status::IterationLimit
             };
         }
-        self.allowed = options.iterations;
+        self.allowed = most;
         self.start_regularized();
         if !self.find(tolerance) {
             self.newton.take_best();

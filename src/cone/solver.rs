@@ -221,8 +221,10 @@ impl<T: Scalar> ConeSolver<T> {
         certificate
     }
 
-    /// Solves a problem with blocks, from no forces: with memory and time that grow with the blocks and those that fill, not with the square of the rows.
+    /// Solves a problem with blocks: with memory and time that grow with the blocks and those that fill, not with the square of the rows.
     /// Not smoothed.
+    ///
+    /// * `f` – on entry the forces to start from
     pub(crate) fn solve_blocks(
         &mut self,
         problem: &BlockProblem<'_>,
@@ -231,7 +233,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.blocks = problem.blocks.len();
         self.modes.clear();
         self.statuses.clear();
-        let finite = self.search.start_blocks(problem);
+        let finite = self.search.start_blocks(problem, f);
         let mut certificate = Certificate::default();
         if finite {
             certificate = self.search.run(&self.options);

@@ -6,8 +6,8 @@
 use nalgebra::DMatrix;
 
 use super::evaluation_point::EvaluationPoint;
+use super::force_solver::ForceSolver;
 use super::forces::Forces;
-use super::islands::ForceSolver;
 use super::placed::Placed;
 use super::rows::Rows;
 use super::simulator::Simulator;

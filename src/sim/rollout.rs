@@ -99,6 +99,12 @@ impl<P: Scalar> Simulator<P> {
         control: impl FnMut(f64, &State<T>, &mut [T]),
     ) -> Rollout<T> {
         let mut scratch = StepScratch::new(self);
+        if self
+            .contacts()
+            .is_some_and(|c| c.solver_options().warm_start)
+        {
+            scratch = scratch.with_warm_start();
+        }
         let step = |state: &State<T>, u: &[T], next: &mut State<T>| {
             self.step_into(state, u, &mut scratch, next);
             let status = (0..T::LANES).map(|lane| scratch.solver_status(lane));

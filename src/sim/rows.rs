@@ -1,6 +1,8 @@
 //! Constraint rows of the force problem: Jacobian, reference accelerations, and compliance.
 
-use super::islands::{ForceSolver, Islands, trees};
+use super::force_solver::ForceSolver;
+use super::island::Start;
+use super::islands::{Islands, trees};
 use super::sparse_rows::SparseRows;
 use crate::cone::{Block, Certificate, ConeProblem, Law};
 use crate::dynamics::MassMatrixFactor;
@@ -35,6 +37,9 @@ pub(crate) struct Rows<T> {
     /// Acceleration by turning axes there.
     turned: Vec<T>,
     islands: Islands,
+    /// Where the next solution starts.
+    start: Start,
+    start_forces: Vec<T>,
 }
 
 /// A number of rows and blocks.
@@ -58,6 +63,8 @@ impl<T: Scalar> Rows<T> {
             diagonal: Vec::new(),
             turned: Vec::new(),
             islands: Islands::default(),
+            start: Start::Nothing,
+            start_forces: Vec::new(),
             count: 0,
             jacobian: Vec::with_capacity(dense(rows) * nv),
             half: Vec::with_capacity((dense(rows) / GROUP + 1) * nv),
@@ -74,6 +81,7 @@ impl<T: Scalar> Rows<T> {
 
     pub(super) fn clear(&mut self) {
         self.count = 0;
+        self.start = Start::Nothing;
         self.jacobian.clear();
         if let Some(sparse) = &mut self.sparse {
             sparse.truncate(0);
@@ -103,6 +111,27 @@ impl<T: Scalar> Rows<T> {
         self.regularization.truncate(to.rows);
         self.blocks.truncate(to.blocks);
         self.friction.truncate(to.blocks);
+    }
+
+    /// Whether they are those of a world of several trees.
+    pub(super) fn are_sparse(&self) -> bool {
+        self.sparse.is_some()
+    }
+
+    /// Sets the forces from which the next solution starts, after so many rows without any.
+    pub(super) fn start_from<const N: usize>(
+        &mut self,
+        start: Start,
+        mark: Mark,
+        forces: impl Iterator<Item = Option<[T; N]>>,
+    ) {
+        self.start = start;
+        self.start_forces.clear();
+        self.start_forces.resize(mark.rows, T::zero());
+        for of_block in forces {
+            let of_block = of_block.unwrap_or([T::zero(); N]);
+            self.start_forces.extend_from_slice(&of_block);
+        }
     }
 
     /// More rows of zeros, to be filled: they act on the same bodies or coordinates.
@@ -366,7 +395,7 @@ impl<T: Scalar> Rows<T> {
         sum
     }
 
-    /// Finds the forces without a warm start: a step depends only on the state, even if forces are not unique.
+    /// Finds the forces. Without a start that is kept, a step depends only on the state, even if forces are not unique.
     pub(super) fn solve(
         &mut self,
         law: Law,
@@ -376,12 +405,16 @@ impl<T: Scalar> Rows<T> {
         let mut forces = std::mem::take(&mut self.forces);
         forces.clear();
         forces.resize(self.offset.len(), T::zero());
+        if self.start != Start::Nothing {
+            forces.copy_from_slice(&self.start_forces);
+        }
         let certificate = match &self.sparse {
             None => solver.solve(&self.problem(law), &mut forces),
             Some(sparse) => {
                 self.islands.find(sparse, &self.blocks);
                 let (problem, islands) = (self.problem(law), &self.islands);
-                solver.solve_islands(&problem, sparse, factor, islands, &mut forces)
+                let start = self.start;
+                solver.solve_islands(&problem, sparse, factor, islands, start, &mut forces)
             }
         };
         self.forces = forces;

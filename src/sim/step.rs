@@ -32,6 +32,15 @@ impl<T: Scalar> StepScratch<T> {
         }
     }
 
+    /// Lets the solver of contact forces start each step from the forces of the last one that was taken with this memory: a few times quicker in piles that
+    /// hardly move, and then a step depends on this memory besides its other arguments. Forces may differ in their last digits, and among
+    /// redundant contacts in how these share a load. See [`SolverOptions::warm_start`](crate::contact::SolverOptions::warm_start) for rollouts.
+    #[must_use]
+    pub fn with_warm_start(mut self) -> Self {
+        self.acceleration.terms.contact.keep_for_next_step();
+        self
+    }
+
     /// Status of the solver of the forces of contact and constraints, or of the search of an [implicit midpoint](super::Integrator::ImplicitMidpoint), in
     /// the last step, in a lane: the worst of all evaluations, and [`Converged`](Status::Converged) if none was needed. See
     /// [`ContactReport::certificate`](super::ContactReport) for its meaning.

@@ -105,8 +105,9 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         f64,
         Bound<'py, PyAny>,
         Bound<'py, PyAny>,
+        bool,
     );
-    if let Some((tolerance, iterations, acceptable, points_per_link, points)) =
+    if let Some((tolerance, iterations, acceptable, points_per_link, points, warm_start)) =
         value.getattr("solver")?.extract::<Option<Solver<'_>>>()?
     {
         let options = SolverOptions {
@@ -115,6 +116,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             acceptable,
             points_per_link: whole("points_per_link", &points_per_link)?,
             points: whole("points", &points)?,
+            warm_start,
         };
         contacts = guarded(|| contacts.with_solver_options(options))?;
     }

@@ -1,6 +1,7 @@
 //! Contact of points with the ground and between bodies: the term, the points that take part, and its derivatives.
 
 mod impact;
+mod kept;
 mod numbers;
 mod pairs;
 mod point;

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::kept::KeptForces;
 use super::pairs::PairPoints;
 use super::touching::Touching;
 use super::working_set::{StepKinematics, WorkingSet};
@@ -15,6 +16,7 @@ use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
+use crate::sim::island::Start;
 use crate::sim::rows::Mark;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::term::Term;
@@ -36,6 +38,8 @@ pub(crate) struct Contact<T> {
     working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
+    /// Forces of the last solution.
+    kept: KeptForces<T>,
     /// Index of its first row.
     first: Mark,
     /// The acceleration without rows, for points to be judged at.
@@ -58,6 +62,7 @@ impl<T: Scalar> Contact<T> {
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
             working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
+            kept: KeptForces::new(),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
         }
@@ -259,6 +264,9 @@ impl<T: Scalar> Contact<T> {
             balance.free_acceleration_into(&mut free);
             self.grow(at, contacts, &free);
             self.free = free;
+            if self.kept.stay {
+                self.add_kept(contacts);
+            }
         } else {
             self.working.take_all(&self.points);
         }
@@ -314,6 +322,54 @@ impl<T: Scalar> Contact<T> {
         }
         self.axes = all;
     }
+
+    /// Lets each step start from the forces of the last one.
+    pub(crate) fn keep_for_next_step(&mut self) {
+        self.kept.stay = true;
+    }
+
+    /// Keeps the forces of the last solution.
+    fn keep_forces<P: Scalar>(&mut self, contacts: &Contacts<P>, balance: &Balance<T>) {
+        let touching = Touching {
+            contacts,
+            pairs: &self.pairs,
+            points: &self.points,
+            kinematics: &self.kinematics,
+        };
+        let (forces, _) = (balance.rows.last_forces(ROWS * self.axes.len())).as_chunks::<ROWS>();
+        let points = self.working.active().iter().zip(forces);
+        (self.kept).keep(points.map(|(&i, &f)| (touching.key(i), f)));
+    }
+
+    /// Lets points take part that had a force in the last solution.
+    fn add_kept<P: Scalar>(&mut self, contacts: &Contacts<P>) {
+        let touching = Touching {
+            contacts,
+            pairs: &self.pairs,
+            points: &self.points,
+            kinematics: &self.kinematics,
+        };
+        self.working.add(|i| {
+            let force = self.kept.find(touching.key(i));
+            force.is_some_and(|f| !f[0].is_zero())
+        });
+    }
+
+    /// Lets the next solution start from the forces that are kept: within an instant from those along normals alone, since redundant ones across them would stay.
+    fn start_from_kept<P: Scalar>(&self, contacts: &Contacts<P>, balance: &mut Balance<T>) {
+        let stay = self.kept.stay;
+        let touching = self.touching_in(contacts);
+        let points = self.working.active().iter();
+        let kept = points.map(|&i| self.kept.find(touching.key(i)));
+        let (start, first) = (Start::of(stay), self.first);
+        let forces = kept.map(|f| {
+            f.map(|[along, x, y]| match stay {
+                true => [along, x, y],
+                false => [along, T::zero(), T::zero()],
+            })
+        });
+        balance.rows.start_from(start, first, forces);
+    }
 }
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
@@ -336,6 +392,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);
         self.add_jacobians(at, contacts, balance);
+        if self.kept.stay {
+            self.start_from_kept(contacts, balance);
+        }
     }
 
     fn add_references(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
@@ -375,9 +434,16 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
     ) -> bool {
         let some = at.solved_contacts().filter(|c| c.use_working_set());
         let Some(contacts) = some else { return false };
+        let keeps = self.kept.stay || balance.rows.are_sparse();
+        if keeps {
+            self.keep_forces(contacts, balance);
+        }
         let any = self.grow(at, contacts, a);
         if any {
             self.add_jacobians(at, contacts, balance);
+            if keeps {
+                self.start_from_kept(contacts, balance);
+            }
         }
         any
     }
@@ -397,6 +463,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         for ((&i, axes), f) in self.working.active().iter().zip(&self.axes).zip(forces) {
             let [n, t_1, t_2] = axes;
             self.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
+        }
+        if self.kept.stay {
+            self.keep_forces(contacts, balance);
         }
         if contacts.have_bristles() {
             self.update_bristles(at, contacts);

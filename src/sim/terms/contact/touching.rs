@@ -4,6 +4,7 @@
 
 use nalgebra::Vector3;
 
+use super::kept::Key;
 use super::pairs::PairPoints;
 use crate::contact::{
     BodyPoint, ContactLaw, Contacts, PairPoint, PointState, ROWS, body_force, each_jacobian_column,
@@ -40,6 +41,14 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
         match self.pair(i) {
             None => Group::Link(self.contacts.points()[i].link.0),
             Some(k) => Group::Pair(self.pairs.get(k).shapes),
+        }
+    }
+
+    /// What a point is from solution to solution.
+    pub(super) fn key(&self, i: usize) -> Key {
+        match self.pair_point(i) {
+            None => Key::Ground(i),
+            Some(point) => Key::Pair(point.shapes, point.feature.id),
         }
     }
 

@@ -153,13 +153,15 @@ impl<T: Scalar> WorkingSet<T> {
         let mut grown = false;
         for lane in 0..T::LANES {
             let mut first = 0;
+            let mut room = self.limit.saturating_sub(self.members.count(lane));
             while first < self.candidates.len() {
                 let group = step.touching.group(self.candidates[first]);
                 let rest = self.candidates[first..].iter();
                 let same = rest.take_while(|&&i| step.touching.group(i) == group);
                 let end = first + same.count();
-                self.choose(step, first..end, limit, lane);
+                self.choose(step, first..end, limit.min(room), lane);
                 grown |= !self.chosen.is_empty();
+                room -= self.chosen.len();
                 self.insert_chosen(lane);
                 first = end;
             }
@@ -183,6 +185,23 @@ impl<T: Scalar> WorkingSet<T> {
     }
 
     /// Chooses, of the candidates in a range, which are those of one link, the one that falls short most in a lane, and others far from it
+    /// Adds candidates, as many as there is room for.
+    pub(super) fn add(&mut self, is_wanted: impl Fn(usize) -> bool) {
+        for lane in 0..T::LANES {
+            let room = self.limit.saturating_sub(self.members.count(lane));
+            let may = |&at: &usize| {
+                let point = self.candidates[at];
+                self.margins[at].value(lane) > 0.0
+                    && !self.members.contains(point, lane)
+                    && is_wanted(point)
+            };
+            self.chosen.clear();
+            let wanted = (0..self.candidates.len()).filter(may).take(room);
+            self.chosen.extend(wanted);
+            self.insert_chosen(lane);
+        }
+    }
+
     /// and from each other, at most so many.
     fn choose<P: Scalar>(
         &mut self,
@@ -193,7 +212,6 @@ impl<T: Scalar> WorkingSet<T> {
     ) {
         let (chosen, candidates, members) = (&mut self.chosen, &self.candidates, &self.members);
         chosen.clear();
-        let limit = limit.min(self.limit.saturating_sub(members.count(lane)));
         let shortfall = |at: &usize| self.shortfalls[*at].value(lane);
         let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
         let free =
