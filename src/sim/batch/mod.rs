@@ -11,6 +11,7 @@
 //! Where the CPU has no registers for lanes, each state of a group goes through the code of one state.
 
 mod control;
+mod environments;
 mod group;
 mod groups;
 mod one_by_one;
@@ -23,6 +24,7 @@ mod step_and_read;
 mod worker;
 
 pub use control::BatchMoment;
+pub use environments::{AutoReset, Environment, Environments, Episode, Transitions};
 pub use rollout::BatchRollout;
 pub use simulator::BatchSimulator;
 pub use single::{SINGLE_WIDTH, SingleBatch, SingleScalar};
