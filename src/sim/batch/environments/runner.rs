@@ -136,6 +136,16 @@ impl<E: Environment> Environments<E> {
         self
     }
 
+    /// Uses at most this many threads, see [`BatchSimulator::with_threads`].
+    ///
+    /// # Panics
+    /// If it is zero.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        self.batch = self.batch.with_threads(threads);
+        self
+    }
+
     /// The task.
     pub fn environment(&self) -> &E {
         &self.environment
@@ -162,6 +172,11 @@ impl<E: Environment> Environments<E> {
             self.states.len()
         );
         self.episodes[i / BATCH_WIDTH].lengths[i % BATCH_WIDTH]
+    }
+
+    /// Whether an episode is over, and no other one has begun in its place.
+    pub fn needs_reset(&self) -> bool {
+        self.episodes.iter().any(|own| own.ended.contains(&true))
     }
 
     /// Memory for the results of [`step`](Self::step).
@@ -261,8 +276,7 @@ impl<E: Environment> Environments<E> {
             (len * width, len * width, len),
             "memory of the results"
         );
-        let waits = |own: &Episodes| own.ended.contains(&true);
-        let waits = self.auto_reset == AutoReset::Never && self.episodes.iter().any(waits);
+        let waits = self.auto_reset == AutoReset::Never && self.needs_reset();
         assert!(
             !waits,
             "an episode is over: begin another one by reset_where"
