@@ -67,26 +67,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut all = Environments::new(Upright, batch, 1);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
     let (mut mean, mut spread) = ([0.0; 4], [15.0; 4]);
-    for generation in 0.. {
+    for generation in 0..30 {
         let mut draw = |j: usize| mean[j] + spread[j] * rng.random_range(-1.7..1.7);
-        let gains: Vec<[f64; 4]> = (0..CANDIDATES)
-            .map(|_| std::array::from_fn(&mut draw))
-            .collect();
-        let reached = points(&mut all, &gains);
-        let mut order: Vec<usize> = (0..CANDIDATES).collect();
-        order.sort_by_key(|&i| std::cmp::Reverse(reached[i]));
-        let best = |j: usize| order[..BEST].iter().map(move |&i| gains[i][j]);
-        mean = std::array::from_fn(|j| best(j).sum::<f64>() / BEST as f64);
-        let variance = |j: usize| best(j).map(|k| (k - mean[j]).powi(2)).sum::<f64>() / BEST as f64;
+        let mut gains = [[0.0; 4]; CANDIDATES];
+        gains.fill_with(|| std::array::from_fn(&mut draw));
+        let mut order: Vec<_> = points(&mut all, &gains).into_iter().zip(gains).collect();
+        order.sort_by_key(|(points, _)| std::cmp::Reverse(*points));
+        let average = |f: &dyn Fn([f64; 4]) -> f64| {
+            order[..BEST]
+                .iter()
+                .map(|(_, gains)| f(*gains))
+                .sum::<f64>()
+                / BEST as f64
+        };
+        mean = std::array::from_fn(|j| average(&|gains| gains[j]));
+        let variance = |j: usize| average(&|gains| (gains[j] - mean[j]).powi(2));
         spread = std::array::from_fn(|j| variance(j).sqrt() + 0.1);
         println!(
             "generation {generation}: the best reach {} steps",
-            reached[order[BEST - 1]]
+            order[BEST - 1].0
         );
-        if reached[order[BEST - 1]] == STEPS {
+        if order[BEST - 1].0 == STEPS {
             break;
         }
-        assert!(generation < 30, "nothing was learnt");
     }
     let reached = points(&mut all, &[mean; CANDIDATES]);
     let kept = reached.iter().filter(|points| **points == STEPS).count();

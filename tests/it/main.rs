@@ -69,6 +69,7 @@ mod parameters;
 mod pictures;
 mod piles;
 mod pitfalls;
+mod quadruped_walk;
 mod random_trees;
 mod rates;
 mod refused;

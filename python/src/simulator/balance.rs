@@ -128,7 +128,7 @@ impl PyBalance {
 
     /// Seeds the states whose seed is not None, from their next episode on.
     fn seed(&mut self, seeds: Vec<Option<u64>>) {
-        for all in &mut self.all {
+        if let Some(all) = &mut self.all {
             let seeds = seeds.iter().take(all.states().len()).enumerate();
             seeds.for_each(|(i, seed)| seed.iter().for_each(|seed| all.seed(i, *seed)));
         }
@@ -148,7 +148,7 @@ impl PyBalance {
                 "reset_mask has the shape ({given},), expected ({n},)"
             )));
         }
-        for all in &mut self.all {
+        if let Some(all) = &mut self.all {
             match &mask {
                 Some(mask) => all.reset_where(mask, &mut self.next.observations),
                 None => all.reset(&mut self.next.observations),
