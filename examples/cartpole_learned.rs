@@ -1,4 +1,5 @@
-//! A pole on a cart is kept upright by a linear policy that is learnt in half a second, by the cross-entropy method: many candidates act at once, the best ones are the next guess.
+//! A pole on a cart is kept upright by a linear policy that is learnt in less than a second by the cross-entropy method: many candidates act at once, and the next ones are
+//! drawn about the best.
 //!
 //! `cargo run --release --example cartpole_learned`
 

@@ -177,6 +177,8 @@ def test_a_balance_refuses_what_it_cannot_be() -> None:
     ):
         with pytest.raises(ValueError, match=text):
             gym.BatchEnv(gym.Balance(task.simulator, start, within), 2).reset()
+    with pytest.raises(ValueError, match="max_steps is 0"):
+        gym.BatchEnv(gym.Balance(task.simulator, (low, high), (low, high), max_steps=0), 2).reset()
     env = gym.BatchEnv(task, 3, AutoresetMode.DISABLED)
     env.reset(seed=1)
     with pytest.raises(ValueError, match=r"reset_mask has the shape"):

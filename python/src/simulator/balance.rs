@@ -15,6 +15,7 @@ use super::memory::threads_for;
 use super::spread::Spread;
 use crate::arrays::{Rows, argument, read_vector, vector};
 use crate::errors::{choice, shape_error, value_error};
+use crate::limits::check_array;
 
 /// Bounds of numbers.
 type Bounds = [Vec<f64>; 2];
@@ -106,6 +107,15 @@ impl PyBalance {
         let own = &simulator.get().simulator;
         let (nq, nv, nu, _) = simulator.get().sizes();
         let auto_reset = choice("autoreset_mode", mode, &MODES)?;
+        for (name, count) in [
+            ("max_steps", max_steps),
+            ("steps_per_action", steps_per_action),
+        ] {
+            if count == 0 {
+                return Err(value_error(format_args!("{name} is 0, expected 1 or more")));
+            }
+        }
+        check_array("states", &[n, nq + nv])?;
         let task = Balance {
             model: own.model().clone(),
             nu,
@@ -114,8 +124,8 @@ impl PyBalance {
         };
         let batch = BatchSimulator::new((**own).clone(), n).with_threads(1);
         let all = Environments::new(task, batch, 0)
-            .with_decimation(steps_per_action.max(1))
-            .with_max_length(max_steps.max(1))
+            .with_decimation(steps_per_action)
+            .with_max_length(max_steps)
             .with_auto_reset(auto_reset);
         Ok(Self {
             next: all.transitions(),
@@ -191,7 +201,7 @@ impl PyBalance {
         &self,
         py: Python<'py>,
     ) -> Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)> {
-        let all = self.all.as_ref()?;
+        let all = self.all.as_ref().filter(|all| all.states().len() > 0)?;
         let state = all.states().state(0);
         let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
         Some((q, v, all.length(0)))
@@ -254,7 +264,8 @@ fn bounds(
     let [low, high] = [read(low)?, read(high)?];
     for (k, (low, high)) in low.iter().zip(&high).enumerate() {
         let is_finite = low.is_finite() && high.is_finite();
-        if !(low <= high) || (are_finite && !is_finite) {
+        let are_ordered = low <= high;
+        if !are_ordered || (are_finite && !is_finite) {
             return Err(value_error(format_args!(
                 "{name}: the bounds of entry {k} are {low} and {high}"
             )));

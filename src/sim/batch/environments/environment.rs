@@ -1,4 +1,4 @@
-//! What a task is.
+//! The trait of a task.
 
 use num_traits::One;
 use rand::Rng;
@@ -37,7 +37,7 @@ pub trait Environment: Sync {
         u[..action.len()].copy_from_slice(action);
     }
 
-    /// Writes what is observed, length [`n_observations`](Self::n_observations).
+    /// Writes the observation, length [`n_observations`](Self::n_observations).
     fn observe(&self, episode: &Episode<'_>, out: &mut [BatchScalar]);
 
     /// The reward of an action, after its time steps; by default 1.
@@ -57,6 +57,6 @@ pub struct Episode<'a> {
     pub state: &'a State<BatchScalar>,
     /// Time since the start of the episode, s.
     pub time: BatchScalar,
-    /// What the episode drew at its start.
+    /// Entries that the episode drew for itself at its start.
     pub drawn: &'a [BatchScalar],
 }

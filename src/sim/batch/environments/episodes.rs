@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
 use super::environment::{Environment, Episode};
-use super::runner::{AutoReset, Task};
+use super::rules::{AutoReset, Rules};
 use super::transitions::Rows;
 use crate::scalar::Lanes;
 use crate::sim::batch::group::Group;
@@ -77,38 +77,38 @@ impl Episodes {
         (self.lengths[lane], self.time.0[lane], self.ended[lane]) = (0, 0.0, false);
     }
 
-    /// Takes the steps of an action in all lanes, and writes what follows it.
+    /// Takes the steps of an action in all lanes, and writes the results.
     pub(super) fn advance<E: Environment>(
         &mut self,
-        task: &Task<'_, E>,
+        rules: &Rules<'_, E>,
         stepper: &mut Stepper<'_>,
         group: &mut OwnGroup,
         rows: &mut Rows<'_>,
     ) {
         let again = self.ended;
-        self.take_steps(task, stepper, group, rows.actions);
-        self.judge(task, group, again, rows);
-        let begins = match task.auto_reset {
+        self.take_steps(rules, stepper, group, rows.actions);
+        self.judge(rules, group, again, rows);
+        let begins = match rules.auto_reset {
             AutoReset::SameStep => self.ended,
             AutoReset::NextStep | AutoReset::Never => again,
         };
         if begins != [false; BATCH_WIDTH] {
-            if task.auto_reset == AutoReset::SameStep {
-                self.observe(task.environment, group);
+            if rules.auto_reset == AutoReset::SameStep {
+                self.observe(rules.environment, group);
                 let begins = |lane: usize| begins[lane];
                 write_rows(&self.observation, rows.final_observations, begins);
             }
             for lane in (0..BATCH_WIDTH).filter(|&lane| begins[lane]) {
-                self.begin(task.environment, task.neutral, lane, group);
+                self.begin(rules.environment, rules.neutral, lane, group);
             }
         }
-        self.observe_into(task.environment, group, rows.observations);
+        self.observe_into(rules.environment, group, rows.observations);
     }
 
     /// Steps with the rows of actions.
     fn take_steps<E: Environment>(
         &mut self,
-        task: &Task<'_, E>,
+        rules: &Rules<'_, E>,
         stepper: &mut Stepper<'_>,
         group: &mut OwnGroup,
         actions: &[f64],
@@ -119,12 +119,12 @@ impl Episodes {
             *out = Lanes(std::array::from_fn(|lane| actions[own(lane)]));
         }
         let time_step = stepper.time_step();
-        for k in 0..task.decimation {
+        for k in 0..rules.decimation {
             let action = self.action.as_slice();
             stepper.set_input(group, |state, u| {
-                task.environment.act(&self.at(state), action, u);
+                rules.environment.act(&self.at(state), action, u);
             });
-            stepper.step(task.step + k, group);
+            stepper.step(rules.step + k, group);
             self.time
                 .0
                 .iter_mut()
@@ -139,19 +139,19 @@ impl Episodes {
     /// * `again` – whether the episode of a lane begins in this step, so that its action was for nothing
     fn judge<E: Environment>(
         &mut self,
-        task: &Task<'_, E>,
+        rules: &Rules<'_, E>,
         group: &OwnGroup,
         again: [bool; BATCH_WIDTH],
         rows: &mut Rows<'_>,
     ) {
         let episode = self.at(&group.state);
-        let reward = task.environment.reward(&episode, &self.action);
-        let over = task.environment.is_over(&episode);
+        let reward = rules.environment.reward(&episode, &self.action);
+        let over = rules.environment.is_over(&episode);
         let runs = group
             .status()
             .map(|status| status == RolloutStatus::Completed);
         let is_over = |lane: usize| (over[lane] || !runs[lane]) && !again[lane];
-        let is_cut = |lane: usize| self.lengths[lane] >= task.max_length && !again[lane];
+        let is_cut = |lane: usize| self.lengths[lane] >= rules.max_length && !again[lane];
         self.ended = std::array::from_fn(|lane| is_over(lane) || is_cut(lane));
         for (lane, out) in rows.rewards.iter_mut().enumerate() {
             *out = if again[lane] { 0.0 } else { reward.0[lane] };

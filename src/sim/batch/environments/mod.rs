@@ -4,9 +4,11 @@
 
 mod environment;
 mod episodes;
+mod rules;
 mod runner;
 mod transitions;
 
 pub use environment::{Environment, Episode};
-pub use runner::{AutoReset, Environments};
+pub use rules::AutoReset;
+pub use runner::Environments;
 pub use transitions::Transitions;

@@ -2,21 +2,10 @@
 
 use super::environment::Environment;
 use super::episodes::{Episodes, OwnGroup};
+use super::rules::{AutoReset, Rules};
 use super::transitions::{Rows, Transitions};
 use crate::sim::batch::{BATCH_WIDTH, BatchSimulator, BatchStates};
 use crate::sim::state::State;
-
-/// When an episode begins after the end of another one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AutoReset {
-    /// In the step after the end, whose action has no effect and whose reward is zero.
-    #[default]
-    NextStep,
-    /// In the step of the end: its last observation is in [`Transitions::final_observations`].
-    SameStep,
-    /// When [`Environments::reset_where`] says so.
-    Never,
-}
 
 /// Episodes of a task on the states of a batch.
 ///
@@ -62,17 +51,6 @@ pub struct Environments<E> {
     decimation: usize,
     max_length: usize,
     auto_reset: AutoReset,
-}
-
-/// What all groups have in common in a step.
-pub(super) struct Task<'a, E> {
-    pub(super) environment: &'a E,
-    pub(super) neutral: &'a State,
-    /// Index of the first time step.
-    pub(super) step: usize,
-    pub(super) decimation: usize,
-    pub(super) max_length: usize,
-    pub(super) auto_reset: AutoReset,
 }
 
 impl<E: Environment> Environments<E> {
@@ -281,7 +259,7 @@ impl<E: Environment> Environments<E> {
             !waits,
             "an episode is over: begin another one by reset_where"
         );
-        let task = Task {
+        let rules = Rules {
             environment: &self.environment,
             neutral: &self.neutral,
             step: self.states.groups.steps,
@@ -298,7 +276,7 @@ impl<E: Environment> Environments<E> {
         );
         self.batch
             .for_each(&mut items, |stepper, _, (episodes, group, rows)| {
-                episodes.advance(&task, stepper, group, rows);
+                episodes.advance(&rules, stepper, group, rows);
             });
     }
 }

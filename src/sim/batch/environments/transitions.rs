@@ -2,7 +2,7 @@
 
 use super::environment::Environment;
 
-/// What follows the actions of all episodes, row by row. Made by [`Environments::transitions`](super::Environments::transitions).
+/// Results of the actions of all episodes, row by row. Made by [`Environments::transitions`](super::Environments::transitions).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transitions {
     /// Length number of states × entries of an observation. Where a new episode has begun, its first one.
