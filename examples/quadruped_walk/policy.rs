@@ -3,9 +3,9 @@
 use super::task::{ACTIONS, OBSERVED, SPEED};
 
 /// What a leg knows: one, then the vertical along x and y, angular velocity, error of the speed along x, speed along y, direction.
-pub const KNOWN: usize = 9;
+pub(crate) const KNOWN: usize = 9;
 /// Numbers of a policy: stride and lift, then for each half of the trot the rows of a front and a hind leg.
-pub const NUMBERS: usize = 2 + 2 * 2 * 3 * KNOWN;
+pub(crate) const NUMBERS: usize = 2 + 2 * 2 * 3 * KNOWN;
 
 /// Sign of what is known in a mirror that exchanges left and right.
 const MIRRORED: [f64; KNOWN] = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0];
@@ -18,7 +18,7 @@ const LEGS: [(bool, bool, f64); 4] = [
 ];
 
 /// The action for an observation.
-pub fn act(numbers: &[f64], observed: &[f64], action: &mut [f64]) {
+pub(crate) fn act(numbers: &[f64], observed: &[f64], action: &mut [f64]) {
     assert_eq!((observed.len(), action.len()), (OBSERVED, ACTIONS));
     let ((gait, numbers), (first, offsets)) = (numbers.split_at(2), action.split_at_mut(2));
     first.copy_from_slice(gait);
@@ -52,7 +52,7 @@ pub fn act(numbers: &[f64], observed: &[f64], action: &mut [f64]) {
 ///
 /// # Panics
 /// If it is not one.
-pub fn of_text(text: &str) -> Vec<f64> {
+pub(crate) fn of_text(text: &str) -> Vec<f64> {
     let number = |word: &str| word.parse::<f64>().expect("a number of the policy");
     let numbers: Vec<f64> = text.split_whitespace().map(number).collect();
     assert_eq!(numbers.len(), NUMBERS, "the numbers of a policy");

@@ -19,10 +19,10 @@ use super::leg;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
 const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
-pub const TIME_STEP: f64 = 4e-3;
+pub(crate) const TIME_STEP: f64 = 4e-3;
 /// Time steps for each action, and seconds of an episode.
-pub const DECIMATION: usize = 5;
-pub const DURATION: f64 = 10.0;
+pub(crate) const DECIMATION: usize = 5;
+pub(crate) const DURATION: f64 = 10.0;
 /// Stiffness and damping of the servos, N·m/rad and N·m·s/rad.
 const GAINS: [f64; 2] = [80.0, 2.0];
 
@@ -39,15 +39,15 @@ const FORCES: [f64; 2] = [20.0, 60.0];
 /// Greatest relative error of the mass of a link, and of friction.
 const ERROR: f64 = 0.2;
 /// Speed that is rewarded, m/s.
-pub const SPEED: f64 = 0.65;
+pub(crate) const SPEED: f64 = 0.65;
 
 /// Entries of an action: the way of a foot on the ground and its height in the middle of a swing, m, then offsets of the feet along x, y, z, m.
-pub const ACTIONS: usize = 14;
+pub(crate) const ACTIONS: usize = 14;
 /// Entries of an observation.
-pub const OBSERVED: usize = 9;
+pub(crate) const OBSERVED: usize = 9;
 
 /// The robot: a position servo in each joint, rigid ground under the feet, and a hand at the trunk.
-pub fn robot() -> Result<Simulator, Box<dyn Error>> {
+pub(crate) fn robot() -> Result<Simulator, Box<dyn Error>> {
     let model = Model::from_urdf_file(FILE)?;
     let mut actuation = Actuation::from_model(&model);
     for joint in model.joint_names() {
@@ -70,13 +70,13 @@ pub fn robot() -> Result<Simulator, Box<dyn Error>> {
 }
 
 /// Walks along x.
-pub struct Walk {
+pub(crate) struct Walk {
     stand: State,
 }
 
 impl Walk {
     /// Episodes of the task, each on the robot, from the start, and with the pushes of its seed.
-    pub fn episodes(simulator: &Simulator, seeds: &[u64]) -> Environments<Self> {
+    pub(crate) fn episodes(simulator: &Simulator, seeds: &[u64]) -> Environments<Self> {
         let rows = seeds.iter().flat_map(|&seed| another(simulator, seed));
         let batch = BatchSimulator::of_parameters(simulator, &rows.collect::<Vec<_>>());
         let mut stand: State = simulator.neutral_state();
@@ -119,7 +119,7 @@ fn under(side: f64) -> [f64; 3] {
 }
 
 /// Place of a leg in its trot at a time, of [0, 1): on the ground in the first half, in the air in the second one.
-pub fn phase(leg: usize, time: f64) -> f64 {
+pub(crate) fn phase(leg: usize, time: f64) -> f64 {
     (FREQUENCY * time + PHASES[leg]).rem_euclid(1.0)
 }
 

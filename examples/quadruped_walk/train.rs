@@ -41,7 +41,7 @@ fn first_guess() -> Vec<f64> {
 /// Trains a policy, and tells how it goes.
 ///
 /// * `keep` – is handed the policy after each iteration, as text
-pub fn train(simulator: &Simulator, mut keep: impl FnMut(String)) {
+pub(crate) fn train(simulator: &Simulator, mut keep: impl FnMut(String)) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
     let mut mean = first_guess();
     for iteration in 0..ITERATIONS {

@@ -8,18 +8,18 @@ use super::task::{ACTIONS, DECIMATION, OBSERVED, TIME_STEP, Walk};
 
 /// How an episode went.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Sum of the rewards.
-    pub points: f64,
+    pub(crate) points: f64,
     /// Way along x, m.
-    pub way: f64,
+    pub(crate) way: f64,
     /// Whether the robot fell.
-    pub fell: bool,
+    pub(crate) fell: bool,
 }
 
 impl Outcome {
     /// Whether the robot walked at 0.5 m/s or more on average, without a fall.
-    pub fn has_walked(&self, seconds: f64) -> bool {
+    pub(crate) fn has_walked(&self, seconds: f64) -> bool {
         !self.fell && self.way >= 0.5 * seconds
     }
 }
@@ -28,7 +28,7 @@ impl Outcome {
 ///
 /// * `numbers` – the policy of a robot
 /// * `seen` – is handed the first robot before each action, with the time in s
-pub fn walk<'a>(
+pub(crate) fn walk<'a>(
     all: &mut Environments<Walk>,
     seconds: f64,
     numbers: impl Fn(usize) -> &'a [f64],
