@@ -3,10 +3,15 @@
 //! `cargo run --release --example quadruped_walk` – 100 robots walk for 10 s; writes the first one to `out/quadruped_walk/index.html`. With `-- train` after it, the
 //! policy is trained first, and written to `examples/quadruped_walk/policy.txt`.
 
+#[path = "quadruped_walk/leg.rs"]
 mod leg;
+#[path = "quadruped_walk/policy.rs"]
 mod policy;
+#[path = "quadruped_walk/task.rs"]
 mod task;
+#[path = "quadruped_walk/train.rs"]
 mod train;
+#[path = "quadruped_walk/walk.rs"]
 mod walk;
 
 use std::error::Error;
