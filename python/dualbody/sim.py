@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._dualbody import NoisySensors, Sensors, Simulator, set_threads, threads
+from ._dualbody import BatchSimulator, NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
 from ._points import ContactKinematics, contact_kinematics
@@ -45,6 +45,7 @@ __all__ = [
     "Actuator",
     "Anchor",
     "Ball",
+    "BatchSimulator",
     "ContactKinematics",
     "ContactReport",
     "Coupler",

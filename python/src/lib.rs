@@ -89,7 +89,9 @@ mod _dualbody {
     #[pymodule_export]
     use super::sensors::{PyNoisySensors, PySensors};
     #[pymodule_export]
-    use super::simulator::{_simulator, PyNativeSimulator, PySimulator};
+    use super::simulator::{
+        _simulator, PyBalance, PyBatchSimulator, PyNativeSimulator, PySimulator,
+    };
     #[pymodule_export]
     use super::spatial::{_pose, _rotation};
     #[pymodule_export]

@@ -99,32 +99,90 @@ def test_without_autoreset_a_mask_resets() -> None:
 def test_actions_of_a_wrong_shape_or_not_finite_are_refused() -> None:
     envs = gym.BatchEnv(gym.cartpole(), 4)
     envs.reset(seed=1)
-    with pytest.raises(ValueError, match=r"shape \(4,\), expected \(4, 1\)"):
+    with pytest.raises(ValueError, match=r"actions has the shape \[4\], expected \(4, 1\)"):
         envs.step(np.full(4, 5.0, np.float32))
     actions = np.zeros((4, 1), np.float32)
     actions[2] = np.nan
     with pytest.raises(ValueError, match="environment 2 is not finite"):
         envs.step(actions)
+    robots = gym.BatchEnv(gym.quadruped(), 2)
+    robots.reset(seed=1)
+    with pytest.raises(ValueError, match=r"actions has the shape \(2,\), expected \(2, 12\)"):
+        robots.step(np.zeros(2, np.float32))
+    with pytest.raises(ValueError, match="environment 1 is not finite"):
+        robots.step(np.stack([np.zeros(12), np.full(12, np.inf)]))
 
 
 def test_a_state_that_diverges_ends_its_episode_only() -> None:
-    task = gym.cartpole()
+    simulator = gym.cartpole().simulator.replace(divergence_bound=2.0)
     wild = gym.Task(
-        task.simulator.replace(divergence_bound=2.0),
+        simulator,
         lambda rng: (np.zeros(2), np.array([0.0, 1.9 if rng.random() < 0.5 else 0.0])),
-        task.observe,
-        task.reward,
+        lambda q, v: np.concatenate([q, v], axis=1),
+        lambda q, v, u: np.ones(len(q)),
         lambda q, v: np.zeros(len(q), bool),
         bounds=([-10], [10]),
     )
-    env = gym.BatchEnv(wild, 16)
+    data = gym.Balance(simulator, ([0, 0, 0, 1.5], [0, 0, 0, 2.0]), (np.full(4, -np.inf), np.full(4, np.inf)), bounds=([-10], [10]))
+    for task in (wild, data):
+        env = gym.BatchEnv(task, 16)
+        env.reset(seed=1)
+        ends = np.zeros(16, bool)
+        for _ in range(12):
+            observations, _, over, _, _ = env.step(np.zeros((16, 1), np.float32))
+            assert np.isfinite(observations).all()
+            ends |= over
+        assert ends.any() and (task is data or not ends.all())
+
+
+def test_a_balance_is_the_task_of_functions_that_says_the_same() -> None:
+    task = gym.cartpole()
+    first = gym.BatchEnv(task, 9).reset(seed=4)[0].astype(float)
+    functions = gym.Task(
+        task.simulator,
+        lambda rng: (np.zeros(2), np.zeros(2)),
+        lambda q, v: np.concatenate([q, v], axis=1),
+        lambda q, v, u: np.ones(len(q)),
+        lambda q, v: (np.abs(q[:, 0]) > 2.4) | (np.abs(q[:, 1]) > np.radians(12)),
+        max_steps=500,
+        bounds=([-10.0], [10.0]),
+        starts=lambda draws: (np.float64(first[: len(draws), :2]), np.float64(first[: len(draws), 2:])),
+    )
+    one, other = (gym.BatchEnv(t, 9, AutoresetMode.DISABLED) for t in (task, functions))
+    np.testing.assert_array_equal(one.reset(seed=4)[0], other.reset(seed=4)[0])
+    one.action_space.seed(1)
+    while True:
+        action = one.action_space.sample()
+        for x, y in zip((a := one.step(action))[:4], other.step(action)[:4], strict=True):
+            np.testing.assert_allclose(x, y, atol=1e-5)
+        if (a[2] | a[3]).any():
+            break
+    # Of any number of environments, on any number of threads, each has the episodes of its seed.
+    many, few = gym.BatchEnv(task, 300), gym.BatchEnv(task, 1)
+    np.testing.assert_array_equal(many.reset(seed=0)[0][200:201], few.reset(seed=200)[0])
+    for _ in range(80):
+        x, y = many.step(np.full((300, 1), 3.0, np.float32)), few.step(np.full((1, 1), 3.0, np.float32))
+        for a, b in zip(x[:4], y[:4], strict=True):
+            np.testing.assert_array_equal(a[200:201], b)
+
+
+def test_a_balance_refuses_what_it_cannot_be() -> None:
+    task = gym.cartpole()
+    low, high = np.full(4, -1.0), np.full(4, 1.0)
+    for start, within, text in (
+        ((low, high[:3]), (low, high), r"start has the shape"),
+        ((high, low), (low, high), "start: the bounds of entry 0 are 1 and -1"),
+        ((low * np.inf, high), (low, high), "start: the bounds of entry 0"),
+        ((low, high), (low, high * np.nan), "within"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            gym.BatchEnv(gym.Balance(task.simulator, start, within), 2).reset()
+    with pytest.raises(ValueError, match="max_steps is 0"):
+        gym.BatchEnv(gym.Balance(task.simulator, (low, high), (low, high), max_steps=0), 2).reset()
+    env = gym.BatchEnv(task, 3, AutoresetMode.DISABLED)
     env.reset(seed=1)
-    ends = np.zeros(16, bool)
-    for _ in range(12):
-        observations, _, over, _, _ = env.step(np.zeros((16, 1), np.float32))
-        assert np.isfinite(observations).all()
-        ends |= over
-    assert ends.any() and not ends.all()
+    with pytest.raises(ValueError, match=r"reset_mask has the shape"):
+        env.reset(options={"reset_mask": np.ones(2, bool)})
 
 
 def test_render_is_a_page() -> None:

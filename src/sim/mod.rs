@@ -9,6 +9,7 @@
 //! | did it diverge, did the solver find the forces? | [`Rollout::status`], [`Rollout::solver_failure`] | | |
 //! | which integrator? | [`Integrator`] | one dynamics evaluation, one with a solve, four, or a Newton search; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999]; [Marsden, West 2001] |
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
+//! | episodes of reinforcement learning, many at once? | [`Environment`], [`Environments`] | that of the steps | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
 //! | tendon servos, several servos on a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
@@ -75,8 +76,8 @@ pub use actuation::{
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
 pub use batch::{
-    BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
-    SingleBatch, SingleScalar,
+    AutoReset, BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates,
+    Environment, Environments, Episode, SINGLE_WIDTH, SingleBatch, SingleScalar, Transitions,
 };
 pub(crate) use effort_bounds::own_joints;
 pub(crate) use evaluation_point::EvaluationPoint;

@@ -4,6 +4,7 @@
 >>> envs = gymnasium.make_vec("dualbody/CartPole-v0", num_envs=64)
 
 A `Task` is a simulator with NumPy functions of the arrays of a batch: observations, rewards, termination. All states are stepped in one call.
+A `Balance` is data, and runs without functions of Python.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from .draws import Draws
 from .environments import BatchEnv, SingleEnv
 from .push_block import push_block
 from .robots import cartpole, quadruped, quadruped_model
-from .task import Task
+from .task import Balance, Task
 
-__all__ = ["BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
+__all__ = ["Balance", "BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
 
 
 def _make_cartpole(render_mode: str | None = None) -> SingleEnv:

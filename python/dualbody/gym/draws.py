@@ -21,12 +21,16 @@ def _mixed(x: Words) -> Words:
     return x ^ (x >> _U31)
 
 
+def whole(seeds: Sequence[int | None]) -> list[int]:
+    """Seeds of 64 bits, random ones where the seed is None."""
+    entropy = int(np.random.SeedSequence().generate_state(1, np.uint64)[0])
+    return [(entropy + i if s is None else int(s)) % 2**64 for i, s in enumerate(seeds)]
+
+
 def keys(seeds: Sequence[int | None]) -> Words:
     """The state of a generator for each seed; of a random one where the seed is None."""
-    entropy = np.random.SeedSequence()
-    own = [int(entropy.generate_state(1, np.uint64)[0]) + i if s is None else int(s) for i, s in enumerate(seeds)]
     # Mixed twice, so that the sequences of neighbouring seeds are not shifts of one another.
-    return _mixed(_mixed(np.array([s % 2**64 for s in own], np.uint64)) + _STEP)
+    return _mixed(_mixed(np.array(whole(seeds), np.uint64)) + _STEP)
 
 
 class Draws:

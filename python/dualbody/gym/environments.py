@@ -11,17 +11,47 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from .task import States, Task
-
+from ..view import Pictures, Recording
+from .episodes import Episodes, TaskEpisodes, episodes
+from .task import Array, Balance, Task
 
 #: "html" is the page of the episode so far, "rgb_array" a picture of the state, (height, width, 3).
 RENDER_MODES = ["html", "rgb_array"]
 
 
-def _render(states: States | None, mode: str | None) -> Any:
-    if states is None:
-        return None
-    return states.picture() if mode == "rgb_array" else states.recording().to_html()
+class _Film:
+    """The episode of the first state, where it is to be shown."""
+
+    def __init__(self, task: Task | Balance, mode: str | None) -> None:
+        self._task, self._mode = task, mode
+        self._states: list[tuple[Array, Array]] = []
+        #: Draws the state, with the start of the first episode in the middle; made with the first picture
+        self._pictures: Pictures | None = None
+
+    def note(self, all_: Episodes) -> None:
+        """Adds the state after a step, or that of a start."""
+        if self._mode is not None:
+            q, v, steps = all_.first()
+            if steps == 0:
+                self._states = []
+            self._states.append((q, v))
+
+    def render(self) -> Any:
+        """The page, or a picture of the last state; None before the first reset, and without a mode."""
+        if not self._states:
+            return None
+        if self._mode == "rgb_array":
+            if self._pictures is None:
+                self._pictures = Pictures(self._recording(self._states[:1]))
+            return self._pictures.of(self._states[-1][0])
+        return self._recording(self._states).to_html()
+
+    def _recording(self, states: list[tuple[Array, Array]]) -> Recording:
+        task = self._task
+        recording = Recording(task.simulator.model)
+        for k, state in enumerate(states):
+            recording.push(k * task.steps_per_action * task.simulator.time_step, state)
+        return recording
 
 
 class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -29,38 +59,41 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 50}
 
-    def __init__(self, task: Task, render_mode: str | None = None) -> None:
+    def __init__(self, task: Task | Balance, render_mode: str | None = None) -> None:
         self.task, self.render_mode = task, render_mode
         both: tuple[Any, Any] = task.action_space(), task.observation_space()
         self.action_space, self.observation_space = both
-        self._states: States | None = None
+        self._episodes: Episodes | None = None
+        self._film = _Film(task, render_mode)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins an episode: the observation, and an empty info. seed: of its random numbers from now on."""
         super().reset(seed=seed)
-        if self.task.starts is None:
-            self._states = States(self.task, [seed], [self.np_random])
-        elif self._states is None or seed is not None:
-            own = seed if seed is not None else int(self.np_random.integers(2**63))
-            self._states = States(self.task, [own])
-        else:
-            self._states.start(np.ones(1, np.bool_))
-        return self._states.observe()[0], {}
+        task = self.task
+        if isinstance(task, Task) and task.starts is None:
+            self._episodes = TaskEpisodes(task, 1, AutoresetMode.DISABLED, [self.np_random])
+        elif self._episodes is None or seed is not None:
+            self._episodes = self._episodes or episodes(task, 1, AutoresetMode.DISABLED)
+            self._episodes.seed([seed if seed is not None else int(self.np_random.integers(2**63))])
+        observations = self._episodes.reset()
+        self._film.note(self._episodes)
+        return observations[0], {}
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Takes a step with an action (nu,): the observation, the reward, whether the episode is terminated, whether it is truncated, and an empty info."""
-        if self._states is None:
+        if self._episodes is None:
             raise RuntimeError("reset the environment before its first step")
-        reward, over, cut = self._states.step(np.asarray(action)[None])
-        return self._states.observe()[0], float(reward[0]), bool(over[0]), bool(cut[0]), {}
+        observations, reward, over, cut, _ = self._episodes.step(np.asarray(action)[None])
+        self._film.note(self._episodes)
+        return observations[0], float(reward[0]), bool(over[0]), bool(cut[0]), {}
 
     def render(self) -> Any:
         """The HTML viewer of the episode so far; in the mode "rgb_array" a picture of the state."""
-        return _render(self._states, self.render_mode)
+        return self._film.render()
 
 
 class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
@@ -72,7 +105,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
 
     def __init__(
         self,
-        task: Task,
+        task: Task | Balance,
         num_envs: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
@@ -83,22 +116,15 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         self.single_action_space, self.single_observation_space = task.action_space(), task.observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._states: States | None = None
-        self._ended = np.zeros(num_envs, np.bool_)
+        self._episodes: Episodes | None = None
+        self._film = _Film(task, render_mode)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins episodes: an observation for each state, and an empty info. seed: one for all, or one for each state; options: "reset_mask"
-        (num_envs,) selects the states to reset, all by default."""
-        mask = (options or {}).get("reset_mask")
-        if mask is not None and self._states is not None:
-            which = np.asarray(mask, np.bool_)
-            if which.shape != (self.num_envs,):
-                raise ValueError(f"reset_mask has the shape {which.shape}, expected ({self.num_envs},)")
-            self._states.start(which)
-            self._ended &= ~which
-            return self._states.observe(), {}
+        (num_envs,) selects those that begin anew, all if it is left out."""
+        mask = (options or {}).get("reset_mask") if self._episodes is not None else None
         seeds: Sequence[int | None]
         if seed is None or isinstance(seed, (int, np.integer)):
             seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
@@ -106,43 +132,33 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
             seeds = list(seed)
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds for {self.num_envs} states")
-        if self._states is None:
-            self._states = States(self.task, seeds)
-        else:
-            if any(s is not None for s in seeds):
-                self._states.seed(seeds)
-            self._states.start(np.ones(self.num_envs, np.bool_))
-        self._ended[:] = False
-        return self._states.observe(), {}
+        is_first = self._episodes is None
+        all_ = self._episodes = self._episodes or episodes(self.task, self.num_envs, self.autoreset_mode)
+        if is_first or (mask is None and any(s is not None for s in seeds)):
+            all_.seed(seeds)
+        observations = all_.reset(None if mask is None else np.asarray(mask, np.bool_))
+        self._film.note(all_)
+        return observations, {}
 
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Takes a step with each action (num_envs, nu): observations, rewards, terminated and truncated episodes, and "final_obs" of
         those that end if the next one begins in the same step."""
-        states = self._states
-        if states is None:
+        if self._episodes is None:
             raise RuntimeError("reset the environment before its first step")
-        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.any():
-            raise RuntimeError("episodes are over: reset them with options={'reset_mask': flags}")
-        again = self._ended.copy()
-        reward, over, cut = states.step(actions)
-        if again.any():
-            states.start(again)
-            reward, over, cut = reward.copy(), over.copy(), cut.copy()
-            reward[again], over[again], cut[again] = 0.0, False, False
-        info: dict[str, Any] = {}
+        observations, reward, over, cut, last = self._episodes.step(actions)
+        if self.render_mode is not None:
+            self._film.note(self._episodes)
+        if last is None:
+            return observations, reward, over, cut, {}
         ended = over | cut
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and ended.any():
-            final = np.empty(self.num_envs, object)
-            for i, row in enumerate(states.observe()):
-                final[i] = row if ended[i] else None
-            info = {"final_obs": final, "_final_obs": ended, "final_info": {}, "_final_info": ended}
-            states.start(ended)
-            ended = np.zeros_like(ended)
-        self._ended = ended
-        return states.observe(), reward, over, cut, info
+        final = np.empty(self.num_envs, object)
+        for i in np.flatnonzero(ended):
+            final[i] = last[i]
+        info = {"final_obs": final, "_final_obs": ended, "final_info": {}, "_final_info": ended}
+        return observations, reward, over, cut, info
 
     def render(self) -> Any:
         """The HTML viewer of the first state's episode so far; in the mode "rgb_array" a picture of that state."""
-        return _render(self._states, self.render_mode)
+        return self._film.render()

@@ -9,32 +9,14 @@ from ..contact import Contacts, Rigid, Terrain
 from ..model import Box, JointSpec, Limits, LinkSpec, Model, ModelBuilder, Sphere
 from ..sim import Simulator
 from .draws import Draws
-from .task import Array, Task
+from .task import Array, Balance, Task
 
 
-def cartpole() -> Task:
+def cartpole() -> Balance:
     """A pole is balanced by pushing its cart: one point for each of 500 steps in which the cart is within 2.4 m and the pole within 12°."""
     simulator = Simulator(samples.cartpole(), time_step=0.02, actuated=["linear"])
-    angle, reach = np.radians(12), 2.4
-
-    def start(generator: np.random.Generator) -> tuple[Array, Array]:
-        x = generator.uniform(-0.05, 0.05, 4)
-        return x[:2], x[2:]
-
-    def starts(draws: Draws) -> tuple[Array, Array]:
-        x = draws.uniform(-0.05, 0.05, 4)
-        return x[:, :2], x[:, 2:]
-
-    return Task(
-        simulator,
-        start,
-        observe=lambda q, v: np.concatenate([q, v], axis=1, dtype=np.float32, casting="same_kind"),
-        reward=lambda q, v, u: np.ones(len(q)),
-        is_over=lambda q, v: (np.abs(q[:, 0]) > reach) | (np.abs(q[:, 1]) > angle),
-        max_steps=500,
-        bounds=([-10.0], [10.0]),
-        starts=starts,
-    )
+    start, within = np.full(4, 0.05), np.array([2.4, np.radians(12), np.inf, np.inf])
+    return Balance(simulator, (-start, start), (-within, within), max_steps=500, bounds=([-10.0], [10.0]))
 
 
 def quadruped_model() -> Model:

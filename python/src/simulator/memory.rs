@@ -192,7 +192,7 @@ fn check_count(models: &[Py<PyModel>], length: usize) -> PyResult<()> {
 }
 
 /// Threads for a batch of a length.
-fn threads_for(length: usize) -> PyResult<usize> {
+pub(super) fn threads_for(length: usize) -> PyResult<usize> {
     let all = pool()?.current_num_threads();
     Ok(all.min(length.div_ceil(WIDTH)).max(1))
 }

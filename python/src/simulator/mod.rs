@@ -8,12 +8,15 @@
 //! | `step`, `linearize`, `acceleration`, `forces` | one step, its Jacobians, the acceleration at a moment, forces on frames by name |
 //! | `contact`, `contact_frames` | what touches, and where |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
+//! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
 mod acceleration;
+mod balance;
 mod batch;
+mod batch_simulator;
 mod contact;
 mod contact_frames;
 mod equilibrium;
@@ -30,10 +33,13 @@ mod rollout;
 mod rollout_gradient;
 mod single;
 mod slices;
+mod spread;
 mod step;
 mod trajectories;
 mod weighted;
 
+pub(crate) use balance::PyBalance;
+pub(crate) use batch_simulator::PyBatchSimulator;
 pub(crate) use contact_frames::entries;
 #[cfg(feature = "cuda")]
 pub(crate) use given::row;

@@ -30,12 +30,13 @@ pub(crate) fn write_states(states: &BatchStates, out: &[Array<'_>]) {
     write_parts(states, &mut out);
 }
 
-/// Writes the states of a batch into numbers of q, v and the state of contact, as many of these as there are.
+/// Writes the states of a batch into numbers of q, v and the state of contact, as many of these as there are, except empty ones.
 pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
     for (k, group) in states.groups().enumerate() {
         for lane in 0..WIDTH.min(states.len() - k * WIDTH) {
             let parts = [&group.q, &group.v, &group.contact];
-            for (out, x) in out.iter_mut().zip(parts) {
+            let wanted = out.iter_mut().zip(parts);
+            for (out, x) in wanted.filter(|(out, _)| !out.is_empty()) {
                 let start = (k * WIDTH + lane) * x.len();
                 let row = &mut out[start..start + x.len()];
                 row.iter_mut()

@@ -10,6 +10,7 @@
 //! On a CPU without vector registers for lanes, the code for a single state steps the states one by one.
 
 mod control;
+mod environments;
 mod group;
 mod groups;
 mod one_by_one;
@@ -22,6 +23,7 @@ mod step_and_read;
 mod worker;
 
 pub use control::BatchMoment;
+pub use environments::{AutoReset, Environment, Environments, Episode, Transitions};
 pub use rollout::BatchRollout;
 pub use simulator::BatchSimulator;
 pub use single::{SINGLE_WIDTH, SingleBatch, SingleScalar};

@@ -38,7 +38,18 @@ impl OneByOne {
         }
     }
 
-    /// Takes a step of a group, with the input that `control` sets (it starts at zero).
+    /// Lets `control` set the input of a group, which starts at zero.
+    #[inline]
+    pub(super) fn set_input(
+        &mut self,
+        group: &Group<BatchScalar, BATCH_WIDTH>,
+        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
+    ) {
+        self.u.fill(Lanes([0.0; BATCH_WIDTH]));
+        control(&group.state, &mut self.u);
+    }
+
+    /// Takes a step of a group with the input that was set.
     ///
     /// * `simulator` – that of a lane
     pub(super) fn step<'a>(
@@ -46,9 +57,8 @@ impl OneByOne {
         simulator: impl Fn(usize) -> &'a Simulator,
         step: usize,
         group: &mut Group<BatchScalar, BATCH_WIDTH>,
-        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
     ) {
-        self.step_with(simulator, step, group, control, |_, _, _| {});
+        self.step_with(simulator, step, group, |_, _, _| {});
     }
 
     /// [`step`](Self::step), and what sensors read in it.
@@ -58,14 +68,13 @@ impl OneByOne {
         simulator: impl Fn(usize) -> &'a Simulator,
         step: usize,
         group: &mut Group<BatchScalar, BATCH_WIDTH>,
-        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
         readout: &mut Readout<'_>,
     ) {
         let read = |own: &mut Self, simulator: &Simulator, lane: usize| {
             let at = (simulator, &own.state, own.u_lane.as_slice());
             readout.read(at, &own.scratch, &mut own.sensors, lane);
         };
-        self.step_with(simulator, step, group, control, read);
+        self.step_with(simulator, step, group, read);
     }
 
     /// [`step`](Self::step), with what is done after the step of each lane.
@@ -75,11 +84,8 @@ impl OneByOne {
         simulator: impl Fn(usize) -> &'a Simulator,
         step: usize,
         group: &mut Group<BatchScalar, BATCH_WIDTH>,
-        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
         mut taken: impl FnMut(&mut Self, &Simulator, usize),
     ) {
-        self.u.fill(Lanes([0.0; BATCH_WIDTH]));
-        control(&group.state, &mut self.u);
         let mut status = [Status::Converged; BATCH_WIDTH];
         for (lane, status) in status.iter_mut().enumerate() {
             self.step_lane(simulator(lane), lane, &group.state);

@@ -99,7 +99,8 @@ impl BatchSimulator {
             own.record(0, steps);
             for step in 0..steps {
                 let moment = moment.at(step, time_step);
-                stepper.step(step, own.group, |state, u| control(&moment, state, u));
+                stepper.set_input(own.group, |state, u| control(&moment, state, u));
+                stepper.step(step, own.group);
                 if own.group.all_stopped() {
                     break;
                 }

@@ -9,7 +9,7 @@ use crate::contact::Contacts;
 use crate::error::StructureMismatch;
 use crate::model::Model;
 use crate::parallel::{available_threads, for_each_part};
-use crate::scalar::has_lanes;
+use crate::scalar::{Lanes, has_lanes};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -115,7 +115,6 @@ impl BatchSimulator {
         simulator: &Simulator,
         models: Vec<Model>,
     ) -> Result<Self, StructureMismatch> {
-        let len = models.len();
         for (index, model) in models.iter().enumerate() {
             simulator.model().check_structure(model, index)?;
         }
@@ -128,22 +127,83 @@ impl BatchSimulator {
             .into_iter()
             .map(|model| simulator.with_variant(model));
         let singles = singles.collect();
+        Ok(Self::of_groups(simulator, singles, groups))
+    }
+
+    /// A simulator of one state of each variant of a simulation: the same robot, motors, contacts and forces, in other numbers. A row of [parameters](Simulator::parameters) for
+    /// each state gives it masses, friction of joints, gains and limits of motors, contact models, ground, external forces and time step of its own: a grid of heights of
+    /// its own too, for its heights are parameters.
+    ///
+    /// * `parameters` – the rows of all states, one after the other, each as long as [`Simulator::parameters`]
+    ///
+    /// # Panics
+    /// If the rows are not whole, or a number is outside of its domain: the message names it, as in [`Simulator::with_parameters`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples, sim::{Actuation, BatchSimulator}};
+    ///
+    /// let model = samples::cartpole(); // its rail ends at 2.4 m
+    /// let actuation = Actuation::from_model(&model);
+    /// let simulator = Simulator::new(model).with_actuation(actuation);
+    /// let end = simulator.parameter_layout().find("linear: upper limit")?;
+    /// let mut rows = vec![simulator.parameters(); 10];
+    /// rows.iter_mut().enumerate().for_each(|(k, row)| row[end] = 0.1 + k as f64);
+    /// let rows: Vec<f64> = rows.iter().flatten().copied().collect();
+    /// let batch = BatchSimulator::of_parameters(&simulator, &rows);
+    /// assert_eq!((batch.len(), batch.simulator(3).parameters()[end]), (10, 3.1));
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    #[inline]
+    pub fn of_parameters(simulator: &Simulator, parameters: &[f64]) -> Self {
+        let width = simulator.parameters().len();
+        assert!(
+            parameters.len().is_multiple_of(width),
+            "{} numbers are not whole rows of the {width} parameters of \"{}\"",
+            parameters.len(),
+            simulator.model().name(),
+        );
+        let rows: Vec<&[f64]> = parameters.chunks_exact(width).collect();
+        let singles = rows.iter().map(|row| simulator.with_parameters(row));
+        let singles = singles.collect();
+        let groups = rows.chunks(BATCH_WIDTH).map(|rows| {
+            let of_lane = |j: usize, lane: usize| rows[lane.min(rows.len() - 1)][j];
+            let number = |j| Lanes(std::array::from_fn(|lane| of_lane(j, lane)));
+            let lanes: Vec<BatchScalar> = (0..width).map(number).collect();
+            simulator.with_parameters(&lanes)
+        });
+        let groups = groups.collect();
+        Self::of_groups(simulator, singles, groups)
+    }
+
+    /// * `singles` – the simulator of each state
+    /// * `groups` – the same in lanes
+    #[inline]
+    fn of_groups(
+        simulator: &Simulator,
+        singles: Vec<Simulator>,
+        groups: Vec<Simulator<BatchScalar>>,
+    ) -> Self {
+        let len = singles.len();
+        let step: StepGroup = Worker::step;
         let variants = Variants {
             singles,
             groups,
-            step: Worker::step,
+            step,
         };
-        Ok(Self::of(simulator.clone(), Some(variants), len))
+        Self::of(simulator.clone(), Some(variants), len)
     }
 
     fn of(simulator: Simulator, variants: Option<Variants>, len: usize) -> Self {
+        let singles = variants.iter().flat_map(|all| &all.singles);
+        let may_bounce = simulator.may_bounce() || singles.into_iter().any(Simulator::may_bounce);
         let out = Self {
             variants,
             len,
             // Which features of shapes touch, and when an impact happens, differs from state to state.
             side_by_side: has_lanes()
                 && !simulator.contacts().is_some_and(Contacts::have_pairs)
-                && !simulator.may_bounce(),
+                && !may_bounce,
             workers: Vec::new(),
             simulator,
         };
@@ -231,17 +291,31 @@ impl BatchSimulator {
     /// # Panics
     /// If the states belong to another robot, or the number of states or inputs is wrong.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
+        self.step_times(states, inputs, 1);
+    }
+
+    /// Advances all states by several time steps with the same input: those of an action of a policy, which acts less often than physics is stepped. The bits of so many calls of
+    /// [`step`](Self::step), in less time.
+    ///
+    /// * `times` – number of time steps
+    ///
+    /// # Panics
+    /// As [`step`](Self::step).
+    pub fn step_times(&mut self, states: &mut BatchStates, inputs: &[f64], times: usize) {
         let (step, nu) = (states.groups.steps, self.nu());
         self.check_step(states, inputs);
-        states.groups.steps += 1;
+        states.groups.steps += times;
         let len = self.len;
         self.for_each(&mut states.groups.all, |stepper, k, group| {
             let moment = BatchMoment::new(k, len);
-            stepper.step(step, group, |_, u| {
-                for (j, u) in u.iter_mut().enumerate() {
-                    *u = moment.gather(|i| inputs[i * nu + j]);
-                }
-            });
+            for step in step..step + times {
+                stepper.set_input(group, |_, u| {
+                    for (j, u) in u.iter_mut().enumerate() {
+                        *u = moment.gather(|i| inputs[i * nu + j]);
+                    }
+                });
+                stepper.step(step, group);
+            }
         });
     }
 
@@ -303,27 +377,38 @@ pub(super) struct Stepper<'a> {
 }
 
 impl Stepper<'_> {
-    /// Takes a step with the input that `control` sets (it starts at zero).
-    pub(super) fn step(
+    /// Lets `control` set the input of the next step, which starts at zero.
+    #[inline]
+    pub(super) fn set_input(
         &mut self,
-        step: usize,
-        group: &mut Group<BatchScalar, BATCH_WIDTH>,
+        group: &Group<BatchScalar, BATCH_WIDTH>,
         control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
     ) {
+        match self.worker {
+            BatchWorker::SideBySide(worker) => worker.set_input(group, control),
+            BatchWorker::OneByOne(worker) => worker.set_input(group, control),
+        }
+    }
+
+    /// The time step of each lane, s.
+    pub(super) fn time_step(&self) -> BatchScalar {
+        let own = self.variants.map(|all| all.groups[self.group].time_step());
+        own.unwrap_or_else(|| BatchScalar::from(self.simulator.time_step()))
+    }
+
+    /// Takes a step with the input that was set. Not generic, so that programs with control laws of their own do not compile the physics again.
+    pub(super) fn step(&mut self, step: usize, group: &mut Group<BatchScalar, BATCH_WIDTH>) {
         match (&mut *self.worker, self.variants) {
-            (BatchWorker::SideBySide(worker), variants) => {
-                worker.set_input(group, control);
-                match variants {
-                    None => worker.step(self.simulator, step, group),
-                    Some(all) => (all.step)(worker, &all.groups[self.group], step, group),
-                }
+            (BatchWorker::SideBySide(worker), None) => worker.step(self.simulator, step, group),
+            (BatchWorker::SideBySide(worker), Some(all)) => {
+                (all.step)(worker, &all.groups[self.group], step, group);
             }
             (BatchWorker::OneByOne(worker), variants) => {
                 let of_lane = |lane: usize| match variants {
                     Some(all) => all.of_lane(self.group, lane),
                     None => self.simulator,
                 };
-                worker.step(of_lane, step, group, control);
+                worker.step(of_lane, step, group);
             }
         }
     }

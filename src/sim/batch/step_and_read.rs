@@ -85,7 +85,8 @@ impl BatchSimulator {
                         Some(all) => all.of_lane(k, lane),
                         None => simulator,
                     };
-                    worker.step_and_read(of_lane, step, group, control, &mut readout);
+                    worker.set_input(group, control);
+                    worker.step_and_read(of_lane, step, group, &mut readout);
                 }
             }
         });
