@@ -70,6 +70,7 @@ mod without_files;
 
 pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
+pub(crate) use frames::AttachedFrame;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
 pub use link_pairs::LinkPairs;
