@@ -30,7 +30,7 @@
 //! | which damping for which restitution, how long does an impact last? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
 //! | is the step short enough for it? | [`Simulator::remarks`](crate::Simulator::remarks) | O(points · nv²) | |
 //! | bodies that touch each other? | [`Contacts::with_collisions`], [`CollisionOptions`] | O(n log n) for pairs of n shapes; forces are the solver's | |
-//! | bodies on ground of any shape, of other materials, fast and thin? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(triangles) a step | |
+//! | bodies on ground of any shape, of other materials, fast and thin? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(log n) a step for n triangles, and what is near | |
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
 //! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |
