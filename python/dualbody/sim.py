@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ._contact_forces import ContactForces, contact_forces, rollout_contact_forces
 from ._dualbody import NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
@@ -45,6 +46,7 @@ __all__ = [
     "Actuator",
     "Anchor",
     "Ball",
+    "ContactForces",
     "ContactKinematics",
     "ContactReport",
     "Coupler",
@@ -66,8 +68,10 @@ __all__ = [
     "Tendon",
     "TendonServo",
     "Weld",
+    "contact_forces",
     "contact_kinematics",
     "named_inputs",
+    "rollout_contact_forces",
     "rollout_gradient",
     "set_threads",
     "threads",

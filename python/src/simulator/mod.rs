@@ -6,7 +6,7 @@
 //! | `given`, `memory` | states and inputs of a call, working memory |
 //! | `equilibrium` | poses that can be held |
 //! | `step`, `linearize`, `acceleration`, `forces` | one step, its Jacobians, the acceleration at a moment, forces on frames by name |
-//! | `contact`, `contact_frames` | what touches, and where |
+//! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
@@ -15,6 +15,7 @@
 mod acceleration;
 mod batch;
 mod contact;
+mod contact_forces;
 mod contact_frames;
 mod equilibrium;
 mod forces;
