@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ._contact_forces import ContactForces, contact_forces, rollout_contact_forces
 from ._dualbody import BatchSimulator, NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._make import _progress, _rollout, _rollout_slopes
@@ -46,6 +47,7 @@ __all__ = [
     "Anchor",
     "Ball",
     "BatchSimulator",
+    "ContactForces",
     "ContactKinematics",
     "ContactReport",
     "Coupler",
@@ -67,8 +69,10 @@ __all__ = [
     "Tendon",
     "TendonServo",
     "Weld",
+    "contact_forces",
     "contact_kinematics",
     "named_inputs",
+    "rollout_contact_forces",
     "rollout_gradient",
     "set_threads",
     "threads",

@@ -47,6 +47,15 @@ impl Bounds {
         }
     }
 
+    /// The box, wider by a margin (m) on each side.
+    pub(crate) fn widened(&self, margin: f64) -> Self {
+        let beyond = Vector3::from_element(margin);
+        Self {
+            low: self.low - beyond,
+            high: self.high + beyond,
+        }
+    }
+
     /// Whether two boxes overlap. A box with a NaN coordinate overlaps none.
     pub fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])

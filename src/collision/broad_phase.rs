@@ -112,10 +112,10 @@ impl BroadPhase {
     ) -> Result<&[[usize; 2]], TooManyPairs> {
         self.fit(bounds);
         self.pairs.clear();
-        let most = MAX_PAIRS + MAX_PAIRS_OF_A_BOX * bounds.len();
+        let most = Self::most_pairs(bounds.len());
         for (at, &i) in self.order.iter().enumerate() {
             let found = &mut self.pairs;
-            search(&self.nodes, &self.order, at, &bounds[i], |j| {
+            search(&self.nodes, &self.order, at + 1, &bounds[i], |j| {
                 if bounds[i].overlaps(&bounds[j]) && may_touch(i.min(j), i.max(j)) {
                     found.push([i.min(j), i.max(j)]);
                 }
@@ -127,6 +127,25 @@ impl BroadPhase {
         check(self.pairs.len(), most, bounds.len())?;
         self.pairs.sort_unstable();
         Ok(&self.pairs)
+    }
+
+    /// The most pairs that are found for so many boxes.
+    pub(crate) fn most_pairs(boxes: usize) -> usize {
+        MAX_PAIRS + MAX_PAIRS_OF_A_BOX * boxes
+    }
+
+    /// Makes a tree of boxes that stay where they are, for [`each_near`](Self::each_near). Allocates; O(n log n).
+    pub(crate) fn of_fixed(bounds: &[Bounds]) -> Self {
+        let mut own = Self::default();
+        own.fit(bounds);
+        own
+    }
+
+    /// Hands the boxes that overlap another one, by their indices and in no order, to `each` until it returns `false`: O(log n), and one step for each.
+    pub(crate) fn each_near(&self, bounds: &Bounds, each: impl FnMut(usize) -> bool) {
+        if !self.order.is_empty() {
+            search(&self.nodes, &self.order, 0, bounds, each);
+        }
     }
 
     /// Boxes that reach to infinity, one after the other against all.
@@ -229,11 +248,11 @@ fn halve(order: &mut [usize], bounds: &[Bounds]) {
     halve(high, bounds);
 }
 
-/// Hands the boxes after a leaf whose nodes overlap a box to `each`, until it returns `false`.
+/// Hands the boxes from a leaf on whose nodes overlap a box to `each`, until it returns `false`.
 fn search(
     nodes: &[Bounds],
     order: &[usize],
-    leaf: usize,
+    first: usize,
     bounds: &Bounds,
     mut each: impl FnMut(usize) -> bool,
 ) {
@@ -247,7 +266,7 @@ fn search(
     while n_waiting > 0 {
         n_waiting -= 1;
         let node = waiting[n_waiting];
-        if node.end <= leaf + 1 || !nodes[node.index].overlaps(bounds) {
+        if node.end <= first || !nodes[node.index].overlaps(bounds) {
             continue;
         }
         if node.is_leaf() {

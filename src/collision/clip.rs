@@ -30,11 +30,23 @@ struct Point {
     outside: f64,
 }
 
-/// The pair of two flat parts that is nearest where they lie on one another, for a pair whose normal is that of a face; else the pair itself.
-pub(super) fn nearest_on_faces(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature) -> PairFeature {
+/// The nearest pair of two flat parts.
+pub(super) struct OnFaces {
+    pub(super) pair: PairFeature,
+    pub(super) distance: f64,
+    /// How far outside of the one the other lies there, m; not positive where they lie on one another.
+    pub(super) outside: f64,
+}
+
+/// The pair of two flat parts that is nearest where they lie on one another, for a pair whose normal is that of a face.
+pub(super) fn nearest_on_faces(
+    a: &Solid<'_>,
+    b: &Solid<'_>,
+    pair: &PairFeature,
+) -> Option<OnFaces> {
     let mut best: Option<Point> = None;
     let slack = SLACK * (a.reach() + b.reach());
-    each_point(a, b, &pair, PARALLEL, f64::INFINITY, &mut |point| {
+    each_point(a, b, pair, PARALLEL, f64::INFINITY, &mut |point| {
         let is_better = |best: &Point| {
             let lack = |point: &Point| point.outside.max(slack);
             let [own, other] = [lack(&point), lack(best)];
@@ -44,7 +56,11 @@ pub(super) fn nearest_on_faces(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature) 
             best = Some(point);
         }
     });
-    best.map_or(pair, |best| best.pair)
+    best.map(|best| OnFaces {
+        pair: best.pair,
+        distance: best.distance,
+        outside: best.outside,
+    })
 }
 
 /// The pairs about the nearest one that are not farther apart than a margin: at most eight, those which span the most.
@@ -127,16 +143,12 @@ fn each_point(
     };
     if let Some(face) = face_a {
         each_corner(&second, &first, &face, |corner, outside| {
-            offer([on_face(&face), corner], NormalSource::First(face), outside);
+            offer([face.vertex(), corner], NormalSource::First(face), outside);
         });
     }
     if let Some(face) = face_b {
         each_corner(&first, &second, &face, |corner, outside| {
-            offer(
-                [corner, on_face(&face)],
-                NormalSource::Second(face),
-                outside,
-            );
+            offer([corner, face.vertex()], NormalSource::Second(face), outside);
         });
     }
     for (side, own) in first.sides() {
@@ -157,15 +169,6 @@ fn each_corner(own: &Patch, other: &Patch, face: &Face, mut each: impl FnMut(Fea
         };
         each(corner.feature, outside);
     }
-}
-
-/// A point in the plane of a face.
-fn on_face(face: &Face) -> Feature {
-    Feature::Vertex(match face {
-        Face::Vertices([k, _, _]) => *k,
-        Face::Cap(end) => *end,
-        Face::Flat(_) | Face::Plane => 0,
-    })
 }
 
 /// Whether two segments cross between their ends, at an angle: where sides lie along one another rounding would decide.

@@ -36,6 +36,17 @@ pub enum Face {
     Plane,
 }
 
+impl Face {
+    /// A point in the plane of the face.
+    pub(super) fn vertex(&self) -> Feature {
+        Feature::Vertex(match self {
+            Self::Vertices([k, _, _]) => *k,
+            Self::Cap(end) => *end,
+            Self::Flat(_) | Self::Plane => 0,
+        })
+    }
+}
+
 /// The source of the normal of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum NormalSource {

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::clip::{manifold, nearest_on_faces};
+use super::clip::manifold;
 use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
 use super::point_cylinder::nearest_to_center;
 use super::search::search;
@@ -28,33 +28,37 @@ pub fn nearest_features(
     X_WB: &Transform<f64>,
 ) -> Option<PairFeature> {
     let [X_A, X_B] = about_first(X_WA, X_WB);
-    let (a, b) = (Solid::new(a, &X_A), Solid::new(b, &X_B));
+    nearest_within(&Solid::new(a, &X_A), &Solid::new(b, &X_B), f64::INFINITY)
+}
+
+/// The nearest features of two solids; where these are farther apart than a margin, the same or none.
+fn nearest_within(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFeature> {
     if !(a.is_finite() && b.is_finite()) {
         return None;
     }
     match (a.shape, b.shape) {
         (Shape::HalfSpace, Shape::HalfSpace) => None,
-        (Shape::HalfSpace, _) => Some(on_plane(&a, &b)),
-        (_, Shape::HalfSpace) => Some(swapped(on_plane(&b, &a))),
+        (Shape::HalfSpace, _) => Some(on_plane(a, b)),
+        (_, Shape::HalfSpace) => Some(swapped(on_plane(b, a))),
         (
             Shape::Sphere { .. } | Shape::Capsule { .. },
             Shape::Sphere { .. } | Shape::Capsule { .. },
-        ) => Some(nearest_of_segments(&a, &b)),
+        ) => Some(nearest_of_segments(a, b)),
         (
             Shape::Cylinder {
                 radius,
                 half_length,
             },
             Shape::Sphere { .. },
-        ) => Some(nearest_to_center(&a, *radius, *half_length, &b)),
+        ) => Some(nearest_to_center(a, *radius, *half_length, b)),
         (
             Shape::Sphere { .. },
             Shape::Cylinder {
                 radius,
                 half_length,
             },
-        ) => Some(swapped(nearest_to_center(&b, *radius, *half_length, &a))),
-        _ => Some(nearest_on_faces(&a, &b, search(&a, &b))),
+        ) => Some(swapped(nearest_to_center(b, *radius, *half_length, a))),
+        _ => search(a, b, margin),
     }
 }
 
@@ -73,15 +77,10 @@ pub fn features(
     out: &mut Manifold,
 ) {
     out.clear();
-    if let Some(pair) = nearest_features(a, X_WA, b, X_WB) {
-        let [X_A, X_B] = about_first(X_WA, X_WB);
-        manifold(
-            &Solid::new(a, &X_A),
-            &Solid::new(b, &X_B),
-            pair,
-            margin,
-            out,
-        );
+    let [X_A, X_B] = about_first(X_WA, X_WB);
+    let (a, b) = (Solid::new(a, &X_A), Solid::new(b, &X_B));
+    if let Some(pair) = nearest_within(&a, &b, margin) {
+        manifold(&a, &b, pair, margin, out);
     }
 }
 

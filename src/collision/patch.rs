@@ -25,6 +25,15 @@ pub(super) struct Patch {
     corners: [Corner; MAX_CORNERS],
     len: usize,
     pub(super) face: Option<Face>,
+    /// Where it is an end of a cylinder, of whose rim only some points are corners.
+    disc: Option<Disc>,
+}
+
+/// A disc across a direction.
+#[derive(Clone, Copy, Debug)]
+struct Disc {
+    center: Vector2<f64>,
+    radius: f64,
 }
 
 /// Two axes across a normal, such that x × y = n.
@@ -59,6 +68,7 @@ impl Patch {
             corners: [nothing; MAX_CORNERS],
             len: 0,
             face: None,
+            disc: None,
         };
         match solid.shape {
             Shape::Cylinder { .. } => own.add_cylinder(solid, n, angle, across),
@@ -88,14 +98,16 @@ impl Patch {
         })
     }
 
-    /// Distance of a place from the polygon along the normal of a side, not positive inside; infinite for what is no polygon.
+    /// Distance of a place from the polygon along the normal of a side, or from the disc, not positive inside; infinite for what is neither.
     pub(super) fn outside(&self, place: &Vector2<f64>) -> f64 {
         let beyond = |[a, b]: [Vector2<f64>; 2]| {
             let u = b - a;
             (place - a).perp(&u) / u.norm()
         };
         let sides = self.sides().map(|(_, side)| beyond(side));
-        if self.len > 2 {
+        if let Some(Disc { center, radius }) = self.disc {
+            (place - center).norm() - radius
+        } else if self.len > 2 {
             sides.fold(f64::NEG_INFINITY, f64::max)
         } else {
             f64::INFINITY
@@ -126,6 +138,10 @@ impl Patch {
         let end = u32::from(along > 0.0);
         if solid.tilt(2, n) <= angle {
             self.face = Some(Face::Cap(end));
+            self.disc = Some(Disc {
+                center: across.place(&solid.vertex(end)),
+                radius: solid.rim_radius(),
+            });
             (0..RIM_VERTICES).for_each(|k| self.add_vertex(solid, 2 + 2 * k + end, across));
             self.orient();
         } else if along.abs() <= angle {
@@ -194,8 +210,15 @@ impl Patch {
         self.find_face(solid, n);
     }
 
-    /// The widest triangle of the corners.
+    /// The widest triangle of the corners, of a box always the same.
     fn find_face(&mut self, solid: &Solid<'_>, n: &Vector3<f64>) {
+        if let Shape::Box { half_extents } = solid.shape
+            && half_extents.iter().all(|&x| x > 0.0)
+        {
+            let along = solid.X.rotation.tr_mul(n);
+            self.face = (self.len > 2).then(|| solid.face(along.iamax(), n));
+            return;
+        }
         let mut widest = 0.0;
         for k in 2..self.len {
             let ids = [

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::feature::Feature;
+use super::feature::{Face, Feature};
 use super::shape::Shape;
 use crate::spatial::Transform;
 
@@ -116,6 +116,51 @@ impl<'a> Solid<'a> {
             Shape::Cylinder { .. } => Feature::Rim(vertex),
             Shape::Ellipsoid { .. } => Feature::Surface,
             _ => Feature::Vertex(vertex),
+        }
+    }
+
+    /// The face whose normal is along an axis of the shape, of a triangle across it, on the side to which a direction points.
+    pub(super) fn face(&self, axis: usize, n: &Vector3<f64>) -> Face {
+        match self.shape {
+            Shape::Triangle { .. } => {
+                let [a, b, c] = [0, 1, 2].map(|k| self.vertex(k));
+                let is_above = (b - a).cross(&(c - a)).dot(n) > 0.0;
+                Face::Vertices(if is_above { [0, 1, 2] } else { [0, 2, 1] })
+            }
+            Shape::Cylinder { .. } => Face::Cap(u32::from(self.is_above(2, n))),
+            _ => {
+                // Counter-clockwise from outside: axes i, j, k are a right-handed frame.
+                let [i, j, k] = [axis + 1, axis + 2, axis].map(|k| 1 << (k % 3));
+                Face::Vertices(if self.is_above(axis, n) {
+                    [k, k | i, k | j]
+                } else {
+                    [0, j, i]
+                })
+            }
+        }
+    }
+
+    /// The vertices of an edge that lies farthest along a direction: of the k-th edge, of a box of those along its k-th axis.
+    pub(super) fn edge(&self, k: u32, n: &Vector3<f64>) -> [u32; 2] {
+        match self.shape {
+            Shape::Box { .. } => {
+                let vertex = self.support(n).vertex;
+                [vertex & !(1 << k), vertex | 1 << k]
+            }
+            Shape::Triangle { .. } => [k, (k + 1) % 3],
+            _ => [0, 1],
+        }
+    }
+
+    fn is_above(&self, axis: usize, n: &Vector3<f64>) -> bool {
+        self.X.rotation.column(axis).dot(n) > 0.0
+    }
+
+    /// Radius of the rims of a cylinder.
+    pub(super) fn rim_radius(&self) -> f64 {
+        match self.shape {
+            Shape::Cylinder { radius, .. } => *radius,
+            _ => 0.0,
         }
     }
 

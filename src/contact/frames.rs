@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::contacts::Contacts;
 use super::point_state::PointState;
 use crate::dynamics::{Kinematics, to_world};
-use crate::model::Model;
+use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_matrix;
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -83,11 +83,8 @@ impl<P: Scalar> Contacts<P> {
     ) {
         self.check_points(model, points, out.len());
         for (k, (point, out)) in points.iter().zip(out).enumerate() {
-            let X_WC = self.frame(model, kinematics, k, point);
-            let express = |V_W: &Motion<T>| {
-                representation.velocity_from_body(&X_WC, &X_WC.motion_inverse(V_W))
-            };
-            self.each_column(model, kinematics, k, out, |V_W, _| express(V_W));
+            let frame = self.attached(model, kinematics, k, point);
+            frame.jacobian_into(model, kinematics, representation, out);
         }
     }
 
@@ -129,45 +126,21 @@ impl<P: Scalar> Contacts<P> {
     ) {
         self.check_points(model, points, out.len());
         for (k, (point, out)) in points.iter().zip(out).enumerate() {
-            let X_WC = self.frame(model, kinematics, k, point);
-            let body = Some(self.points()[k].body);
-            let V_C =
-                X_WC.motion_inverse(&kinematics.pose(body).motion(&kinematics.velocity(body)));
-            // The axes E of expression move with V_E, a subspace S with its body B: it changes at the rate (V_B − V_E) × S.
-            let V_E = V_C - representation.turning(&V_C);
-            self.each_column(model, kinematics, k, out, |V_W, V_WB| {
-                let (S, V_B) = (X_WC.motion_inverse(V_W), X_WC.motion_inverse(V_WB));
-                representation.velocity_from_body(&X_WC, &(V_B - V_E).cross(&S))
-            });
+            let frame = self.attached(model, kinematics, k, point);
+            frame.jacobian_derivative_into(model, kinematics, representation, out);
         }
     }
 
-    /// Passes the motion of each coordinate's unit rate and the velocity of the body that it moves, both in the world, to
-    /// `column`, and adds the result to the columns of `out`.
-    fn each_column<T: Over<P>>(
+    fn attached<T: Over<P>>(
         &self,
         model: &Model<P>,
         kinematics: &Kinematics<T>,
         point: usize,
-        out: &mut DMatrix<T>,
-        column: impl Fn(&Motion<T>, &Motion<T>) -> Motion<T>,
-    ) {
-        assert_eq!(
-            out.shape(),
-            (SPATIAL, model.nv()),
-            "the Jacobian of a point of \"{}\" is 6 × nv",
-            model.name()
-        );
-        out.fill(T::zero());
-        for (id, body) in to_world(model, Some(self.points()[point].body)) {
-            let X_WB = kinematics.pose_of(id);
-            let V_WB = X_WB.motion(&kinematics.velocity(Some(id)));
-            for (k, S) in body.columns() {
-                let entries = column(&X_WB.motion(&S), &V_WB).to_array();
-                for (row, x) in entries.into_iter().enumerate() {
-                    out[(row, k)] += x;
-                }
-            }
+        state: &PointState<T>,
+    ) -> AttachedFrame<T> {
+        AttachedFrame {
+            body: Some(self.points()[point].body),
+            X_WC: self.frame(model, kinematics, point, state),
         }
     }
 
@@ -251,6 +224,84 @@ impl Contacts<f64> {
         for (link, out) in links.iter().zip(out) {
             let mut own = self.points().iter().zip(points);
             *out = own.any(|(point, state)| point.link == link.frame && state.depth > 0.0);
+        }
+    }
+}
+
+/// A frame C that is fixed to a body, or to the world.
+pub(crate) struct AttachedFrame<T> {
+    pub(crate) body: Option<BodyId>,
+    pub(crate) X_WC: Transform<T>,
+}
+
+impl<T: Scalar> AttachedFrame<T> {
+    /// Writes the Jacobian of the frame, 6 × `nv`.
+    pub(crate) fn jacobian_into<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        representation: Representation,
+        out: &mut DMatrix<T>,
+    ) where
+        T: Over<P>,
+    {
+        let X_WC = &self.X_WC;
+        let express =
+            |V_W: &Motion<T>| representation.velocity_from_body(X_WC, &X_WC.motion_inverse(V_W));
+        self.each_column(model, kinematics, out, |V_W, _| express(V_W));
+    }
+
+    /// Writes the rate of the Jacobian of the frame, 6 × `nv`.
+    pub(crate) fn jacobian_derivative_into<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        representation: Representation,
+        out: &mut DMatrix<T>,
+    ) where
+        T: Over<P>,
+    {
+        let X_WC = &self.X_WC;
+        let V_C = X_WC.motion_inverse(
+            &kinematics
+                .pose(self.body)
+                .motion(&kinematics.velocity(self.body)),
+        );
+        // The axes E of expression move with V_E, a subspace S with its body B: it changes at the rate (V_B − V_E) × S.
+        let V_E = V_C - representation.turning(&V_C);
+        self.each_column(model, kinematics, out, |V_W, V_WB| {
+            let (S, V_B) = (X_WC.motion_inverse(V_W), X_WC.motion_inverse(V_WB));
+            representation.velocity_from_body(X_WC, &(V_B - V_E).cross(&S))
+        });
+    }
+
+    /// Hands the motion of each coordinate's unit rate and the velocity of the body that it moves, both in the world, to
+    /// `column`, and writes the result to the columns of `out`.
+    fn each_column<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        kinematics: &Kinematics<T>,
+        out: &mut DMatrix<T>,
+        column: impl Fn(&Motion<T>, &Motion<T>) -> Motion<T>,
+    ) where
+        T: Over<P>,
+    {
+        assert_eq!(
+            out.shape(),
+            (SPATIAL, model.nv()),
+            "the Jacobian of a point of \"{}\" is 6 × nv",
+            model.name()
+        );
+        out.fill(T::zero());
+        for (id, body) in to_world(model, self.body) {
+            let X_WB = kinematics.pose_of(id);
+            let V_WB = X_WB.motion(&kinematics.velocity(Some(id)));
+            for (k, S) in body.columns() {
+                let entries = column(&X_WB.motion(&S), &V_WB).to_array();
+                for (row, x) in entries.into_iter().enumerate() {
+                    out[(row, k)] += x;
+                }
+            }
         }
     }
 }

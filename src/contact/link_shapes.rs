@@ -99,8 +99,8 @@ impl LinkShapes {
         Self::with_meshes(model, &mut NoMeshes)
     }
 
-    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates. Costs O(n) in the number of
-    /// triangles, as does each step with them.
+    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates; O(n log n) in the triangles.
+    /// A step costs O(log n) for each shape that moves, and time for each triangle that is near to it.
     ///
     /// # Errors
     /// If the model has no link of that name.

@@ -30,7 +30,7 @@
 //! | damping for a restitution, duration of an impact? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
 //! | is the step short enough for it? | [`Simulator::remarks`](crate::Simulator::remarks) | O(points · nv²) | |
 //! | bodies that touch each other? | [`Contacts::with_collisions`], [`CollisionOptions`] | O(n log n) for pairs of n shapes; solver | |
-//! | ground meshes, materials, fast and thin bodies? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(triangles) a step | |
+//! | ground meshes, materials, fast and thin bodies? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(log n) a step for n triangles, and time for those that are near | |
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | solver | [Todorov 2014] |
 //! | forces that neither penetrate nor creep? | [`Rigid`] | solver, more iterations | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | solver, with every point within reach | [Howell et al. 2022] |
@@ -70,6 +70,7 @@ mod without_files;
 
 pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
+pub(crate) use frames::AttachedFrame;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
 pub use link_pairs::LinkPairs;

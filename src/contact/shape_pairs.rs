@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::link_shapes::LinkShapes;
 use super::material::Material;
-use crate::collision::Shape;
+use crate::collision::{Bounds, BroadPhase, Shape};
 use crate::model::BodyId;
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
@@ -42,9 +42,34 @@ pub(super) struct ShapePairs<P> {
     pub(super) shapes: Vec<BodyShape<P>>,
     /// `None` where bodies do not collide.
     pub(super) plain: Option<Arc<LinkShapes>>,
+    /// The triangles of surfaces among the shapes, which do not move.
+    pub(super) surfaces: Arc<SurfaceTree>,
     pub(super) self_collision: bool,
     /// Whether features that would arrive within a step are met, by a law that else meets overlap only.
     pub(super) speculative: bool,
+}
+
+/// The triangles of surfaces, the last of all shapes, in a tree of boxes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SurfaceTree {
+    /// The first triangle among the shapes.
+    pub(super) first: usize,
+    /// The boxes about the triangles, with their own margins.
+    pub(super) tree: BroadPhase,
+}
+
+impl SurfaceTree {
+    fn new(plain: &LinkShapes) -> Self {
+        let shapes = plain.shapes();
+        let first = shapes.iter().position(|own| own.sides.is_some());
+        let first = first.unwrap_or(shapes.len());
+        let triangles = shapes[first..].iter();
+        let bounds = triangles.map(|own| Bounds::of(&own.shape, &own.placement, own.margin));
+        Self {
+            first,
+            tree: BroadPhase::of_fixed(&bounds.collect::<Vec<_>>()),
+        }
+    }
 }
 
 impl ShapePairs<f64> {
@@ -56,6 +81,7 @@ impl ShapePairs<f64> {
         });
         Self {
             shapes: shapes.collect(),
+            surfaces: Arc::new(SurfaceTree::new(&plain)),
             plain: Some(Arc::new(plain)),
             self_collision,
             speculative,
@@ -69,6 +95,7 @@ impl<P: Scalar> ShapePairs<P> {
         Self {
             shapes: Vec::new(),
             plain: None,
+            surfaces: Arc::default(),
             self_collision: false,
             speculative: false,
         }
@@ -83,6 +110,7 @@ impl<P: Scalar> ShapePairs<P> {
         ShapePairs {
             shapes: self.shapes.iter().map(cast).collect(),
             plain: self.plain.clone(),
+            surfaces: self.surfaces.clone(),
             self_collision: self.self_collision,
             speculative: self.speculative,
         }

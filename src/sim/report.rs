@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::AccelerationScratch;
@@ -11,17 +11,15 @@ use super::state::State;
 use super::terms::Contact;
 use crate::cone::{Certificate, Mode};
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::contact::{Contacts, PointState};
-use crate::dynamics::{
-    Calls, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_velocity,
-};
+use crate::contact::{AttachedFrame, Contacts, PointState};
+use crate::dynamics::{Calls, Kinematics, forward_kinematics};
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, dot};
-use crate::spatial::{Force, Representation};
+use crate::spatial::linear::dot;
+use crate::spatial::{Force, Representation, SPATIAL, Transform};
 
 /// Report on the contact points, and on constraints, at an instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ContactReport<T: Scalar = f64> {
     /// Positions, depths and velocities of the contact points with the ground.
     pub points: Vec<PointState<T>>,
@@ -30,6 +28,8 @@ pub struct ContactReport<T: Scalar = f64> {
     /// The force of the ground and of other bodies on each link, in the frame of the link (N, N·m about its origin), in the order of
     /// [`Model::links`](crate::Model::links).
     pub links: Vec<Force<T>>,
+    /// Whether each link is in contact with the ground or with another link, in the order of [`Model::links`](crate::Model::links); in the first lane.
+    pub touching: Vec<bool>,
     /// Mode of each point in rigid contact (stick, slip, separated), in the first lane. Points that took no part are separated.
     pub modes: Vec<Mode>,
     /// Behaviour of each point, which explains why a derivative is zero or not.
@@ -62,7 +62,7 @@ impl<T: Scalar> ContactReport<T> {
     /// Whether two links touch, in either order: whether a point between them is in contact, in the first lane.
     pub fn are_touching(&self, links: [FrameId; 2]) -> bool {
         let mut between = self.between(links);
-        between.any(|(pair, _)| pair.mode != Mode::Separated)
+        between.any(|(pair, _)| pair.is_touching())
     }
 
     /// Computes the force of the second link on the first, summed over their points, in the world, N.
@@ -73,6 +73,42 @@ impl<T: Scalar> ContactReport<T> {
             false => sum + pair.force,
             true => sum - pair.force,
         })
+    }
+
+    /// Computes the [Jacobians](PairReport::jacobian) of all points between bodies, in the order of [`pairs`](Self::pairs), with one pass over the bodies. Allocates.
+    ///
+    /// * `q` – configuration of the report, length `nq`
+    ///
+    /// # Panics
+    /// If `q` has the wrong length, or the report is one of another robot.
+    pub fn pair_jacobians<P: Scalar>(&self, model: &Model<P>, q: &[T]) -> Vec<DMatrix<T>>
+    where
+        T: Over<P>,
+    {
+        let kinematics = forward_kinematics(model, q, &vec![T::zero(); model.nv()]);
+        let pairs = self.pairs.iter();
+        pairs.map(|p| p.jacobian_at(model, &kinematics)).collect()
+    }
+
+    /// Computes the [rates of the Jacobians](PairReport::jacobian_derivative) of all points between bodies, in the order of [`pairs`](Self::pairs), with one pass over the
+    /// bodies. Allocates.
+    ///
+    /// * `q`, `v` – configuration and velocity of the report, lengths `nq` and `nv`
+    ///
+    /// # Panics
+    /// If a slice has the wrong length, or the report is one of another robot.
+    pub fn pair_jacobian_derivatives<P: Scalar>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        v: &[T],
+    ) -> Vec<DMatrix<T>>
+    where
+        T: Over<P>,
+    {
+        let kinematics = forward_kinematics(model, q, v);
+        let pairs = self.pairs.iter();
+        pairs.map(|p| p.rate_at(model, &kinematics)).collect()
     }
 
     /// The points between two links, and whether the links are in the opposite order there.
@@ -100,12 +136,8 @@ impl<T: Scalar> PairReport<T> {
     where
         T: Over<P>,
     {
-        self.difference(model, |frame| {
-            let mut J = frame_jacobian(model, q, frame, Representation::Mixed);
-            let arm = self.point.position - frame_pose(model, q, frame).translation;
-            shift(&mut J, &arm);
-            J
-        })
+        let kinematics = forward_kinematics(model, q, &vec![T::zero(); model.nv()]);
+        self.jacobian_at(model, &kinematics)
     }
 
     /// Computes the rate of the [Jacobian](Self::jacobian), 6 × `nv`, of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of
@@ -119,45 +151,69 @@ impl<T: Scalar> PairReport<T> {
     where
         T: Over<P>,
     {
-        let mixed = Representation::Mixed;
-        self.difference(model, |frame| {
-            let J = frame_jacobian(model, q, frame, mixed);
-            let mut rate = frame_jacobian_derivative(model, q, v, frame, mixed);
-            let arm = self.point.position - frame_pose(model, q, frame).translation;
-            // d(J_ω × r)/dt = J̇_ω × r + J_ω × (ω × r)
-            shift(&mut rate, &arm);
-            let turning = cross(&frame_velocity(model, q, v, frame, mixed).angular, &arm);
-            for (mut rate, column) in rate.column_iter_mut().zip(J.column_iter()) {
-                let more = cross(&Vector3::new(column[3], column[4], column[5]), &turning);
-                (0..3).for_each(|k| rate[k] += more[k]);
-            }
-            rate
+        self.rate_at(model, &forward_kinematics(model, q, v))
+    }
+
+    /// Returns the frame C of the contact, `X_WC`: its origin at the point, z along the normal, x and y across it.
+    pub fn frame(&self) -> Transform<T> {
+        let [z, x, y] = self.point.axes_of_any_normal();
+        Transform::new(Matrix3::from_columns(&[x, y, z]), self.point.position)
+    }
+
+    fn jacobian_at<P: Scalar>(&self, model: &Model<P>, at: &Kinematics<T>) -> DMatrix<T>
+    where
+        T: Over<P>,
+    {
+        self.relative(model, |frame, out| {
+            frame.jacobian_into(model, at, Representation::Mixed, out);
         })
     }
 
-    /// Value of the first link minus that of the second.
-    fn difference<P: Scalar>(
+    fn rate_at<P: Scalar>(&self, model: &Model<P>, at: &Kinematics<T>) -> DMatrix<T>
+    where
+        T: Over<P>,
+    {
+        self.relative(model, |frame, out| {
+            frame.jacobian_derivative_into(model, at, Representation::Mixed, out);
+        })
+    }
+
+    /// A matrix of the point on the first link less that of the point on the second one.
+    fn relative<P: Scalar>(
         &self,
         model: &Model<P>,
-        of: impl Fn(FrameId) -> DMatrix<T>,
-    ) -> DMatrix<T> {
-        let [first, second] = self.links;
-        let n = model.frames().len();
+        of: impl Fn(&AttachedFrame<T>, &mut DMatrix<T>),
+    ) -> DMatrix<T>
+    where
+        T: Over<P>,
+    {
+        let frames = model.frames();
         assert!(
-            first.0 < n && second.0 < n,
+            self.links.iter().all(|link| link.0 < frames.len()),
             "the report is one of another robot than \"{}\"",
             model.name()
         );
-        of(first) - of(second)
+        let [first, second] = self.links.map(|link| {
+            let mut out = DMatrix::zeros(SPATIAL, model.nv());
+            let frame = AttachedFrame {
+                body: frames[link.0].body,
+                X_WC: Transform::from_translation(self.point.position),
+            };
+            of(&frame, &mut out);
+            out
+        });
+        first - second
+    }
+
+    /// Whether the point is in contact: whether the solver of rigid contact holds it, or soft contact pushes it; in the first lane.
+    pub fn is_touching(&self) -> bool {
+        acts(self.mode, &self.force)
     }
 }
 
-/// Moves a Jacobian to a point an arm away: v + ω × r.
-fn shift<T: Scalar>(J: &mut DMatrix<T>, arm: &Vector3<T>) {
-    for mut column in J.column_iter_mut() {
-        let more = cross(&Vector3::new(column[3], column[4], column[5]), arm);
-        (0..3).for_each(|k| column[k] += more[k]);
-    }
+/// Whether a point is in contact, in the first lane: in the solver of rigid contact, or with a force of soft contact.
+fn acts<T: Scalar>(mode: Mode, force: &Vector3<T>) -> bool {
+    mode != Mode::Separated || force.iter().any(|x| x.value(0) != 0.0)
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -179,6 +235,7 @@ impl<P: Scalar> Simulator<P> {
             points: contact.points[..n].to_vec(),
             forces: contact.forces[..n].to_vec(),
             links: vec![Force::zero(); self.model().links().len()],
+            touching: vec![false; self.model().links().len()],
             modes: vec![Mode::Separated; contact.points.len()],
             reasons: Vec::with_capacity(n),
             pairs: Vec::new(),
@@ -211,6 +268,10 @@ impl<P: Scalar> Simulator<P> {
         for (i, (&mode, state)) in out.modes.iter().zip(&contact.points).enumerate() {
             let force = contact.forces[i];
             let (law, links) = contact.law_and_links(contacts, i);
+            if acts(mode, &force) {
+                let own = self.model().links().iter().zip(&mut out.touching);
+                own.for_each(|(link, touching)| *touching |= links.contains(&link.frame));
+            }
             let reason = law.reason(&PointOutcome {
                 state,
                 normal_force: dot(&state.normal, &force),

@@ -697,3 +697,86 @@ fn recorded_distance_equals_the_computed_one_where_features_stay() {
         }
     }
 }
+
+/// A pose whose axes are those of the world in some order or nearly so, at a place of a coarse grid.
+fn aligned_pose(rng: &mut Xoshiro256PlusPlus) -> Pose {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let mut turn = nalgebra::Matrix3::identity();
+    for axis in 0..3 {
+        let angle = quarter * f64::from(rng.random_range(0..4));
+        turn = Quaternion::exp(&V::ith(axis, angle)).to_matrix() * turn;
+    }
+    if rng.random_range(0..2) == 0 {
+        turn = turn.map(f64::round);
+    }
+    if rng.random_range(0..3) == 0 {
+        let by = 10_f64.powf(rng.random_range(-12.0..-2.0));
+        turn = Quaternion::exp(&vector(rng, by)).to_matrix() * turn;
+    }
+    let place = V::from_fn(|_, _| 0.25 * f64::from(rng.random_range(-4..5)));
+    Transform::new(turn, place)
+}
+
+/// A box, a cylinder or an ellipsoid of which sizes are alike, tiny or zero.
+fn degenerate_shape(rng: &mut Xoshiro256PlusPlus) -> Shape {
+    let sizes: [f64; 3] = std::array::from_fn(|_| match rng.random_range(0..6) {
+        0 => 0.0,
+        1 => 1e-9,
+        2 => 1e-4,
+        _ => 0.5,
+    });
+    let [radius, half_length, _] = sizes;
+    match rng.random_range(0..5) {
+        0 => Shape::Sphere { radius },
+        1 => Shape::Capsule {
+            radius,
+            half_length,
+        },
+        2 => Shape::Cylinder {
+            radius,
+            half_length,
+        },
+        _ => Shape::Box {
+            half_extents: sizes,
+        },
+    }
+}
+
+#[test]
+fn distance_of_aligned_and_degenerate_shapes_equals_the_widest_gap() {
+    let mut rng = rng(11);
+    for round in 0..2000 {
+        let shapes = [(); 2].map(|()| degenerate_shape(&mut rng));
+        let at = [(); 2].map(|()| aligned_pose(&mut rng));
+        let pair = Pair { shapes, at };
+        let name = format!("round {round}: {:?} at {:?}", pair.shapes, pair.at);
+        let found = pair.found().expect(&name);
+        let gap = pair.gap(&found.normal);
+        assert!((found.distance - gap).abs() < DISTANCE, "{name}: {gap}");
+        let axes = (0..2).flat_map(|k| (0..3).map(move |i| (k, i)));
+        let axes = axes.map(|(k, i)| pair.at[k].rotation.column(i).into_owned());
+        let mut starts: Vec<V> = directions().chain(axes.flat_map(|n| [n, -n])).collect();
+        starts.sort_by(|a, b| pair.gap(b).total_cmp(&pair.gap(a)));
+        for start in &starts[..4] {
+            let widest = pair.widest_gap(start, &mut rng);
+            assert!(widest <= found.distance + DISTANCE, "{name}: {widest}");
+        }
+    }
+}
+
+// A margin says only that nothing farther away is looked for.
+#[test]
+fn a_manifold_within_a_margin_is_empty_exactly_where_shapes_are_farther_apart() {
+    each_pair(12, 3000, |pair, _, name| {
+        let ([a, b], [x, y]) = (&pair.shapes, &pair.at);
+        let found = pair.found().expect(name);
+        for margin in [0.0, 0.1, 1.0] {
+            let mut points = Manifold::default();
+            features(a, x, b, y, margin, &mut points);
+            if (found.distance - margin).abs() > DISTANCE {
+                let is_near = found.distance < margin;
+                assert_eq!(!points.pairs().is_empty(), is_near, "{name}: {margin}");
+            }
+        }
+    });
+}

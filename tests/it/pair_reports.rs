@@ -1,17 +1,21 @@
 //! Questions about contact between bodies: who touches whom, with which force, and the Jacobians at the points.
 
-use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, Terrain};
+use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, SoftContact, Terrain};
 use dualbody::dynamics::{frame_pose, gravity_forces};
 use dualbody::model::{FrameId, Mass, Object, World};
 use dualbody::sim::ContactReport;
 use dualbody::spatial::Transform;
 use dualbody::{Contacts, Simulator, State};
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 const MASSES: [f64; 2] = [2.0, 1.0];
 
 /// A small box on a large one on the ground.
 fn tower() -> Simulator {
+    tower_under(ContactLaw::RelaxedRigid(RelaxedRigid::default()))
+}
+
+fn tower_under(law: ContactLaw) -> Simulator {
     let mut world = World::new("tower");
     for (name, mass, size, z) in [("a", MASSES[0], 0.4, 0.1), ("b", MASSES[1], 0.2, 0.3)] {
         let at = Transform::from_translation([0.0, 0.0, z].into());
@@ -21,7 +25,6 @@ fn tower() -> Simulator {
             .expect("a box");
     }
     let model = world.build().expect("a world");
-    let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
         .with_collisions(&model, law, &CollisionOptions::default())
         .expect("links");
@@ -125,4 +128,61 @@ fn rate_of_the_jacobian_equals_differences() {
     let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
     let found = pair.jacobian_derivative(model, q, state.v.as_slice());
     assert!((found - expected).amax() < 1e-8);
+}
+
+#[test]
+fn frames_are_right_handed_about_any_normal() {
+    let simulator = tower();
+    let (_, report) = settled(&simulator);
+    let mut pair = report.pairs[0].clone();
+    let normals = [[0.0, 0.0, -1.0], [0.6, 0.0, -0.8], [0.0, 0.8, 0.6]];
+    for normal in normals.map(Vector3::from) {
+        pair.point.normal = normal;
+        let frame = pair.frame();
+        assert_eq!(frame.rotation.column(2), normal);
+        assert_eq!(frame.translation, pair.point.position);
+        let off = frame.rotation.transpose() * frame.rotation - Matrix3::identity();
+        assert!(off.amax() < 1e-15 && (frame.rotation.determinant() - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn matrices_of_all_points_are_those_of_each() {
+    let simulator = tower();
+    let (state, report) = moving(&simulator);
+    let (model, q, v) = (simulator.model(), state.q.as_slice(), state.v.as_slice());
+    let [jacobians, rates] = [
+        report.pair_jacobians(model, q),
+        report.pair_jacobian_derivatives(model, q, v),
+    ];
+    assert!(jacobians.len() == report.pairs.len() && rates.len() == report.pairs.len());
+    for (k, pair) in report.pairs.iter().enumerate() {
+        assert_eq!(jacobians[k], pair.jacobian(model, q));
+        assert_eq!(rates[k], pair.jacobian_derivative(model, q, v));
+    }
+}
+
+#[test]
+fn links_touch_under_rigid_and_soft_contact_alike() {
+    let soft = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
+    for law in [soft, ContactLaw::RelaxedRigid(RelaxedRigid::default())] {
+        let simulator = tower_under(law);
+        let [a, b] = links(&simulator);
+        let mut state = simulator.neutral_state();
+        let joint = simulator.model().find_joint("b").expect("a joint");
+        let height = simulator.model().joint_q(joint).start + 2;
+        let at = |state: &State| {
+            let report = simulator.contact_report(state, &[]);
+            (report.are_touching([a, b]), report.touching)
+        };
+        state.q[height] -= 1e-3;
+        let (between, touching) = at(&state);
+        let links = simulator.model().links().iter();
+        let of_upper = links.clone().position(|link| link.frame == b);
+        let of_upper = of_upper.expect("a link");
+        assert!(between && touching[of_upper]);
+        state.q[height] += 0.1;
+        let (between, touching) = at(&state);
+        assert!(!between && !touching[of_upper]);
+    }
 }

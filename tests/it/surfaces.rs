@@ -1,9 +1,12 @@
 //! Meshes of triangles as ground, beside boxes of the same form.
 
+use std::time::{Duration, Instant};
+
 use dualbody::collision::Surface;
 use dualbody::contact::{CollisionOptions, ContactLaw, Contacts, Rigid, Terrain};
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mass, ModelBuilder};
+use dualbody::sim::StepScratch;
 use dualbody::{Simulator, State};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
@@ -199,6 +202,65 @@ fn jacobians_on_a_mesh_equal_finite_differences() {
             );
         }
     }
+}
+
+/// A wavy grid of n × n cells over 40 m × 40 m.
+fn waves(n: usize) -> Surface {
+    let heights: Vec<f64> = (0..(n + 1) * (n + 1))
+        .map(|k| 0.02 * (0.7 * k as f64).sin())
+        .collect();
+    Surface::grid([-20.0; 2], [40.0 / n as f64; 2], [n + 1; 2], &heights).expect("a grid")
+}
+
+// A body is near as many triangles on a mesh of twice as many far away from it. Of times the least counts, which other work on the machine does not change.
+#[test]
+fn a_step_on_a_hundred_times_the_triangles_takes_about_as_long() {
+    let fine = waves(150);
+    let near = |v: &Vector3<f64>| v.x.abs() < 0.8 && v.y.abs() < 0.8;
+    let triangles: Vec<[u32; 3]> = fine.triangles().to_vec();
+    let few = triangles.iter().filter(|own| {
+        let mut corners = own.iter();
+        corners.all(|&k| near(&fine.vertices()[k as usize]))
+    });
+    let few = Surface::new(fine.vertices().to_vec(), few.copied().collect()).expect("a mesh");
+    assert!(100 * few.triangles().len() < triangles.len());
+    let thing = crate_of([0.5, 0.4, 0.2]);
+    let times = [few, fine].map(|surface| {
+        let simulator = simulator(&thing, Some(surface));
+        let mut scratch = StepScratch::new(&simulator);
+        let mut state = start(&simulator, [0.0, 0.0, 0.12], [0.0; 3], [0.0; 6]);
+        let mut next = state.clone();
+        let mut least = Duration::MAX;
+        for _ in 0..30 {
+            let begin = Instant::now();
+            simulator.step_into(&state, &[], &mut scratch, &mut next);
+            least = least.min(begin.elapsed());
+            std::mem::swap(&mut state, &mut next);
+        }
+        (least, state.q)
+    });
+    let [(few, q), (all, same)] = times;
+    assert_eq!(q, same);
+    assert!(all < 3 * few, "{all:?} {few:?}");
+}
+
+#[test]
+fn the_order_of_triangles_does_not_change_a_step() {
+    let mesh = waves(80);
+    let mut turned = mesh.triangles().to_vec();
+    turned.reverse();
+    let turned = Surface::new(mesh.vertices().to_vec(), turned).expect("a mesh");
+    let ends = [mesh, turned].map(|surface| {
+        let simulator = simulator(&ball(), Some(surface));
+        let v = [0.4, 0.3, 0.0, 0.0, 0.0, 0.0];
+        let mut state = start(&simulator, [0.1, 0.15, 0.13], [0.0; 3], v);
+        for _ in 0..100 {
+            state = simulator.step(&state, &[]);
+        }
+        assert!(!simulator.contact_report(&state, &[]).pairs.is_empty());
+        state.q
+    });
+    assert!((&ends[0] - &ends[1]).amax() < 1e-9);
 }
 
 #[test]

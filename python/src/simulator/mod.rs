@@ -6,7 +6,7 @@
 //! | `given`, `memory` | states and inputs of a call, working memory |
 //! | `equilibrium` | poses that can be held |
 //! | `step`, `linearize`, `acceleration`, `forces` | one step, its Jacobians, the acceleration at a moment, forces on frames by name |
-//! | `contact`, `contact_frames` | what touches, and where |
+//! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
@@ -18,6 +18,7 @@ mod balance;
 mod batch;
 mod batch_simulator;
 mod contact;
+mod contact_forces;
 mod contact_frames;
 mod equilibrium;
 mod forces;

@@ -15,7 +15,7 @@ use crate::collision::witness::nearest_normal;
 /// Most steps of Newton's method on values: some ten, more on slivers.
 const MAX_STEPS: usize = 100;
 /// Most halvings of a step.
-const MAX_HALVINGS: i32 = 30;
+const MAX_HALVINGS: usize = 30;
 /// Part of a gap that is rounding.
 const ROUNDING: f64 = 1e-15;
 /// Step of a unit normal that is rounding.
@@ -65,8 +65,8 @@ pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) 
     best
 }
 
-/// A pair of features with its normal.
-fn candidate(
+/// A pair of features with its normal, if that is near to a unit normal and their nearest points lie on them.
+pub(super) fn candidate(
     difference: &Difference<'_>,
     n: &Vector3<f64>,
     a: &Choice,
@@ -237,8 +237,13 @@ fn widened(
     let apart = |n: &Vector3<f64>| q.support(&-n) - p.support(n);
     let before = apart(n);
     let least = before.dot(n) - ROUNDING * before.norm();
-    let parts = (0..MAX_HALVINGS).map(|k| (n + step * 0.5_f64.powi(k)).normalize());
-    parts
-        .into_iter()
-        .find(|next| apart(next).dot(next) >= least)
+    let mut part = 1.0;
+    for _ in 0..MAX_HALVINGS {
+        let next = (n + step * part).normalize();
+        if apart(&next).dot(&next) >= least {
+            return Some(next);
+        }
+        part *= 0.5;
+    }
+    None
 }

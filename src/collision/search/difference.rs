@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
 
 /// Differences of the points of two cores, of the second those of the first.
@@ -17,6 +18,17 @@ impl<'a> Difference<'a> {
     pub(super) fn new(a: Solid<'a>, b: Solid<'a>) -> Self {
         let size = a.reach() + b.reach();
         Self { a, b, size }
+    }
+
+    /// Whether one of the shapes is not a polytope with a radius around it.
+    pub(super) fn is_curved(&self) -> bool {
+        let is_curved = |solid: &Solid<'_>| {
+            matches!(
+                solid.shape,
+                Shape::Cylinder { .. } | Shape::Ellipsoid { .. }
+            )
+        };
+        is_curved(&self.a) || is_curved(&self.b)
     }
 
     /// Difference that lies farthest along a direction of any length.

@@ -18,12 +18,20 @@ pub(super) enum Gjk {
     Apart(Vector3<f64>),
     /// Touching or overlapping, with the last simplex.
     Overlap(Simplex),
+    /// Farther apart than what is asked for.
+    Far,
 }
 
 /// The shortest difference of two cores, to a tolerance relative to its length.
 ///
 /// * `start` – a direction from the first to the second
-pub(super) fn gjk(difference: &Difference<'_>, start: &Vector3<f64>, tolerance: f64) -> Gjk {
+/// * `far` – distance of the cores beyond which it is enough to know that they are apart, m
+pub(super) fn gjk(
+    difference: &Difference<'_>,
+    start: &Vector3<f64>,
+    tolerance: f64,
+    far: f64,
+) -> Gjk {
     let size = difference.size;
     let mut simplex = Simplex::new(difference.support(&-start));
     let mut v = simplex.reduce();
@@ -33,7 +41,12 @@ pub(super) fn gjk(difference: &Difference<'_>, start: &Vector3<f64>, tolerance: 
             return Gjk::Overlap(simplex);
         }
         let w = difference.support(&-v);
-        let gain = square - v.dot(&w);
+        let along = v.dot(&w);
+        // The cores are on either side of planes across v, v · w / ‖v‖ apart.
+        if along > far * v.norm() {
+            return Gjk::Far;
+        }
+        let gain = square - along;
         let is_old = simplex.points().contains(&w);
         if is_old || gain <= tolerance * square + ROUNDING * size * v.norm() {
             break;

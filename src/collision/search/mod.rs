@@ -1,12 +1,15 @@
 //! The nearest features of two convex shapes of any kind.
 //!
-//! Distance and depth are one problem: the unit normal n across which the gap g(n) between two planes with the shapes on either side is widest. Apart, the
+//! Distance and depth are one problem: the unit normal n across which the gap g(n) between two planes with the shapes on either side is widest. For simple shapes
+//! that overlap, n is one of few directions. Else: apart, the
 //! algorithm of Gilbert, Johnson and Keerthi finds n; overlapping, a polytope that grows inside the differences of the shapes. Both end at polytopes
 //! exactly, at curved shapes near enough; features about n are then tried one by one, each with its own normal by a closed form or Newton's method, and the
 //! one with the widest gap is taken. That no gap exceeds the distance of its points is the proof.
 
+mod axes;
 mod choose;
 mod difference;
+mod ellipse;
 mod gjk;
 mod options;
 mod polytope;
@@ -14,20 +17,37 @@ mod simplex;
 
 use nalgebra::Vector3;
 
-use super::feature::{Face, Feature, FeatureId, NormalSource, PairFeature};
-use super::patch::{Across, Patch};
-use super::placed::Placed;
-use super::shape::Shape;
+use super::clip::nearest_on_faces;
+use super::feature::{Feature, FeatureId, NormalSource, PairFeature};
 use super::solid::Solid;
-use choose::{Found, choose};
+use axes::{Axis, widest};
+use choose::{Found, candidate, choose};
 use difference::Difference;
 use gjk::{Gjk, gjk};
 use polytope::{Polytope, Start, tetrahedron};
 
-/// Tolerance of the search on polytopes, of the square of the distance: it ends at them exactly.
-const EXACT: f64 = 1e-15;
-/// Tolerances on curved shapes, one after the other until the proof holds.
-const CURVED: [f64; 4] = [1e-6, 1e-9, 1e-12, 1e-15];
+/// A search for the nearest points, and the angle within which features about its normal are tried.
+#[derive(Clone, Copy)]
+struct Round {
+    /// Tolerance of the square of the distance.
+    tolerance: f64,
+    /// rad
+    angle: f64,
+}
+
+const fn round(tolerance: f64, angle: f64) -> Round {
+    Round { tolerance, angle }
+}
+
+/// Rounds on polytopes, until the proof holds: the search ends at them exactly, or where it has no digits of the normal left.
+const FLAT: [Round; 2] = [round(1e-15, PARALLEL), round(1e-15, 1e-7)];
+/// Rounds on curved shapes: the angle is the root of the tolerance.
+const CURVED: [Round; 4] = [
+    round(1e-6, 1e-3),
+    round(1e-9, 3.2e-5),
+    round(1e-12, 1e-6),
+    round(1e-15, 3.2e-8),
+];
 /// Angle within which features count as parallel on polytopes, rad.
 const PARALLEL: f64 = 1e-9;
 /// Part of the size by which gap and distance may differ.
@@ -45,81 +65,94 @@ const BEYOND: f64 = 1e-9;
 /// Most faces that are tried.
 const MAX_TRIED: usize = 16;
 
-/// The nearest features of two shapes, neither of them a half-space.
-pub(super) fn search(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
+/// The nearest features of two shapes, neither of them a half-space; `None` where these are farther apart than a margin.
+pub(super) fn search(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFeature> {
     let difference = Difference::new(*a, *b);
-    let is_curved = |solid: &Solid<'_>| {
-        matches!(
-            solid.shape,
-            Shape::Cylinder { .. } | Shape::Ellipsoid { .. }
-        )
-    };
-    let tolerances: &[f64] = if is_curved(a) || is_curved(b) {
-        &CURVED
-    } else {
-        &[EXACT]
-    };
-    let mut best: Option<Found> = None;
-    let mut start = b.X.translation - a.X.translation;
-    for &tolerance in tolerances {
-        match gjk(&difference, &start, tolerance) {
-            Gjk::Overlap(simplex) => return overlapping(&difference, simplex.points()),
-            Gjk::Apart(v) => {
-                let n = v.normalize();
-                let angle = if tolerances.len() > 1 {
-                    tolerance.sqrt().max(PARALLEL)
-                } else {
-                    PARALLEL
-                };
-                best = wider(best, choose(&difference, &n, angle));
-                start = v;
-            }
+    let far = margin + a.radius() + b.radius();
+    if let Some(axis) = widest(&difference, far) {
+        if axis.gap > far {
+            return None;
         }
-        if best.is_some_and(|found| is_proved(&difference, &found)) {
-            break;
+        let found = at_axis(&difference, &axis);
+        if found.is_some() {
+            return found;
         }
     }
-    best.map_or_else(|| at_direction(&difference, &start), |found| found.pair)
+    let pair = from_simplex(&difference, far)?;
+    Some(nearest_on_faces(a, b, &pair).map_or(pair, |found| found.pair))
+}
+
+/// The features about the normal of the widest gap, where they are the nearest: always where shapes overlap, but for rounding.
+fn at_axis(difference: &Difference<'_>, axis: &Axis) -> Option<PairFeature> {
+    let (a, b) = (&difference.a, &difference.b);
+    let rounding = PROOF * difference.size;
+    let [first, second] = axis.choices(difference);
+    let found = candidate(difference, &axis.normal, &first, &second)?;
+    let is_exact =
+        found.gap >= axis.gap - rounding && (found.distance - found.gap).abs() <= rounding;
+    if !is_exact {
+        return None;
+    }
+    match nearest_on_faces(a, b, &found.pair) {
+        Some(flat)
+            if axis.gap <= 0.0
+                || (flat.outside <= rounding && flat.distance <= axis.gap + rounding) =>
+        {
+            Some(flat.pair)
+        }
+        None if axis.gap <= 0.0 || is_proved(difference, &found) => Some(found.pair),
+        _ => None,
+    }
+}
+
+/// The nearest features from the simplex of nearest differences.
+fn from_simplex(difference: &Difference<'_>, far: f64) -> Option<PairFeature> {
+    let (a, b) = (&difference.a, &difference.b);
+    let rounds: &[Round] = if difference.is_curved() {
+        &CURVED
+    } else {
+        &FLAT
+    };
+    let mut best: Option<Found> = None;
+    let apart = b.X.translation - a.X.translation;
+    // From elsewhere where simplices that are nearly flat have ended a search early.
+    let others = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let mut last = apart;
+    for start in [apart].into_iter().chain(others) {
+        let mut start = start;
+        for &Round { tolerance, angle } in rounds {
+            match gjk(difference, &start, tolerance, far) {
+                Gjk::Far => return None,
+                Gjk::Overlap(simplex) => return Some(overlapping(difference, simplex.points())),
+                Gjk::Apart(v) => {
+                    best = wider(best, choose(difference, &v.normalize(), angle));
+                    (start, last) = (v, v);
+                }
+            }
+            if let Some(found) = &best
+                && is_proved(difference, found)
+            {
+                return Some(found.pair);
+            }
+        }
+    }
+    Some(best.map_or_else(|| at_direction(difference, &last), |found| found.pair))
 }
 
 /// Whether no other features can be nearer: the gap is the distance, and a face reaches as far as it must.
 fn is_proved(difference: &Difference<'_>, found: &Found) -> bool {
-    let (a, b) = (&difference.a, &difference.b);
-    let n = &found.pair.seed;
-    let [first, second] = found.pair.id.features;
     let reaches = match found.pair.id.normal {
         NormalSource::Features => true,
-        NormalSource::First(face) => reaches(difference, a, face, n, b, second),
-        NormalSource::Second(face) => reaches(difference, b, face, &-n, a, first),
+        NormalSource::First(_) | NormalSource::Second(_) => reaches(difference, found),
     };
     reaches && found.distance - found.gap <= PROOF * difference.size
 }
 
-/// Whether a face lies opposite to the one point of another shape that is nearest to its plane; taken for granted where there are several.
-fn reaches(
-    difference: &Difference<'_>,
-    own: &Solid<'_>,
-    face: Face,
-    n: &Vector3<f64>,
-    other: &Solid<'_>,
-    feature: Feature,
-) -> bool {
-    let across = Across::new(n);
-    if Patch::new(other, &-n, PARALLEL, &across).corners().len() > 1 {
-        return true;
-    }
-    let point = Placed::new(feature, other.shape, &other.X).support(&-n);
-    let beyond = match (face, own.shape) {
-        (Face::Cap(end), Shape::Cylinder { radius, .. }) => {
-            let apart = point - own.vertex(end);
-            (apart - n * n.dot(&apart)).norm() - radius
-        }
-        (Face::Vertices(_), _) => {
-            Patch::new(own, n, PARALLEL, &across).outside(&across.place(&point))
-        }
-        _ => 0.0,
-    };
-    beyond <= BEYOND * difference.size
+/// Whether a face lies opposite to what is nearest to its plane.
+fn reaches(difference: &Difference<'_>, found: &Found) -> bool {
+    let (a, b) = (&difference.a, &difference.b);
+    let flat = nearest_on_faces(a, b, &found.pair);
+    flat.is_some_and(|flat| flat.outside <= BEYOND * difference.size)
 }
 
 fn wider(best: Option<Found>, other: Option<Found>) -> Option<Found> {
@@ -150,13 +183,14 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
 /// supporting plane from the origin, which the depth does not exceed.
 fn grow(difference: &Difference<'_>, polytope: &mut Polytope) -> f64 {
     let mut depth = f64::INFINITY;
+    let grown = if difference.is_curved() { GROWN } else { SLACK };
     while polytope.has_room() {
         let nearest = polytope.nearest();
         let face = polytope.faces()[nearest];
         let point = difference.support(&face.normal);
         let reach = point.dot(&face.normal);
         depth = depth.min(reach);
-        let is_reached = depth - face.distance <= GROWN * difference.size;
+        let is_reached = depth - face.distance <= grown * difference.size;
         if is_reached || !polytope.add_vertex(point, nearest) {
             break;
         }

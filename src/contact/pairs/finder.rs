@@ -26,6 +26,8 @@ pub(crate) struct PairFinder {
     shapes: Vec<PlacedShape>,
     bounds: Vec<Bounds>,
     broad_phase: BroadPhase,
+    /// Pairs whose boxes overlap, in order.
+    near: Vec<[usize; 2]>,
     manifold: Manifold,
 }
 
@@ -64,7 +66,9 @@ impl PairFinder {
                 reach: margin.reach,
             };
             self.place(pairs, plain, kinematics, &margin, lane);
-            fits &= self.find_in_lane(pairs, plain, lane, out);
+            let still = margin.half_height(0.0);
+            fits &= self.find_near(pairs, plain, still);
+            self.find_in_lane(pairs, plain, still, lane, out);
         }
         if T::LANES > 1 {
             out.sort_by_key(|point| point.shapes);
@@ -82,7 +86,8 @@ impl PairFinder {
     ) {
         self.shapes.clear();
         self.bounds.clear();
-        for (own, sized) in plain.shapes().iter().zip(&pairs.shapes) {
+        let solids = &plain.shapes()[..pairs.surfaces.first];
+        for (own, sized) in solids.iter().zip(&pairs.shapes) {
             // Sizes are parameters: those of now count.
             let shape: Shape = sized.shape.map_numbers(&mut |x| x.value(lane));
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
@@ -107,24 +112,65 @@ impl PairFinder {
         }
     }
 
+    /// Finds the pairs whose boxes overlap, in order: of shapes, and of these with the triangles of surfaces. Whether there are not too many.
+    ///
+    /// * `still` – part of the margin of a pair that what is at rest has, m
+    fn find_near<P: Scalar>(
+        &mut self,
+        pairs: &ShapePairs<P>,
+        plain: &LinkShapes,
+        still: f64,
+    ) -> bool {
+        let may_touch = |i: usize, j: usize| plain.may_collide(i, j, pairs.self_collision);
+        self.near.clear();
+        match self.broad_phase.pairs(&self.bounds, may_touch) {
+            Ok(found) => self.near.extend_from_slice(found),
+            Err(_) => return false,
+        }
+        let (first, near) = (pairs.surfaces.first, &mut self.near);
+        let most = BroadPhase::most_pairs(self.bounds.len());
+        let moving = (0..first).filter(|&i| pairs.body(i).is_some());
+        for i in moving {
+            let bounds = self.bounds[i].widened(still);
+            pairs.surfaces.tree.each_near(&bounds, |triangle| {
+                let j = first + triangle;
+                if may_touch(i, j) {
+                    near.push([i, j]);
+                }
+                near.len() <= most
+            });
+        }
+        near.sort_unstable();
+        let fits = near.len() <= most;
+        if !fits {
+            near.clear();
+        }
+        fits
+    }
+
     fn find_in_lane<P: Scalar>(
         &mut self,
         pairs: &ShapePairs<P>,
         plain: &LinkShapes,
+        still: f64,
         lane: usize,
         out: &mut Vec<PairPoint>,
-    ) -> bool {
-        let may_touch = |i: usize, j: usize| plain.may_collide(i, j, pairs.self_collision);
-        let Ok(near) = self.broad_phase.pairs(&self.bounds, may_touch) else {
-            return false;
-        };
-        for &[i, j] in near {
+    ) {
+        for &[i, j] in &self.near {
             let shapes = if pairs.body(i).is_none() {
                 [j, i]
             } else {
                 [i, j]
             };
-            let [a, b] = shapes.map(|k| &self.shapes[k]);
+            let triangle = plain.shapes().get(shapes[1]);
+            let triangle = triangle.filter(|_| shapes[1] >= pairs.surfaces.first);
+            let triangle = triangle.map(|own| PlacedShape {
+                shape: own.shape.clone(),
+                X_WS: own.placement,
+                margin: still.max(own.margin),
+            });
+            let a = &self.shapes[shapes[0]];
+            let b = triangle.as_ref().unwrap_or_else(|| &self.shapes[shapes[1]]);
             let (margin, manifold) = (a.margin + b.margin, &mut self.manifold);
             features(&a.shape, &a.X_WS, &b.shape, &b.X_WS, margin, manifold);
             let sides = plain.shapes()[shapes[1]].sides.as_ref();
@@ -140,7 +186,6 @@ impl PairFinder {
                 }
             }
         }
-        true
     }
 }
 
