@@ -55,7 +55,7 @@ pub use vjp::{StepGradient, VjpScratch};
 /// Over a scalar with derivatives, with how they change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearization<T: Scalar = f64> {
-    /// A, square; rows and columns (δq, δv), and the state of contact where there is one.
+    /// A, square; rows and columns (δq, δv), then the state of contact and activations where there are any.
     pub a: DMatrix<T>,
     /// B, `nu` columns, rows as those of A.
     pub b: DMatrix<T>,

@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._parts import (
+        Activation,
         Actuation,
         Actuator,
+        ActuatorNetwork,
         Anchor,
         Ball,
         Coupler,
@@ -41,8 +43,10 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Activation",
     "Actuation",
     "Actuator",
+    "ActuatorNetwork",
     "Anchor",
     "Ball",
     "ContactKinematics",

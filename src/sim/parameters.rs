@@ -10,6 +10,7 @@
 //! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |
 //! | each external force, then each frame actuator | origin of its place in its frame, turn of the place; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
 //! | each servo of a tendon | coefficients; gear, gains and ranges; effort limit | |
+//! | each activation of an input | ends of its ranges; time constant, or the parameters of a function | ; s, or the function's |
 //! | the method | time step | s |
 //!
 //! Turns are increments, zero as they are, about the axes of the place. Not among them: axes of rims, which are unit vectors (the placement of the joint that
@@ -111,6 +112,7 @@ impl<P: Scalar> Simulator<P> {
         actuators.chain(of_tendons).for_each(Actuator::check);
         let laws = out.contacts().into_iter().flat_map(Contacts::laws);
         laws.for_each(ContactLaw::check);
+        (out.activations().iter()).for_each(|activation| activation.own.check());
         out.with_resistance_found()
     }
 
@@ -151,6 +153,9 @@ impl<P: Scalar> Simulator<P> {
         for (k, servo) in self.tendons.iter_mut().enumerate() {
             servo.each_number(&mut of(Group::TendonServo(k), each));
         }
+        for (k, activation) in self.activations.iter_mut().enumerate() {
+            activation.each_number(&mut of(Group::Activation(k), each));
+        }
         let name = "time step";
         let time_step = Number::new(&name, &name, Domain::Positive);
         each(Group::TimeStep, time_step, &mut self.time_step);
@@ -181,6 +186,7 @@ impl<P: Scalar> Simulator<P> {
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
             Group::TendonServo(k) => self.tendons[k].name().to_owned(),
+            Group::Activation(k) => format!("activation of {}", self.activations[k].name),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Recordings as tables of comma-separated values [RFC 4180].
 //!
-//! One row a time: `time`, then for each robot q, v, state of contact, u and forces, then the series. Columns are named
+//! One row a time: `time`, then for each robot q, v, state of contact, activations, u and forces, then the series. Columns are named
 //! as those of [`Rollout::write_csv`](crate::sim::Rollout::write_csv); with several robots each name starts with
 //! `<robot>/`. What is unknown is an empty cell.
 //!
@@ -52,7 +52,7 @@ impl Recording {
     }
 
     /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,
-    /// `contact<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
+    /// `contact<k>`, `activation<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
     /// read back exactly. Makes the folder.
     ///
     /// A series stands as `series.<name>` where its name alone could be taken for another column or for a formula of a
@@ -133,7 +133,7 @@ impl Recording {
 
 /// Whether a name could be that of a column of a robot.
 fn is_state(name: &str) -> bool {
-    let numbers = ["u", "contact"].map(|kind| name.strip_prefix(kind));
+    let numbers = ["u", "contact", "activation"].map(|kind| name.strip_prefix(kind));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_numbered = numbers.into_iter().flatten().any(is_number);
     is_numbered
@@ -169,6 +169,7 @@ fn fill(
     track.q = taken.rows(prefix, q)?;
     track.v = taken.rows(prefix, v)?;
     track.contact = taken.numbered_rows(prefix, "contact")?;
+    track.activation = taken.numbered_rows(prefix, "activation")?;
     track.u = taken.numbered_rows(prefix, "u")?;
     if track.u.width == 0 && !inputs.is_empty() {
         let names: Vec<_> = inputs.iter().map(|name| format!("u.{name}")).collect();

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::constraint::Constraint;
 use crate::io::names::Names;
 use crate::model::Model;
-use crate::sim::{Integrator, Sensor, SensorNoise, Sensors, Servo, State};
+use crate::sim::{Activation, Integrator, Sensor, SensorNoise, Sensors, Servo, State};
 use crate::spatial::Transform;
 
 /// Everything that an MJCF holds and this library can use.
@@ -49,6 +49,8 @@ pub struct MjcfActuator {
     pub transmission: MjcfTransmission,
     /// Its force along what it acts on, gear and ranges included; `None` where that is not modelled. The control is the servo's input.
     pub servo: Option<Servo>,
+    /// Delay and dynamics of the control, where it has any that are modelled: what comes out of them is the servo's input.
+    pub activation: Option<Activation>,
 }
 
 /// What an actuator acts on.
@@ -180,7 +182,7 @@ pub struct MjcfKeyframe {
     pub name: String,
     /// Time, s.
     pub time: f64,
-    /// Configuration and velocity.
+    /// Configuration, velocity, and activations of actuators that are modelled; inputs that are delayed are 0.
     pub state: State,
     /// Controls, an entry for each actuator; empty where none are given.
     pub control: DVector<f64>,

@@ -53,6 +53,8 @@ pub(crate) struct StepSlopes<'a, T = f64> {
     /// In the state of contact.
     pub(crate) contact: &'a mut [T],
     pub(crate) u: &'a mut [T],
+    /// In the activations of inputs; empty where these are given as signals.
+    pub(crate) activation: &'a mut [T],
     /// In all parameters of the simulator, or in those of the model, which are the first; empty if they are not wanted.
     pub(crate) parameters: &'a mut [T],
     /// Whether those are wanted that are not the model's.

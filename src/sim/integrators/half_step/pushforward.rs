@@ -57,7 +57,7 @@ struct AheadColumns<T: Differentiable> {
 impl<T: Differentiable> AheadColumns<T> {
     fn new(simulator: &Simulator) -> Box<Self> {
         let (model, rows) = (simulator.model(), simulator.held_rows());
-        let width = simulator.n_tangent() + simulator.nu();
+        let width = simulator.n_motion() + simulator.nu();
         Box::new(Self {
             point: Ahead::new(simulator),
             rows: RowColumns::new(model, rows, width),
@@ -93,10 +93,7 @@ impl<T: Differentiable> Columns<T> {
     /// Memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
-        let (width, held) = (
-            simulator.n_tangent() + simulator.nu(),
-            simulator.held_rows(),
-        );
+        let (width, held) = (simulator.n_motion() + simulator.nu(), simulator.held_rows());
         Box::new(Self {
             balance: BalanceColumns::new(simulator, held, Calls::Many),
             ahead: (held > 0).then(|| AheadColumns::new(simulator)),
@@ -142,7 +139,7 @@ impl<T: Differentiable> Columns<T> {
     ) {
         let BalanceColumns { forces, rows } = &mut self.balance;
         let Some(ahead) = &mut self.ahead else { return };
-        let width = at.simulator.n_tangent() + at.simulator.nu();
+        let width = at.simulator.n_motion() + at.simulator.nu();
         ahead.rows.columns.resize(at.simulator.held_rows(), width);
         let point = SlopePoint {
             point: &ahead.point.point(at, &rows.seen),
