@@ -60,6 +60,7 @@ mod report;
 mod rollout;
 mod rows;
 mod sensors;
+mod signals;
 mod simulator;
 mod sparse_rows;
 mod state;

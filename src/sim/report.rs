@@ -4,9 +4,9 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::activation::Signals;
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::AccelerationScratch;
+use super::signals::Signals;
 use super::simulator::Simulator;
 use super::state::State;
 use super::terms::Contact;

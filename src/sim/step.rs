@@ -2,9 +2,9 @@
 
 use nalgebra::DVector;
 
-use super::activation::Signals;
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::{AccelerationScratch, Step, StepMemory};
+use super::signals::Signals;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;

@@ -24,7 +24,7 @@ use crate::scalar::{Over, Scalar};
 use function::Function;
 pub use function::{ActuatorFunction, ActuatorPoint, MAX_ACTUATOR_PARAMETERS, MAX_ACTUATOR_STATES};
 pub use network::ActuatorNetwork;
-pub(crate) use placed::{PlacedActivation, Signals, Variable};
+pub(crate) use placed::{JointCoordinate, PlacedActivation, Variable};
 
 /// Delay and dynamics between an input and its motor or servo, for [`Simulator::with_activation`](super::Simulator::with_activation).
 ///
