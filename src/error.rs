@@ -467,6 +467,14 @@ pub enum InvalidState {
         /// The number.
         value: f64,
     },
+    /// A number of the activations of inputs is NaN or infinite.
+    #[error("{}", message(format_args!("activation[{index}] is {value}")))]
+    NonFiniteActivation {
+        /// Index of the number among all activations.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
     /// A quaternion is not of unit length.
     #[error("{}", message(format_args!("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)))]
     QuaternionNorm {

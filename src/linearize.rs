@@ -54,7 +54,7 @@ pub use vjp::{StepGradient, VjpScratch};
 /// Over a scalar with derivatives, the entries carry their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearization<T: Scalar = f64> {
-    /// A, square; rows and columns (δq, δv), and the contact state where there is one.
+    /// A, square; rows and columns (δq, δv), then the contact state and activations where there are any.
     pub a: DMatrix<T>,
     /// B, `nu` columns, rows as those of A.
     pub b: DMatrix<T>,

@@ -16,6 +16,7 @@ from .identify import Dataset, Excitation, Experiment, Preparation, Regressor, R
 from .model import JointSpec, Limits, LinkSpec, Shape
 from .native import Compiler
 from .sim import (
+    Activation,
     Actuation,
     Ball,
     ContactReport,
@@ -305,6 +306,7 @@ class Simulator:
         external_forces: Sequence[ExternalForce] | None = None,
         frame_actuators: Sequence[FrameActuator] | None = None,
         tendon_servos: Sequence[TendonServo] | None = None,
+        activations: Mapping[str, Activation] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
         _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
@@ -328,6 +330,8 @@ class Simulator:
     def nu(self) -> int: ...
     @property
     def n_contact(self) -> int: ...
+    @property
+    def n_activation(self) -> int: ...
     @property
     def n_tangent(self) -> int: ...
     @property

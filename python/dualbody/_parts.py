@@ -174,6 +174,32 @@ class TendonServo:
 
 
 @dataclass(frozen=True)
+class ActuatorNetwork:
+    """A learned actuator: a multilayer perceptron from (errors u - q, then velocities v) at some ages, in steps, 0 is now, to a force, N·m or N. layers: pairs of
+    weights (rows, columns) and offsets (rows,), with the softsign y / (1 + |y|) after each but the last, which has one row."""
+
+    layers: Sequence[tuple[ArrayLike, ArrayLike]]
+    ages: Sequence[int] = (0,)
+
+
+@dataclass(frozen=True)
+class Activation:
+    """Delay (whole steps) and dynamics between an input and its motor or servo, with a state of its own: the last numbers of `contact`.
+
+    dynamics: "none", a delay alone; "filter", a first-order lag of time_constant (s), exact over each step; "explicit_filter", the same by Euler's explicit
+    method; "integrator" of the input; or an ActuatorNetwork. input_range: (least, largest) input of the dynamics; range: that of the state of a filter or
+    integrator; early: the motor gets the state after the step, not the one before.
+    """
+
+    dynamics: Literal["none", "filter", "explicit_filter", "integrator"] | ActuatorNetwork = "none"
+    time_constant: float | None = None
+    delay: int = 0
+    input_range: tuple[float, float] | None = None
+    range: tuple[float, float] | None = None
+    early: bool = False
+
+
+@dataclass(frozen=True)
 class FrameActuator:
     """An actuator at an attachment frame: a wrench (6,) per unit of its input, with optional limits (lower, upper) of the input."""
 

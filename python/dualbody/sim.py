@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._parts import (
+        Activation,
         Actuation,
         Actuator,
+        ActuatorNetwork,
         Anchor,
         Ball,
         Coupler,
@@ -42,8 +44,10 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Activation",
     "Actuation",
     "Actuator",
+    "ActuatorNetwork",
     "Anchor",
     "Ball",
     "BatchSimulator",

@@ -51,9 +51,8 @@ fn change(simulator: &Simulator, varied: &Varied) -> Graph {
         let dx = t.input(Port::vector("dx", n));
         let (dq, rest) = dx.split_at(model.nv());
         state.q = model.integrate(state.q.as_slice(), dq);
-        for (x, &d) in state.v.iter_mut().chain(&mut state.contact).zip(rest) {
-            *x += d;
-        }
+        let moved = state.beside_q_mut().zip(rest);
+        moved.for_each(|(x, &d)| *x += d);
         let mut reached: State<Traced> = state.clone();
         reached.copy_from_slice(&t.input(Port::vector("next", state.len())));
         let moved = next(&variant, &state, &u);

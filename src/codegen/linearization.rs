@@ -122,5 +122,6 @@ fn lifted(state: &State<Traced>) -> State<Number> {
         q: lift(&state.q),
         v: lift(&state.v),
         contact: lift(&state.contact),
+        activation: lift(&state.activation),
     }
 }

@@ -14,6 +14,7 @@ pub(super) const VELOCITY: &str = "rad/s or m/s";
 pub(super) const ACCELERATION: &str = "rad/s^2 or m/s^2";
 pub(super) const FORCE: &str = "N m or N";
 pub(super) const CONTACT: &str = "m";
+const ACTIVATION: &str = "the input's";
 
 /// Declares q and v.
 pub(super) fn motion<P: Scalar>(t: &mut Tracer, model: &Model<P>) -> [Vec<Traced>; 2] {
@@ -23,7 +24,7 @@ pub(super) fn motion<P: Scalar>(t: &mut Tracer, model: &Model<P>) -> [Vec<Traced
     ]
 }
 
-/// Declares a state and an input: `q`, `v`, `contact` where there is a contact state, `u`.
+/// Declares a state and an input: `q`, `v`, `contact` and `activation` where the state has such numbers, `u`.
 pub(super) fn state_and_input<P: Scalar>(
     t: &mut Tracer,
     simulator: &Simulator<P>,
@@ -33,7 +34,7 @@ pub(super) fn state_and_input<P: Scalar>(
     (state, u)
 }
 
-/// Declares a state: `q`, `v`, `contact` where there is a contact state.
+/// Declares a state: `q`, `v`, `contact` and `activation` where it has such numbers.
 pub(super) fn state<P: Scalar>(t: &mut Tracer, simulator: &Simulator<P>) -> State<Traced> {
     let [q, v] = motion(t, simulator.model());
     let mut state = simulator.state(&q, &v);
@@ -41,10 +42,14 @@ pub(super) fn state<P: Scalar>(t: &mut Tracer, simulator: &Simulator<P>) -> Stat
         let port = Port::vector("contact", simulator.n_contact()).with_unit(CONTACT);
         state.contact = DVector::from_vec(t.input(port));
     }
+    if simulator.n_activation() > 0 {
+        let port = Port::vector("activation", simulator.n_activation()).with_unit(ACTIVATION);
+        state.activation = DVector::from_vec(t.input(port));
+    }
     state
 }
 
-/// Takes a step, and outputs the next state: `q_next`, `v_next`, and `contact_next` where there is a contact state.
+/// Takes a step, and outputs the next state: `q_next`, `v_next`, and `contact_next` and `activation_next` where it has such numbers.
 pub(super) fn output_step<P: Scalar>(
     t: &mut Tracer,
     simulator: &Simulator<P>,
@@ -61,6 +66,10 @@ pub(super) fn output_step<P: Scalar>(
     if simulator.n_contact() > 0 {
         let contact = Port::vector("contact_next", simulator.n_contact()).with_unit(CONTACT);
         t.output(contact, &next.contact);
+    }
+    if simulator.n_activation() > 0 {
+        let port = Port::vector("activation_next", simulator.n_activation());
+        t.output(port.with_unit(ACTIVATION), &next.activation);
     }
 }
 

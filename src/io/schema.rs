@@ -168,6 +168,7 @@ fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
 pub(super) fn reason(element: &str) -> &'static str {
     match element {
         "transmission" => "transmissions are not modelled: efforts act at the joints",
+        "ros2_control" => "interfaces of controllers are not read: servos are set by Actuation",
         "gazebo" | "plugin" => "settings of another simulator",
         "physics" | "ode" | "bullet" | "simbody" => "settings of a physics engine",
         "light" | "camera" | "scene" | "gui" | "projector" => "not a part of a robot",

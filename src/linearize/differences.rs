@@ -85,11 +85,10 @@ pub(super) fn tangent_step<T: Scalar>(
     s.start.integrate_into(model, dx, &mut s.state);
     add_into(point.u, du, &mut s.u);
     simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
-    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0), and so m
+    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0), and so the rest
     let (dq_next, rest) = dy.split_at_mut(nv);
     model.difference_into(s.next_q.as_slice(), s.next.q.as_slice(), dq_next);
-    let ends = s.next.v.iter().chain(&s.next.contact);
-    let expected = point.next.v.iter().chain(&point.next.contact);
+    let (ends, expected) = (s.next.beside_q(), point.next.beside_q());
     for ((out, &x), &x0) in rest.iter_mut().zip(ends).zip(expected) {
         *out = x - x0;
     }

@@ -36,7 +36,7 @@ impl Simulator<f64> {
     /// time step, except for the stabilisation of constraints, which depends on the time step.
     ///
     /// # Panics
-    /// If state or input have the wrong length, or if contact is rigid: its forces act over a step and have no rate.
+    /// If state or input have the wrong length, or if there is rigid contact or an [activation](crate::sim::Activation), which act over a step.
     ///
     /// # Examples
     /// ```
@@ -64,7 +64,7 @@ impl Simulator<f64> {
     /// [`linearize_rate`](Self::linearize_rate) without allocation.
     ///
     /// # Panics
-    /// If state, input, working memory or output have the wrong size, or if contact is rigid: its forces act over a step and have no rate.
+    /// If state, input, scratch or output have the wrong size, or if there is rigid contact or an activation, which act over a step.
     pub fn linearize_rate_into(
         &self,
         state: &State,
@@ -77,6 +77,11 @@ impl Simulator<f64> {
             law.is_none(),
             "{} contact acts over a step and has no rate, Simulator::linearize has its Jacobians",
             law.unwrap_or_default()
+        );
+        assert!(
+            self.n_activation() == 0 && self.activations().is_empty(),
+            "inputs of \"{}\" have activations, which act over a step and have no rate: Simulator::linearize has their Jacobians",
+            self.model().name()
         );
         self.check_input(u);
         self.check(state);

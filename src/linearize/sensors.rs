@@ -15,7 +15,7 @@ use crate::sim::{SensorScratch, Sensors, Simulator, State};
 pub struct SensorLinearization<T: Scalar = f64> {
     /// A and B.
     pub step: Linearization<T>,
-    /// C: one row per reading; columns (δq, δv), and the contact state if there is one.
+    /// C: a row for each number that is read, columns (δq, δv), then the contact state and activations where there are any.
     pub c: DMatrix<T>,
     /// D: one row per reading, `nu` columns.
     pub d: DMatrix<T>,
@@ -95,8 +95,12 @@ impl Sensors {
         let dx: Vec<_> = (0..n).map(|k| seeded(k, T::zero())).collect();
         let u: Vec<_> = (n..).zip(u).map(|(k, &u)| seeded(k, u)).collect();
         let lifted = |x: &DVector<T>| x.map(Dual::constant_of);
-        let start = State::new(lifted(&state.q).as_slice(), lifted(&state.v).as_slice());
-        let start = start.with_contact(lifted(&state.contact));
+        let start = State {
+            q: lifted(&state.q),
+            v: lifted(&state.v),
+            contact: lifted(&state.contact),
+            activation: lifted(&state.activation),
+        };
         let moved = start.integrate(simulator.model(), &dx);
         let mut y = DVector::zeros(self.len());
         self.read_into(simulator, &moved, &u, scratch, y.as_mut_slice());

@@ -15,7 +15,7 @@ use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepGradientSum, StepP
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepGradient {
-    /// In the state, along its tangent (δq, δv, and the contact state where there is one), length [`Simulator::n_tangent`]: Aᵀ λ.
+    /// In the state, along its tangent (δq, δv, the contact state and activations where there are any), length [`Simulator::n_tangent`]: Aᵀ λ.
     pub state: DVector<f64>,
     /// In the input, length `nu`: Bᵀ λ.
     pub input: DVector<f64>,
@@ -65,14 +65,16 @@ impl StepGradient {
         );
     }
 
-    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepGradientSum<'_> {
+    fn slopes(&mut self, nv: usize, n_contact: usize, parameters: Counts) -> StepGradientSum<'_> {
         let len = self.parameters.len();
         let (q, rest) = self.state.as_mut_slice().split_at_mut(nv);
-        let (v, contact) = rest.split_at_mut(nv);
+        let (v, rest) = rest.split_at_mut(nv);
+        let (contact, activation) = rest.split_at_mut(n_contact);
         StepGradientSum {
             q,
             v,
             contact,
+            activation,
             u: self.input.as_mut_slice(),
             parameters: self.parameters.as_mut_slice(),
             has_parts: len > parameters.of_model,
@@ -206,7 +208,7 @@ impl Simulator<f64> {
         self.check(at.state);
         out.state.fill(0.0);
         out.input.fill(0.0);
-        let mut slopes = out.slopes(self.model().nv(), scratch.parameters);
+        let mut slopes = out.slopes(self.model().nv(), self.n_contact(), scratch.parameters);
         scratch.adjoint.add_gradient(self, at, adjoint, &mut slopes);
     }
 }

@@ -99,7 +99,7 @@ impl State<f64> {
 
 impl Simulator {
     /// Transfers the state of another simulator to this one: [`State::carried`] with the contact state. A link keeps its bristles if it has the same
-    /// number of contact points in both simulators; other bristles are straight.
+    /// both are kept, others are straight; so are activations of inputs of the same name with as many numbers, others are 0.
     ///
     /// # Errors
     /// As for [`State::carried`].
@@ -110,6 +110,7 @@ impl Simulator {
         from.check(state);
         let out = state.carried(from.model(), self.model())?;
         let mut out = self.state(out.q.as_slice(), out.v.as_slice());
+        self.carry_activations(from, state, &mut out);
         if out.contact.is_empty() || state.contact.is_empty() {
             return Ok(out);
         }
@@ -126,6 +127,21 @@ impl Simulator {
             }
         }
         Ok(out)
+    }
+
+    /// Takes over the activations of inputs of the same name.
+    fn carry_activations(&self, from: &Self, state: &State, out: &mut State) {
+        for own in self.activations() {
+            let mut all = from.activations().iter();
+            let Some(old) = all.find(|old| old.name == own.name) else {
+                continue;
+            };
+            let (old, own) = (old.range(), own.range());
+            if old.len() == own.len() {
+                let numbers = &state.activation.as_slice()[old];
+                out.activation.as_mut_slice()[own].copy_from_slice(numbers);
+            }
+        }
     }
 }
 

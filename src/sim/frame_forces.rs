@@ -37,7 +37,7 @@ impl<P: Scalar> Simulator<P> {
             assert!(!known, "two frame actuators are called \"{name}\"");
         }
         self.frames.actuators = actuators;
-        self
+        self.with_activations_placed()
     }
 
     /// The external forces.

@@ -13,6 +13,7 @@
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
 //! | tendon servos, several servos on a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
+//! | filters, integrators and delays of inputs, an actuator of one's own? | [`Simulator::with_activation`], [`Activation`], [`ActuatorFunction`] | a few operations each | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
@@ -31,6 +32,7 @@
 //! | a random state? | [`State::random`], [`State::random_within`] | O(n) | |
 //! | is a state from a file or another program valid? | [`State::check`] | O(n) | |
 
+mod activation;
 mod actuation;
 mod applied_forces;
 mod assembly;
@@ -61,14 +63,20 @@ mod report;
 mod rollout;
 mod rows;
 mod sensors;
+mod signals;
 mod simulator;
 mod sparse_rows;
 mod state;
 mod status;
 mod step;
 mod terms;
+mod user_function;
 
 pub use crate::contact::reason::ContactReason;
+pub use activation::{
+    Activation, ActuatorFunction, ActuatorNetwork, ActuatorPoint, MAX_ACTUATOR_PARAMETERS,
+    MAX_ACTUATOR_STATES,
+};
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, FrictionLaw, Interval, PositionLimits, Servo,
     TendonServo, TorqueSpeed, VelocityLimit,

@@ -54,7 +54,7 @@ impl<P: Scalar> Simulator<P> {
     /// Name of each direction of the [tangent space](Self::n_tangent) of the state, which are the rows and columns of A: `q.<joint>` for a small
     /// displacement,
     /// `v.<joint>` for a velocity, numbered from 0 where a joint has several (`q.base.3` of a floating base turns it about its x axis), then
-    /// `contact<k>` for the contact state.
+    /// `contact<k>` for the contact state and `activation<k>` for activations.
     ///
     /// # Examples
     /// ```
@@ -70,7 +70,9 @@ impl<P: Scalar> Simulator<P> {
     pub fn tangent_names(&self) -> Vec<String> {
         let of = |prefix| prefixed(prefix, self.model(), JointKind::nv);
         let contact = numbered("contact", self.n_contact());
-        of("q").chain(of("v")).chain(contact).collect()
+        let activation = numbered("activation", self.n_activation());
+        let motion = of("q").chain(of("v")).chain(contact);
+        motion.chain(activation).collect()
     }
 
     /// The name of the joint of a velocity coordinate, numbered where it has several.

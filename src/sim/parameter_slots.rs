@@ -32,6 +32,8 @@ pub enum SimulatorParameterGroup {
     FrameActuator(usize),
     /// A servo of a tendon, in the order of [`Simulator::tendon_servos`].
     TendonServo(usize),
+    /// The activation of an input, in the order in which the simulator got them.
+    Activation(usize),
     /// The time step, which is the last parameter.
     TimeStep,
 }
@@ -81,7 +83,7 @@ impl PartSlots {
         };
         for (group, range) in layout.groups() {
             match *group {
-                Group::Model(_) | Group::TimeStep => {}
+                Group::Model(_) | Group::Activation(_) | Group::TimeStep => {}
                 Group::Constraint(k) => slots.constraints[k] = range.clone(),
                 Group::Actuator(k) => slots.actuators[k] = range.clone(),
                 Group::ContactPoint(i) => slots.points[i] = range.clone(),

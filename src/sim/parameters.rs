@@ -10,6 +10,7 @@
 //! | the ground | height and slopes along x and y of a plane; height of each node of a grid; parameters of a function | m, 1; m; the function's |
 //! | each external force, then each frame actuator | origin and rotation of its attachment frame; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
 //! | each tendon servo | coefficients; gear, gains and ranges; effort limit | |
+//! | each activation of an input | ends of its ranges; time constant, or the parameters of a function | ; s, or the function's |
 //! | integrator | time step | s |
 //!
 //! Rotations are increments about the axes of the attachment frame, zero at the current value. These values are not parameters: axes of wheel rims,
@@ -114,6 +115,7 @@ impl<P: Scalar> Simulator<P> {
         actuators.chain(of_tendons).for_each(Actuator::check);
         let laws = out.contacts().into_iter().flat_map(Contacts::laws);
         laws.for_each(ContactLaw::check);
+        (out.activations().iter()).for_each(|activation| activation.own.check());
         out.with_resistance_found()
     }
 
@@ -154,6 +156,9 @@ impl<P: Scalar> Simulator<P> {
         for (k, servo) in self.tendons.iter_mut().enumerate() {
             servo.each_number(&mut of(Group::TendonServo(k), each));
         }
+        for (k, activation) in self.activations.iter_mut().enumerate() {
+            activation.each_number(&mut of(Group::Activation(k), each));
+        }
         let name = "time step";
         let time_step = Number::new(&name, &name, Domain::Positive);
         each(Group::TimeStep, time_step, &mut self.time_step);
@@ -184,6 +189,7 @@ impl<P: Scalar> Simulator<P> {
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
             Group::TendonServo(k) => self.tendons[k].name().to_owned(),
+            Group::Activation(k) => format!("activation of {}", self.activations[k].name),
         })
     }
 }

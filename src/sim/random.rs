@@ -69,6 +69,7 @@ impl State<f64> {
         let mut state = Self {
             q,
             v,
+            activation: DVector::zeros(0),
             contact: DVector::zeros(0),
         };
         if model.has_floating_base() {

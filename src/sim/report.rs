@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::AccelerationScratch;
+use super::signals::Signals;
 use super::simulator::Simulator;
 use super::state::State;
 use super::terms::Contact;
@@ -227,7 +228,8 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &mut scratch.balance {
             balance.measure();
         }
-        let at = EvaluationPoint::of_step(self, state, u);
+        let mut signals = Signals::default();
+        let at = EvaluationPoint::of_step(self, state, signals.find(self, state, u));
         self.accelerate(&at, &mut scratch);
         let contact = &scratch.terms.contact;
         let n = self.contacts().map_or(0, |c| c.points().len());

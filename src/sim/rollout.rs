@@ -270,6 +270,7 @@ impl Rollout {
         let header: Vec<String> = std::iter::once("time".into())
             .chain(column_names(model))
             .chain(numbered("contact", self.states[0].contact.len()))
+            .chain(numbered("activation", self.states[0].activation.len()))
             .chain(input_columns(&self.input_names, nu))
             .collect();
         writeln!(out, "{}", header.join(","))?;

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::activation::PlacedActivation;
 use super::actuation::{Actuation, TendonServo};
 use super::force::FrameTerms;
 use super::integrator::Integrator;
@@ -59,6 +60,8 @@ pub struct Simulator<P = f64> {
     /// External forces, and actuators on frames.
     pub(super) frames: FrameTerms<P>,
     pub(super) tendons: Vec<TendonServo<P>>,
+    /// Of inputs.
+    pub(super) activations: Vec<PlacedActivation<P>>,
     /// Whether joints have dampers, springs, friction, speed limits or joint limits.
     resists: bool,
 }
@@ -90,6 +93,7 @@ impl<P: Scalar> Simulator<P> {
             constraints: Vec::new(),
             frames: FrameTerms::default(),
             tendons: Vec::new(),
+            activations: Vec::new(),
             resists: false,
         }
         .with_resistance_found()
@@ -161,6 +165,9 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Errors
     /// If the model has no joint with this name.
+    ///
+    /// # Panics
+    /// If an input that has an [activation](Self::with_activation) is not among them.
     pub fn with_actuated_joints(mut self, names: &[&str]) -> Result<Self, UnknownName> {
         let joints: Vec<_> = names
             .iter()
@@ -170,7 +177,7 @@ impl<P: Scalar> Simulator<P> {
             .into_iter()
             .flat_map(|joint| self.model.joint_v(joint))
             .collect();
-        Ok(self)
+        Ok(self.with_activations_placed())
     }
 
     /// Sets motors, friction and limits of the joints. Without this call motors are ideal, and only the springs and damping of the model act on
@@ -228,6 +235,7 @@ impl<P: Scalar> Simulator<P> {
             actuation: None,
             frames: FrameTerms::default(),
             tendons: Vec::new(),
+            activations: Vec::new(),
             ..self.without_contacts()
         }
     }
@@ -249,7 +257,7 @@ impl<P: Scalar> Simulator<P> {
     /// Sets servos along tendons, or additional servos on joints. Each has its own input; these are the last entries of u, in this order.
     ///
     /// # Panics
-    /// If one belongs to another robot, two have the same name, or the integrator is the implicit midpoint rule and one has gains.
+    /// If one is that of another robot, two have the same name, an [activation](Self::with_activation) loses its input, or the integrator is the implicit midpoint rule and one has gains.
     #[must_use]
     pub fn with_tendon_servos(mut self, servos: Vec<TendonServo<P>>) -> Self {
         for (k, servo) in servos.iter().enumerate() {
@@ -260,7 +268,7 @@ impl<P: Scalar> Simulator<P> {
         }
         self.tendons = servos;
         self.check_integrator();
-        self.with_resistance_found()
+        self.with_resistance_found().with_activations_placed()
     }
 
     /// The tendon servos.
@@ -337,24 +345,31 @@ impl<P: Scalar> Simulator<P> {
         self.contacts.as_ref().map_or(0, Contacts::n_states)
     }
 
-    /// Dimension of the tangent space of the state, 2 `nv` and the contact state: rows and columns of A.
+    /// Dimension of the tangent space of the state, 2 `nv`, the contact state and activations: rows and columns of A.
     pub fn n_tangent(&self) -> usize {
+        self.n_motion() + self.n_activation()
+    }
+
+    /// The same without activations.
+    pub(crate) fn n_motion(&self) -> usize {
         2 * self.model.nv() + self.n_contact()
     }
 
-    /// Makes a state of this simulator with straight bristles. Allocates.
+    /// A state of this simulator whose bristles are straight, and whose activations are 0. Allocates.
     ///
     /// # Panics
     /// If a slice has the wrong length.
     pub fn state<T: Scalar>(&self, q: &[T], v: &[T]) -> State<T> {
         self.model.check_q(q);
         self.model.check_v(v);
-        State::new(q, v).with_contact(DVector::zeros(self.n_contact()))
+        (State::new(q, v).with_contact(DVector::zeros(self.n_contact())))
+            .with_activation(DVector::zeros(self.n_activation()))
     }
 
-    /// The neutral configuration at rest, with straight bristles. Allocates.
+    /// The neutral configuration at rest, with straight bristles and activations of 0. Allocates.
     pub fn neutral_state<T: Scalar>(&self) -> State<T> {
-        State::neutral(&self.model).with_contact(DVector::zeros(self.n_contact()))
+        (State::neutral(&self.model).with_contact(DVector::zeros(self.n_contact())))
+            .with_activation(DVector::zeros(self.n_activation()))
     }
 
     /// Checks the length of a state.
@@ -367,6 +382,13 @@ impl<P: Scalar> Simulator<P> {
             "the contact state of \"{}\" has {} entries; Simulator::state makes a state with them",
             self.model.name(),
             self.n_contact()
+        );
+        assert_eq!(
+            state.activation.len(),
+            self.n_activation(),
+            "the activations of \"{}\" have {} entries; Simulator::state makes a state with them",
+            self.model.name(),
+            self.n_activation()
         );
     }
 
@@ -447,6 +469,7 @@ impl<P: Scalar> Simulator<P> {
             constraints: self.constraints.lift(),
             frames: self.frames.lift(),
             tendons: self.tendons.lift(),
+            activations: self.activations.lift(),
             resists: false,
         }
         .with_resistance_found()
@@ -466,6 +489,7 @@ impl<P: Scalar> Simulator<P> {
             constraints: (self.constraints.iter().map(|c| c.map_numbers(value))).collect(),
             frames: self.frames.map_numbers(value),
             tendons: self.tendons.map_numbers(value),
+            activations: self.activations.map_numbers(value),
             resists: self.resists,
         }
     }

@@ -11,7 +11,7 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Cast, Over, Scalar};
 
-/// Configuration, velocity, and the state of soft contact.
+/// Configuration, velocity, the state of soft contact, and the activations of inputs.
 ///
 /// A state carries no model identity; functions check lengths only, so the state of another robot with the same number of coordinates is not refused.
 /// [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
@@ -24,6 +24,9 @@ pub struct State<T: Scalar = f64> {
     /// The contact state: for [soft contact](crate::contact::SoftContact) the bristle deflection of each point in the world, m, three values per
     /// point; otherwise empty. It is a vector space.
     pub contact: DVector<T>,
+    /// The [activations](super::Activation) of inputs, one after the other in the order in which the simulator got them: of each the inputs that have not arrived
+    /// yet, the oldest first, then the state of its dynamics. Empty without. A vector space.
+    pub activation: DVector<T>,
 }
 
 #[expect(
@@ -31,7 +34,7 @@ pub struct State<T: Scalar = f64> {
     reason = "a count, none of which is rare"
 )]
 impl<T: Scalar> State<T> {
-    /// Makes a state from slices, without a contact state.
+    /// From slices, without a contact state and without activations.
     ///
     /// # Examples
     /// ```
@@ -45,6 +48,7 @@ impl<T: Scalar> State<T> {
             q: DVector::from_column_slice(q),
             v: DVector::from_column_slice(v),
             contact: DVector::zeros(0),
+            activation: DVector::zeros(0),
         }
     }
 
@@ -56,11 +60,30 @@ impl<T: Scalar> State<T> {
         self
     }
 
+    /// Replaces the activations of inputs. For a simulator that has some, [`Simulator::state`](super::Simulator::state) makes a state in which they are 0.
+    #[must_use]
+    pub fn with_activation(mut self, activation: DVector<T>) -> Self {
+        self.activation = activation;
+        self
+    }
+
+    /// The numbers beside q: v, the state of contact, activations.
+    pub(crate) fn beside_q(&self) -> impl Iterator<Item = &T> + Clone {
+        self.v.iter().chain(&self.contact).chain(&self.activation)
+    }
+
+    /// [`beside_q`](Self::beside_q), to be changed.
+    pub(crate) fn beside_q_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        let (v, contact) = (self.v.iter_mut(), self.contact.iter_mut());
+        v.chain(contact).chain(&mut self.activation)
+    }
+
     /// Takes the numbers of another state of the same robot; does not allocate.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.q.copy_from(&other.q);
         self.v.copy_from(&other.v);
         self.contact.copy_from(&other.contact);
+        self.activation.copy_from(&other.activation);
     }
 
     /// The neutral configuration at rest.
@@ -69,11 +92,12 @@ impl<T: Scalar> State<T> {
             q: model.neutral().map(T::constant),
             v: DVector::zeros(model.nv()),
             contact: DVector::zeros(0),
+            activation: DVector::zeros(0),
         }
     }
 
-    /// The deviation δx = (q ⊖ q₀, v − v₀, m − m₀) from a reference state in tangent coordinates, length 2 `nv` and the state of
-    /// contact m: the argument of a linear controller that is designed at the reference. Allocates.
+    /// The deviation δx = (q ⊖ q₀, v − v₀, m − m₀, w − w₀) from a reference state in tangent coordinates, length 2 `nv`, the state of
+    /// contact m and activations w: what a linear controller designed at the reference acts on. Allocates.
     ///
     /// # Panics
     /// If a state has the wrong length.
@@ -86,18 +110,22 @@ impl<T: Scalar> State<T> {
             reference.contact.len(),
             "the states of contact are of two simulators"
         );
-        let mut out = DVector::zeros(2 * nv + self.contact.len());
+        assert_eq!(
+            self.activation.len(),
+            reference.activation.len(),
+            "the activations are of two simulators"
+        );
+        let mut out = DVector::zeros(nv + self.beside_q().count());
         let (dq, rest) = out.as_mut_slice().split_at_mut(nv);
         model.difference_into(reference.q.as_slice(), self.q.as_slice(), dq);
-        let both = self.v.iter().chain(&self.contact);
-        let references = reference.v.iter().chain(&reference.contact);
-        for ((out, &x), &x0) in rest.iter_mut().zip(both).zip(references) {
+        let both = self.beside_q().zip(reference.beside_q());
+        for (out, (&x, &x0)) in rest.iter_mut().zip(both) {
             *out = x - x0;
         }
         out
     }
 
-    /// The state x ⊕ δx for a tangent δx = (δq, δv, δm); its [deviation](Self::deviation) from this state is δx. Allocates.
+    /// The state x ⊕ δx to which a tangent δx = (δq, δv, δm, δw) leads, whose [deviation](Self::deviation) from here is δx. Allocates.
     ///
     /// # Panics
     /// If the state or the tangent has the wrong length.
@@ -114,35 +142,35 @@ impl<T: Scalar> State<T> {
     pub(crate) fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
         let (dq, rest) = dx.split_at(model.nv());
         model.integrate_into(self.q.as_slice(), dq, out.q.as_mut_slice());
-        let moved = out.v.iter_mut().chain(&mut out.contact);
-        let numbers = self.v.iter().chain(&self.contact);
+        let numbers = self.beside_q();
         assert_eq!(
             rest.len(),
             numbers.clone().count(),
             "the tangent of a state"
         );
-        for (out, (&x, &dx)) in moved.zip(numbers.zip(rest)) {
+        for (out, (&x, &dx)) in out.beside_q_mut().zip(numbers.zip(rest)) {
             *out = x + dx;
         }
     }
 
-    /// All entries: q, then v, then the contact state.
+    /// All numbers: q, then v, then the contact state, then activations.
     pub fn numbers(&self) -> impl Iterator<Item = &T> {
-        self.q.iter().chain(&self.v).chain(&self.contact)
+        self.q.iter().chain(self.beside_q())
     }
 
-    /// All entries, mutable: q, then v, then the contact state.
+    /// All numbers, to be changed: q, then v, then the contact state, then activations.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut T> {
-        let (q, v) = (self.q.iter_mut(), self.v.iter_mut());
-        q.chain(v).chain(&mut self.contact)
+        let (v, contact) = (self.v.iter_mut(), self.contact.iter_mut());
+        let others = v.chain(contact).chain(&mut self.activation);
+        self.q.iter_mut().chain(others)
     }
 
-    /// Number of entries of q, v and the contact state.
+    /// Number of entries of q, v, the contact state and activations.
     pub fn len(&self) -> usize {
-        self.q.len() + self.v.len() + self.contact.len()
+        self.q.len() + self.v.len() + self.contact.len() + self.activation.len()
     }
 
-    /// Copies all entries from a slice (q, v, contact state).
+    /// Takes over all numbers from a slice (q, v, contact state, activations).
     ///
     /// # Panics
     /// If there are not as many.
@@ -153,7 +181,7 @@ impl<T: Scalar> State<T> {
             .for_each(|(own, &given)| *own = given);
     }
 
-    /// Copies all entries to a slice (q, v, contact state).
+    /// Writes all numbers to a slice (q, v, contact state, activations).
     ///
     /// # Panics
     /// If there are not as many.
@@ -174,6 +202,7 @@ impl<P: Scalar> Cast<P> for State<P> {
             q: self.q.map(<Q as From<P>>::from),
             v: self.v.map(<Q as From<P>>::from),
             contact: self.contact.map(<Q as From<P>>::from),
+            activation: self.activation.map(<Q as From<P>>::from),
         }
     }
 }
@@ -206,11 +235,16 @@ impl State<f64> {
             check_finite("v", &self.v, v_range(body), joint)?;
             check_quaternion(body.joint, &self.q, q_range(body), joint)?;
         }
-        match self.contact.iter().position(|x| !x.is_finite()) {
+        let first = |x: &DVector<f64>| x.iter().position(|x| !x.is_finite());
+        if let Some(index) = first(&self.contact) {
+            let value = self.contact[index];
+            return Err(InvalidState::NonFiniteContact { index, value });
+        }
+        match first(&self.activation) {
             None => Ok(()),
-            Some(index) => Err(InvalidState::NonFiniteContact {
+            Some(index) => Err(InvalidState::NonFiniteActivation {
                 index,
-                value: self.contact[index],
+                value: self.activation[index],
             }),
         }
     }
@@ -304,6 +338,7 @@ impl State<f64> {
             q: model.random_configuration(rng),
             v: model.random_velocity(rng, speed),
             contact: DVector::zeros(0),
+            activation: DVector::zeros(0),
         }
     }
 }

@@ -97,6 +97,7 @@ mod tests {
             q: one([0.0, f64::NAN, 0.0, 0.0]),
             v: one([-5.0, 0.0, f64::NEG_INFINITY, 5.1]),
             contact: one([0.0; 4]),
+            activation: one([0.0; 4]),
         };
         let after = |lanes| RolloutStatus::after(7, &next, 5.0, lanes).is_none();
         assert_eq!(

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::{AccelerationScratch, Step, StepMemory};
+use super::signals::Signals;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
@@ -16,6 +17,8 @@ use crate::scalar::{Over, Scalar};
 pub struct StepScratch<T: Scalar> {
     pub(crate) acceleration: AccelerationScratch<T>,
     method: StepMemory<T>,
+    /// Where an acceleration is found without a step.
+    signals: Signals<T>,
 }
 
 impl<T: Scalar> StepScratch<T> {
@@ -29,6 +32,7 @@ impl<T: Scalar> StepScratch<T> {
         Self {
             acceleration: AccelerationScratch::new(simulator, calls),
             method: StepMemory::new(simulator),
+            signals: Signals::default(),
         }
     }
 
@@ -92,6 +96,7 @@ impl<P: Scalar> Simulator<P> {
         let StepScratch {
             acceleration,
             method,
+            ..
         } = scratch;
         if let Some(balance) = &mut acceleration.balance {
             balance.forget();
@@ -150,8 +155,9 @@ impl<P: Scalar> Simulator<P> {
     ) -> &'s [T] {
         self.check_input(u);
         self.check(state);
+        let signal = scratch.signals.find(self, state, u);
         self.accelerate(
-            &EvaluationPoint::instant(self, state, u),
+            &EvaluationPoint::instant(self, state, signal),
             &mut scratch.acceleration,
         );
         &scratch.acceleration.a

@@ -23,7 +23,7 @@ pub trait Robot: System {
         self.robot().expect(NO_ROBOT)
     }
 
-    /// x = (q, v, m) of a state. Allocates.
+    /// x = (q, v, m, w) of a state, with the state of contact m and activations w. Allocates.
     fn pack(&self, state: &State) -> DVector<f64> {
         DVector::from_iterator(state.len(), state.numbers().copied())
     }
@@ -33,7 +33,7 @@ pub trait Robot: System {
     /// # Panics
     /// If `x` does not have length `nx`.
     fn unpack(&self, x: &[f64]) -> State {
-        assert_eq!(x.len(), self.nx(), "x is (q, v, m)");
+        assert_eq!(x.len(), self.nx(), "x is (q, v, m, w)");
         let model = self.model();
         let (q, rest) = x.split_at(model.nq());
         let (v, contact) = rest.split_at(model.nv());
@@ -45,11 +45,17 @@ pub trait Robot: System {
 pub(super) const NO_ROBOT: &str =
     "only robots have a model: `System::robot` says which one a system is";
 
-impl Robot for Simulator {}
+impl Robot for Simulator {
+    fn unpack(&self, x: &[f64]) -> State {
+        let mut out: State = self.neutral_state();
+        out.copy_from_slice(x);
+        out
+    }
+}
 
 impl System for Simulator {
     fn nx(&self) -> usize {
-        self.model().nq() + self.model().nv() + self.n_contact()
+        self.model().nq() + self.model().nv() + self.n_contact() + self.n_activation()
     }
 
     fn ndx(&self) -> usize {
@@ -106,7 +112,7 @@ impl System for Simulator {
         let memory = scratch.get(|| RateMemory::new(self));
         memory.state.q.copy_from_slice(&x[..self.model().nq()]);
         memory.state.v.copy_from_slice(&x[self.model().nq()..]);
-        // With a contact state this is refused: bristles have no rate apart from a step.
+        // With a contact state, or activations, this is refused: they have no rate apart from a step.
         let a = self.acceleration_into(&memory.state, u, &mut memory.step);
         let (dq, dv) = rate.split_at_mut(self.model().nv());
         dq.copy_from_slice(memory.state.v.as_slice());

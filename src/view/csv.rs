@@ -1,6 +1,6 @@
 //! Recordings as tables of comma-separated values [RFC 4180].
 //!
-//! One row a time: `time`, then for each robot q, v, contact state, u and forces, then the series. Columns are named
+//! One row a time: `time`, then for each robot q, v, contact state, activations, u and forces, then the series. Columns are named
 //! as those of [`Rollout::write_csv`](crate::sim::Rollout::write_csv); with several robots each name starts with
 //! `<robot>/`. An unknown value is an empty cell.
 //!
@@ -51,8 +51,9 @@ impl Recording {
         String::from_utf8(out).unwrap_or_default()
     }
 
-    /// Writes all values as a table of comma-separated values: one row per time; `time`, `q.<joint>`, `v.<joint>`,
-    /// `contact<k>`, `u.<input>` (`u<k>` if names of inputs are unknown), `f.<frame>.<axis>`, and the series. Values read back exactly. Creates the folder.
+    /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,
+    /// `contact<k>`, `activation<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
+    /// read back exactly. Makes the folder.
     ///
     /// A series is named `series.<name>` if its name could be confused with another column or with a formula of a spreadsheet.
     ///
@@ -130,7 +131,7 @@ impl Recording {
 
 /// Whether a name could be that of a column of a robot.
 fn is_state(name: &str) -> bool {
-    let numbers = ["u", "contact"].map(|kind| name.strip_prefix(kind));
+    let numbers = ["u", "contact", "activation"].map(|kind| name.strip_prefix(kind));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_numbered = numbers.into_iter().flatten().any(is_number);
     is_numbered
@@ -166,6 +167,7 @@ fn fill(
     track.q = taken.rows(prefix, q)?;
     track.v = taken.rows(prefix, v)?;
     track.contact = taken.numbered_rows(prefix, "contact")?;
+    track.activation = taken.numbered_rows(prefix, "activation")?;
     track.u = taken.numbered_rows(prefix, "u")?;
     if track.u.width == 0 && !inputs.is_empty() {
         let names: Vec<_> = inputs.iter().map(|name| format!("u.{name}")).collect();

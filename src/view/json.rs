@@ -37,7 +37,7 @@ struct File {
     scene_objects: Vec<SceneObject>,
 }
 
-/// A robot with its columns q, v, contact state, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
+/// A robot with its columns q, v, contact state, activations, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Robot {
@@ -234,23 +234,26 @@ fn robot(track: &Track) -> Robot {
 fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Track, RecordingError> {
     let mut track = Track::new(&robot.name, model);
     let n_state = model.nq() + model.nv();
-    let others = robot
-        .columns
-        .iter()
-        .skip(n_state)
-        .zip(numbered("contact", usize::MAX));
-    let n_contact = others
-        .take_while(|(column, name)| column.name == *name)
-        .count();
-    let n_inputs = robot.columns.len().saturating_sub(n_state + n_contact);
+    let count = |first: usize, kind| {
+        let others = robot.columns.iter().skip(first);
+        let named = others.zip(numbered(kind, usize::MAX));
+        named.take_while(|(own, name)| own.name == *name).count()
+    };
+    let n_contact = count(n_state, "contact");
+    let n_activation = count(n_state + n_contact, "activation");
+    let n_others = n_state + n_contact + n_activation;
+    let n_inputs = robot.columns.len().saturating_sub(n_others);
     (track.contact, track.u) = (Rows::new(n_contact), Rows::new(n_inputs));
+    track.activation = Rows::new(n_activation);
     check_columns(path, &robot, &track)?;
     let columns = series(path, robot.columns, length)?;
     let (q, rest) = columns.split_at(model.nq());
     let (v, rest) = rest.split_at(model.nv());
-    let (contact, u) = rest.split_at(n_contact);
+    let (contact, rest) = rest.split_at(n_contact);
+    let (activation, u) = rest.split_at(n_activation);
     (track.q, track.v) = (rows(q, length), rows(v, length));
     (track.contact, track.u) = (rows(contact, length), rows(u, length));
+    track.activation = rows(activation, length);
     track.inputs = robot.inputs;
     track.placement = Transform::from_entries(robot.placement);
     let unknown = |error: UnknownName| other_robots(path, error.to_string());

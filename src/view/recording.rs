@@ -156,9 +156,15 @@ impl Recording {
                     track.v.push(rollout.v(i, k), "v");
                     let contact = rollout.contact(i, k);
                     track.contact.push_if_known(contact, "the contact state");
+                    let activation = rollout.activation(i, k);
+                    track
+                        .activation
+                        .push_if_known(activation, "the activations");
                 } else {
-                    let rows = [&mut track.q, &mut track.v, &mut track.contact];
-                    rows.into_iter().for_each(Rows::push_unknown);
+                    let motion = [&mut track.q, &mut track.v];
+                    let others = [&mut track.contact, &mut track.activation];
+                    let rows = motion.into_iter().chain(others);
+                    rows.for_each(Rows::push_unknown);
                 }
             }
         }

@@ -23,6 +23,8 @@ pub struct Track {
     pub(super) v: Rows,
     /// The contact state.
     pub(super) contact: Rows,
+    /// Activations of inputs.
+    pub(super) activation: Rows,
     pub(super) u: Rows,
     /// Names of the inputs; empty if unknown.
     pub(super) inputs: Vec<String>,
@@ -52,6 +54,7 @@ impl Track {
             q: Rows::new(model.nq()),
             v: Rows::new(model.nv()),
             contact: Rows::new(0),
+            activation: Rows::new(0),
             u: Rows::new(0),
             inputs: Vec::new(),
             traces: Vec::new(),
@@ -68,6 +71,8 @@ impl Track {
         self.v.push(state.v.as_slice(), "v");
         let contact = state.contact.as_slice();
         self.contact.push_if_known(contact, "the contact state");
+        let activation = state.activation.as_slice();
+        self.activation.push_if_known(activation, "the activations");
     }
 
     /// Name of the robot in the recording.
@@ -96,7 +101,7 @@ impl Track {
         self.v.row(k)
     }
 
-    /// The state at the `k`-th time with the contact state, to continue a simulation: bit-identical to the recorded state, also after reading a file.
+    /// The state at the `k`-th time with the contact state and activations, to go on from there: the numbers are those that were
     /// Unknown values are NaN. Allocates.
     ///
     /// # Panics
@@ -114,7 +119,8 @@ impl Track {
     /// ```
     pub fn state(&self, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(k));
-        State::new(self.q(k), self.v(k)).with_contact(contact)
+        let activation = DVector::from_column_slice(self.activation.row(k));
+        (State::new(self.q(k), self.v(k)).with_contact(contact)).with_activation(activation)
     }
 
     /// The contact state at the `k`-th time; empty without, NaN where it is not known.
@@ -240,7 +246,7 @@ impl Track {
         &self.model.frames()[frame.0].name
     }
 
-    /// Names of the columns q, v, contact state, u by what the inputs act on, and three for each force.
+    /// Names of the columns q, v, contact state, activations, u by what the inputs act on, and three for each force.
     pub(super) fn column_names(&self) -> Vec<String> {
         let mut names = self.state_names();
         names.truncate(names.len() - self.nu());
@@ -251,10 +257,11 @@ impl Track {
         names
     }
 
-    /// Names of the columns q, v, contact state and u, whose inputs are numbered.
+    /// Names of the columns q, v, contact state, activations and u, whose inputs are numbered.
     pub(super) fn state_names(&self) -> Vec<String> {
         let mut names = column_names(&self.model);
         names.extend(numbered("contact", self.contact.width));
+        names.extend(numbered("activation", self.activation.width));
         names.extend(numbered("u", self.nu()));
         names
     }
@@ -265,9 +272,9 @@ impl Track {
         name.unwrap_or_else(|| format!("u{k}"))
     }
 
-    /// Recorded rows of q, v, the contact state and u, in the order of the columns.
-    pub(super) fn rows(&self) -> [&Rows; 4] {
-        [&self.q, &self.v, &self.contact, &self.u]
+    /// Recorded rows of q, v, the contact state, activations and u, in the order of the columns.
+    pub(super) fn rows(&self) -> [&Rows; 5] {
+        [&self.q, &self.v, &self.contact, &self.activation, &self.u]
     }
 
     /// The numbers of the columns at the `k`-th time.

@@ -6,6 +6,7 @@
 
 //! What the crate promises, checked against something independent.
 
+mod activations;
 mod actuation;
 mod adjoints;
 mod analytic;
@@ -59,6 +60,7 @@ mod loading;
 mod many_points;
 mod mesh_contact;
 mod mjcf;
+mod mjcf_activations;
 mod mjcf_sensors;
 mod named_forces;
 mod own_scalars;

@@ -277,6 +277,45 @@ fn what_is_not_used_is_in_the_report_with_its_line() {
     assert!(scene.actuation[0].servo.is_none());
 }
 
+#[test]
+fn geoms_of_other_numbers_of_contact_than_the_first_are_in_the_report() {
+    let ball = |numbers: &str| format!("<geom type='sphere' size='0.1' mass='1' {numbers}/>");
+    let world = |geoms: &[String]| {
+        let all = geoms.join("\n");
+        text(&format!(
+            "<mujoco><worldbody><body pos='0 0 1'><freejoint/>\n{all}</body></worldbody></mujoco>"
+        ))
+    };
+    let alike = [
+        ball("friction='0.7'"),
+        ball("friction='0.7 0.1'"),
+        ball("friction='0.7' condim='3'"),
+    ];
+    assert!(world(&alike).1.ignored.is_empty());
+    let idle = [
+        ball("friction='0.7'"),
+        ball("friction='0.2' contype='0' conaffinity='0'"),
+    ];
+    assert!(world(&idle).1.ignored.is_empty());
+    let differ = [
+        ball("friction='0.7'"),
+        ball("friction='0.2'"),
+        ball("friction='0.7' solref='0.01 1'"),
+        ball("friction='0.7' condim='1'"),
+    ];
+    let report = world(&differ).1;
+    assert_eq!(report.ignored.len(), 2, "{report}");
+    let [of_link, of_all] = &report.ignored[..] else {
+        panic!("{report}")
+    };
+    assert_eq!((of_link.line, of_all.line), (3, 3));
+    assert!(
+        of_link.reason.contains("of a link") && of_link.reason.contains("3 geoms"),
+        "{report}"
+    );
+    assert!(of_all.reason.contains("all bodies"), "{report}");
+}
+
 // q₁ − 0.2 = 0.1 + 3 (q₂ − 0.5)
 #[test]
 fn joint_equality_counts_from_the_references() {

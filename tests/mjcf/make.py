@@ -10,7 +10,7 @@ Run by hand, and only when a description changes. Each text file is one descript
     state 0                              the records up to the next state belong to this state
     name rows columns number number ...  row by row
 
-Contacts, limits, friction losses and equalities are switched off, and actuators but in `servos`, where each state has a control (in the order of the file) and no
+Contacts, limits, friction losses and equalities are switched off, and actuators but in `servos` and `activations`, where each state has a control (in the order of the file) and no
 applied force; springs and dampers are in the accelerations, not in the bias. Numbers are in the
 conventions of the crate: the velocity of a free body is in the body, [linear; angular].
 """
@@ -21,8 +21,10 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-NAMES = ["chain", "free", "world", "attach", "servos", "sensors"]
-ACTUATED = ["servos"]
+NAMES = ["chain", "free", "world", "attach", "servos", "sensors", "activations"]
+ACTUATED = ["servos", "activations"]
+# Activations are held over the stages of our steps of Runge and Kutta.
+WITHOUT_MOTION = ["activations"]
 STATES = 3
 # One second of motion by Runge and Kutta's method.
 TIME_STEP = 1e-4
@@ -43,8 +45,11 @@ def main():
             if k > 0:
                 mujoco.mj_integratePos(model, q, rng.uniform(-1, 1, model.nv), 1.0)
             v, tau = rng.uniform(-1, 1, model.nv), rng.uniform(-1, 1, model.nv)
-            lines += [f"state {k}"] + records(model, q, v, tau, control(name, model, rng))
-        lines += motion(model, rng.uniform(-0.5, 0.5, model.nv), control(name, model, rng))
+            ctrl = control(name, model, rng)
+            act = rng.uniform(-1, 1, model.na) if model.na else np.zeros(0)
+            lines += [f"state {k}"] + records(model, q, v, tau, ctrl, act)
+        if name not in WITHOUT_MOTION:
+            lines += motion(model, rng.uniform(-0.5, 0.5, model.nv), control(name, model, rng))
         (HERE / f"{name}.txt").write_text("\n".join(lines) + "\n")
 
 
@@ -93,8 +98,9 @@ def mass_matrix(model, data):
     return np.array(columns).T
 
 
-def records(model, q, v, tau, ctrl):
+def records(model, q, v, tau, ctrl, act):
     data = mujoco.MjData(model)
+    data.act[:] = act
     if len(ctrl):
         data.ctrl[:], tau = ctrl, np.zeros(model.nv)
     T = turned(model, q)
@@ -118,7 +124,16 @@ def records(model, q, v, tau, ctrl):
     for k in range(model.nsensor):
         start, n = model.sensor_adr[k], model.sensor_dim[k]
         lines.append(record(f"sensor:{model.sensor(k).name}", data.sensordata[start : start + n]))
-    return lines
+    return lines + activations(model, data, act)
+
+
+def activations(model, data, act):
+    """Activations before and after a step of Euler; the first of what is delayed is 0."""
+    if not len(act):
+        return []
+    before = record("activation", act)
+    mujoco.mj_step(model, data)
+    return [before, record("next_activation", data.act)]
 
 
 def controls(ctrl):

@@ -36,7 +36,7 @@ impl CudaRollout {
     pub(crate) fn fetch<R: Real>(initial: &[State], left: &Left<'_, R>) -> Result<Self, CudaError> {
         let (states, rows) = (left.states, left.states.numbers.rows());
         let kept = left.kept.download_states()?;
-        let of_row = |row: &[R]| state(row, states.nq, states.nv);
+        let of_row = |row: &[R]| state(row, &states.like);
         Ok(Self {
             interval: left.interval,
             every: left.every,

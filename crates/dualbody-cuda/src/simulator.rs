@@ -188,13 +188,17 @@ impl<R: Real> CudaSimulator<R> {
                 state.contact.len(),
                 Some(neutral.contact.len()),
             )?;
+            check_length(
+                "the activations of a state",
+                state.activation.len(),
+                Some(neutral.activation.len()),
+            )?;
         }
         let all = numbers::<R>(states);
         Ok(CudaStates {
             numbers: Numbers::from_states(&self.device, neutral.len(), self.len, &all)?,
             status: Status::new(&self.device, self.len)?,
-            nq: neutral.q.len(),
-            nv: neutral.v.len(),
+            like: neutral,
         })
     }
 

@@ -47,8 +47,8 @@ const NON_FINITE_INPUT: i32 = -2;
 pub struct CudaStates<R = f64> {
     pub(crate) numbers: Numbers<R>,
     pub(crate) status: Status,
-    pub(crate) nq: usize,
-    pub(crate) nv: usize,
+    /// A state with as many numbers of each kind.
+    pub(crate) like: State,
 }
 
 impl<R: Real> CudaStates<R> {
@@ -73,7 +73,7 @@ impl<R: Real> CudaStates<R> {
     /// If a kernel before, or the driver, has failed.
     pub fn to_vec(&self) -> Result<Vec<State>, CudaError> {
         let (all, rows) = (self.numbers.download_states()?, self.numbers.rows());
-        let state = |row: &[R]| state(row, self.nq, self.nv);
+        let state = |row: &[R]| state(row, &self.like);
         Ok(all.chunks_exact(rows.max(1)).map(state).collect())
     }
 
@@ -99,11 +99,13 @@ impl<R: Real> CudaStates<R> {
 }
 
 /// The state of a row of numbers.
-pub(crate) fn state<R: Real>(row: &[R], nq: usize, nv: usize) -> State {
-    let numbers: Vec<f64> = row.iter().map(|x| x.to_f64()).collect();
-    let (q, rest) = numbers.split_at(nq);
-    let (v, contact) = rest.split_at(nv);
-    State::new(q, v).with_contact(contact.to_vec().into())
+///
+/// * `like` – a state with as many numbers of each kind
+pub(crate) fn state<R: Real>(row: &[R], like: &State) -> State {
+    let mut out = like.clone();
+    let numbers = out.numbers_mut().zip(row);
+    numbers.for_each(|(out, x)| *out = x.to_f64());
+    out
 }
 
 /// Numbers of one state after the other.

@@ -233,6 +233,8 @@ impl NativeSimulator {
             self.own.n_contact(),
             "the contact state"
         );
+        let n_activation = self.own.n_activation();
+        assert_eq!(state.activation.len(), n_activation, "the activations");
         assert_eq!(u.len(), self.own.nu(), "the input");
     }
 }

@@ -70,7 +70,7 @@ impl<'a> Steps<'a> {
         let simulator = &self.own.simulator;
         let state = simulator.state(self.rows.row(0, k), self.rows.row(1, k));
         let state = match self.has_contact {
-            true => state.with_contact(DVector::from_column_slice(self.rows.row(3, k))),
+            true => self.own.with_beside(state, self.rows.row(3, k)),
             false => state,
         };
         state.check(simulator.model()).or_raise()?;
@@ -277,12 +277,11 @@ pub(super) fn step(
 
 /// Writes a state in front of what is left of a row; the state of contact only where there is room.
 fn write_state(state: &State, rest: &mut &mut [f64]) {
-    for x in [&state.q, &state.v, &state.contact] {
-        let all = std::mem::take(rest);
-        let (own, others) = all.split_at_mut(x.len().min(all.len()));
-        own.copy_from_slice(&x.as_slice()[..own.len()]);
-        *rest = others;
-    }
+    let written = state.len().min(rest.len());
+    let (own, others) = std::mem::take(rest).split_at_mut(written);
+    let numbers = own.iter_mut().zip(state.numbers());
+    numbers.for_each(|(out, &x)| *out = x);
+    *rest = others;
 }
 
 impl Steps<'_> {
@@ -503,7 +502,7 @@ fn write_trajectory(states: &[State], has_contact: bool, out: &mut [f64]) {
     let contact = states
         .iter()
         .filter(|_| has_contact)
-        .flat_map(|state| state.contact.iter());
+        .flat_map(|state| state.contact.iter().chain(&state.activation));
     let numbers = out.iter_mut().zip(q.chain(v).chain(contact));
     numbers.for_each(|(out, &x)| *out = x);
 }

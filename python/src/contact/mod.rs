@@ -2,6 +2,7 @@
 //!
 //! Each class has a method `_numbers` that gives its kind and numbers in the order of the fields here.
 
+mod activations;
 mod collisions;
 mod law;
 mod motors;

@@ -132,7 +132,7 @@ pub(crate) fn with_parts(
         let all = [simulator.tendon_servos().to_vec(), given].concat();
         simulator = guarded(|| simulator.with_tendon_servos(all))?;
     }
-    Ok(simulator)
+    super::activations::add(simulator, parts)
 }
 
 fn tendon_servo_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<TendonServo> {

@@ -110,7 +110,12 @@ impl PyCudaSimulator {
         };
         let mut arrays = vec![part(nq, &|x| x.q.as_slice()), part(nv, &|x| x.v.as_slice())];
         if given.contact.is_some() {
-            arrays.push(part(nc, &|x| x.contact.as_slice()));
+            let beside = |x: &State| -> Vec<f64> {
+                x.contact.iter().chain(&x.activation).copied().collect()
+            };
+            let all: Vec<Vec<f64>> = next.iter().map(beside).collect();
+            let rows = all.iter().map(Vec::as_slice);
+            arrays.push(stack(py, &given.batch, &[nc], rows));
         }
         PyTuple::new(py, arrays)
     }

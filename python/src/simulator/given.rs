@@ -1,7 +1,6 @@
 //! States and inputs that a call is given.
 
 use dualbody::State;
-use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
@@ -26,6 +25,12 @@ impl Given<'_> {
 pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
     let k = if rows.batch().is_empty() { 0 } else { k };
     &rows.as_slice()[k * width..(k + 1) * width]
+}
+
+/// Sets the numbers beside q and v: the state of contact, then activations.
+pub(super) fn set_beside(state: &mut State, numbers: &[f64]) {
+    let own = state.contact.iter_mut().chain(&mut state.activation);
+    own.zip(numbers).for_each(|(own, &given)| *own = given);
 }
 
 /// The error of a state of a batch, with its index.
@@ -84,7 +89,7 @@ impl PySimulator {
         out.q.copy_from_slice(row(&given.q, k, nq));
         out.v.copy_from_slice(row(&given.v, k, nv));
         if let Some(contact) = &given.contact {
-            out.contact.copy_from_slice(row(contact, k, nc));
+            set_beside(out, row(contact, k, nc));
         }
         out.check(self.simulator.model()).or_raise()
     }
@@ -94,7 +99,7 @@ impl PySimulator {
         let (nq, nv, _, nc) = self.sizes();
         let state = State::new(row(&given.q, k, nq), row(&given.v, k, nv));
         let state = match &given.contact {
-            Some(contact) => state.with_contact(DVector::from_column_slice(row(contact, k, nc))),
+            Some(contact) => self.with_beside(state, row(contact, k, nc)),
             None => state,
         };
         state.check(self.simulator.model()).or_raise()?;

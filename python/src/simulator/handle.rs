@@ -26,7 +26,8 @@ pub(crate) struct Batch {
 ///
 /// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
 /// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
-/// robot falls through the ground. tendon_servos: TendonServos, whose inputs are the last ones of u. parameters: all numbers by `parameter_names`, in place of those of the parts.
+/// robot falls through the ground. tendon_servos: TendonServos, whose inputs are the last ones of u. activations: {name of an input: Activation}, filters, integrators, delays and
+/// learned actuators before motors and servos. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
@@ -126,7 +127,7 @@ pub(crate) fn _simulator<'py>(
 impl PySimulator {
     #[new]
     #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, divergence_bound=None,
+        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, activations=None, divergence_bound=None,
         parameters=None, _scene=None))]
     pub(super) fn new(
         py: Python<'_>,
@@ -140,6 +141,7 @@ impl PySimulator {
         external_forces: Option<Vec<Bound<'_, PyAny>>>,
         frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
         tendon_servos: Option<Vec<Bound<'_, PyAny>>>,
+        activations: Option<Bound<'_, PyDict>>,
         divergence_bound: Option<f64>,
         parameters: Option<Bound<'_, PyAny>>,
         _scene: Option<Bound<'_, PyAny>>,
@@ -155,6 +157,7 @@ impl PySimulator {
         parts.set_item("external_forces", external_forces.unwrap_or_default())?;
         parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
         parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
+        parts.set_item("activations", activations)?;
         parts.set_item("divergence_bound", divergence_bound)?;
         let mut simulator = build(&model.get().model, &parts)?;
         let mut own = model.clone();
@@ -333,7 +336,13 @@ impl PySimulator {
             model.nq(),
             model.nv(),
             self.simulator.nu(),
-            self.simulator.n_contact(),
+            self.simulator.n_contact() + self.simulator.n_activation(),
         )
+    }
+
+    /// The state with the numbers beside q and v: the state of contact, then activations.
+    pub(crate) fn with_beside(&self, state: State, numbers: &[f64]) -> State {
+        let (contact, activation) = numbers.split_at(self.simulator.n_contact());
+        (state.with_contact(contact.to_vec().into())).with_activation(activation.to_vec().into())
     }
 }

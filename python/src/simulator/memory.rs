@@ -7,7 +7,7 @@ use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::{Linearization, Model, Simulator, State};
 use pyo3::prelude::*;
 
-use super::given::{Given, check_finite, row};
+use super::given::{Given, check_finite, row, set_beside};
 use super::handle::{Batch, PySimulator};
 use crate::arrays::WIDTH;
 use crate::errors::{OrRaise, guarded, value_error};
@@ -67,7 +67,7 @@ impl PySimulator {
             state.q.as_mut_slice().copy_from_slice(given.q);
             state.v.as_mut_slice().copy_from_slice(given.v);
             if let Some(contact) = given.contact {
-                state.contact.as_mut_slice().copy_from_slice(contact);
+                set_beside(state, contact);
             }
             match given.u {
                 Some(u) => memory.u.copy_from_slice(u),

@@ -17,10 +17,16 @@ impl PySimulator {
         self.simulator.nu()
     }
 
-    /// Numbers of the state of contact: zero but for contacts with bristles.
+    /// Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations.
     #[getter]
     pub(super) fn n_contact(&self) -> usize {
-        self.simulator.n_contact()
+        self.simulator.n_contact() + self.simulator.n_activation()
+    }
+
+    /// Numbers of the activations of inputs: the last ones of `contact`.
+    #[getter]
+    fn n_activation(&self) -> usize {
+        self.simulator.n_activation()
     }
 
     /// Number of tangent directions of the state.
@@ -102,9 +108,9 @@ impl PySimulator {
             .collect()
     }
 
-    /// The state of contact of a robot that touches nothing, (n_contact,).
+    /// The state of contact of a robot that touches nothing, and activations of 0, (n_contact,).
     pub(super) fn neutral_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, vec![0.0; self.simulator.n_contact()]).into_any()
+        vector(py, vec![0.0; self.n_contact()]).into_any()
     }
 
     /// Errors of the constraints in a state, row by row.

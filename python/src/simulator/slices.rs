@@ -9,7 +9,7 @@ use super::handle::PySimulator;
 use super::inputs::Inputs;
 use super::memory::One;
 use super::single::{Control, roll_with_inputs};
-use super::step::{diverged, write_parts};
+use super::step::{diverged, write_parts, write_row};
 use crate::errors::guarded;
 use crate::threads::pool;
 
@@ -51,7 +51,7 @@ impl PySimulator {
             .simulator
             .state(&given.q[k * nq..][..nq], &given.v[k * nv..][..nv]);
         match given.contact {
-            Some(all) => state.with_contact(all[k * nc..][..nc].to_vec().into()),
+            Some(all) => self.with_beside(state, &all[k * nc..][..nc]),
             None => state,
         }
     }
@@ -66,14 +66,12 @@ impl PySimulator {
         let is_finite = self.with_memory_of(&one, |memory| {
             if one.contact.is_none() {
                 memory.state.contact.fill(0.0);
+                memory.state.activation.fill(0.0);
             }
             let next = &mut memory.next;
             let (state, scratch) = (&memory.state, &mut memory.scratch);
             self.simulator.step_into(state, &memory.u, scratch, next);
-            let parts = [&next.q, &next.v, &next.contact];
-            out.iter_mut()
-                .zip(parts)
-                .for_each(|(out, x)| out.copy_from_slice(x.as_slice()));
+            write_row(next, 0, out, |&x| x);
             next.is_finite()
         })?;
         match is_finite {

@@ -17,10 +17,29 @@ use crate::threads::on_pool;
 
 /// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
 pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
-    let parts = [&state.q, &state.v, &state.contact];
-    for (array, x) in out.iter().zip(parts) {
-        let row = &mut numbers_mut(array)[k * x.len()..(k + 1) * x.len()];
-        row.copy_from_slice(x.as_slice());
+    let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
+    write_row(state, k, &mut out, |&x| x);
+}
+
+/// Writes the numbers of a state as the k-th row of q, v and the numbers beside them. An empty output is left out.
+pub(super) fn write_row<T: Scalar>(
+    state: &State<T>,
+    k: usize,
+    out: &mut [&mut [f64]],
+    value: impl Fn(&T) -> f64,
+) {
+    let none = &DVector::zeros(0);
+    let parts = [
+        [&state.q, none],
+        [&state.v, none],
+        [&state.contact, &state.activation],
+    ];
+    let wanted = out.iter_mut().zip(parts);
+    for (out, parts) in wanted.filter(|(out, _)| !out.is_empty()) {
+        let n = parts[0].len() + parts[1].len();
+        let numbers = parts.into_iter().flatten();
+        let row = out[k * n..(k + 1) * n].iter_mut().zip(numbers);
+        row.for_each(|(out, x)| *out = value(x));
     }
 }
 
@@ -34,15 +53,7 @@ pub(crate) fn write_states(states: &BatchStates, out: &[Array<'_>]) {
 pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
     for (k, group) in states.groups().enumerate() {
         for lane in 0..WIDTH.min(states.len() - k * WIDTH) {
-            let parts = [&group.q, &group.v, &group.contact];
-            let wanted = out.iter_mut().zip(parts);
-            for (out, x) in wanted.filter(|(out, _)| !out.is_empty()) {
-                let start = (k * WIDTH + lane) * x.len();
-                let row = &mut out[start..start + x.len()];
-                row.iter_mut()
-                    .zip(x.iter())
-                    .for_each(|(out, x)| *out = x.0[lane]);
-            }
+            write_row(group, k * WIDTH + lane, out, |x| x.0[lane]);
         }
     }
 }

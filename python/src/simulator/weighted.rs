@@ -13,23 +13,28 @@ pub(crate) struct Weighted<'a> {
 }
 
 /// Sum of numbers with the weights of a step; zero without weights.
-fn weighted<T: Scalar>(weights: Option<&[f64]>, step: usize, x: &[T]) -> T {
-    let own = weights.map_or(&[][..], |all| &all[step * x.len()..(step + 1) * x.len()]);
+fn weighted<'x, T: Scalar>(
+    weights: Option<&[f64]>,
+    step: usize,
+    x: impl Iterator<Item = &'x T> + Clone,
+) -> T {
+    let n = x.clone().count();
+    let own = weights.map_or(&[][..], |all| &all[step * n..(step + 1) * n]);
     let products = own.iter().zip(x).map(|(&w, &x)| x * w);
     products.fold(T::zero(), |sum, product| sum + product)
 }
 
 impl Weighted<'_> {
     fn state<T: Scalar>(&self, step: usize, state: &State<T>) -> T {
-        weighted(self.q, step, state.q.as_slice())
-            + weighted(self.v, step, state.v.as_slice())
-            + weighted(self.contact, step, state.contact.as_slice())
+        weighted(self.q, step, state.q.iter())
+            + weighted(self.v, step, state.v.iter())
+            + weighted(self.contact, step, state.contact.iter().chain(&state.activation))
     }
 }
 
 impl RolloutCost for Weighted<'_> {
     fn stage<T: Scalar>(&self, step: usize, state: &State<T>, u: &[T]) -> T {
-        self.state(step, state) + weighted(self.u, step, u)
+        self.state(step, state) + weighted(self.u, step, u.iter())
     }
 
     fn end<T: Scalar>(&self, last: &State<T>) -> T {

@@ -50,7 +50,15 @@ fn trajectory(
     let piece = |rows: &Rows<'_>, k: usize, n: usize| rows.as_slice()[k * n..(k + 1) * n].to_vec();
     let states = (0..count).map(|k| {
         let state = State::new(&piece(&q, k, model.nq()), &piece(&v, k, model.nv()));
-        state.with_contact(DVector::from_vec(piece(&contact, k, nc)))
+        let contact = piece(&contact, k, nc);
+        match simulator {
+            Some(own) if own.n_activation() > 0 => {
+                let (contact, activation) = contact.split_at(own.n_contact().min(nc));
+                let state = state.with_contact(contact.to_vec().into());
+                state.with_activation(activation.to_vec().into())
+            }
+            _ => state.with_contact(contact.into()),
+        }
     });
     let inputs = (0..count - 1).map(|k| DVector::from_vec(piece(&u, k, nu)));
     let names = match simulator {

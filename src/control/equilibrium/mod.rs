@@ -79,11 +79,16 @@ impl Equilibrium {
     /// * `u` – initial input; replaced by that of statics if the robot is moved to the ground
     ///
     /// # Panics
-    /// If state or input have the wrong length.
+    /// If state or input have the wrong length, or inputs have [activations](crate::sim::Activation): find the equilibrium of the simulator before it gets them.
     ///
     /// # References
     /// [Levenberg 1944; Marquardt 1963; Moré 1978].
     pub fn find(simulator: &Simulator, guess: &State, u: &[f64]) -> Self {
+        assert!(
+            simulator.activations().is_empty(),
+            "inputs of \"{}\" have activations: find the equilibrium of the simulator before it gets them",
+            simulator.model().name()
+        );
         let mut start = simulator.state(guess.q.as_slice(), &vec![0.0; simulator.model().nv()]);
         if start.contact.len() == guess.contact.len() {
             start.contact.copy_from(&guess.contact);

@@ -1,6 +1,6 @@
 //! Derivatives of the states of a shot in the numbers and in its start, which go along with the simulation.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::problem::Shooting;
 use super::slopes::Slopes;
@@ -22,10 +22,11 @@ impl Shooting<'_> {
         let mut by_number = DMatrix::zeros(n, self.variables.targets.len());
         let mut state = state;
         if self.continues(shot) {
-            state.contact.copy_from(&run.bristles);
+            let own = state.beside_q_mut().skip(nv).zip(&run.carried);
+            own.for_each(|(own, &given)| *own = given);
             by_number
                 .rows_mut(2 * nv, n - 2 * nv)
-                .copy_from(&run.bristles_by_number);
+                .copy_from(&run.carried_by_number);
         }
         let mut by_start = DMatrix::zeros(n, 2 * nv);
         by_start.fill_with_identity();
@@ -52,8 +53,9 @@ impl Shooting<'_> {
                 }
             }
         }
-        run.bristles.copy_from(&state.contact);
-        run.bristles_by_number
+        let numbers = run.carried.iter_mut().zip(state.beside_q().skip(nv));
+        numbers.for_each(|(out, x)| *out = *x);
+        run.carried_by_number
             .copy_from(&by_number.rows(2 * nv, n - 2 * nv));
     }
 }
@@ -64,19 +66,20 @@ pub(super) struct Run<'a> {
     scratch: StepScratch<f64>,
     next: State,
     slopes: Slopes,
-    /// Contact state at the end of the shot before, and its derivatives in numbers.
-    bristles: DVector<f64>,
-    bristles_by_number: DMatrix<f64>,
+    /// State of contact and activations at the end of the shot before, and their derivatives in numbers.
+    carried: Vec<f64>,
+    carried_by_number: DMatrix<f64>,
 }
 
 impl<'a> Run<'a> {
     pub(super) fn new(simulator: &'a Simulator, targets: &[Target]) -> Self {
+        let carried = simulator.n_contact() + simulator.n_activation();
         Self {
             scratch: StepScratch::new(simulator),
             next: simulator.neutral_state(),
             slopes: Slopes::new(simulator, targets),
-            bristles: DVector::zeros(simulator.n_contact()),
-            bristles_by_number: DMatrix::zeros(simulator.n_contact(), targets.len()),
+            carried: vec![0.0; carried],
+            carried_by_number: DMatrix::zeros(carried, targets.len()),
             simulator,
         }
     }

@@ -1,6 +1,6 @@
 //! The problem as residuals: measured states less simulated ones, and distances from the nominal robot.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::derivatives::{Rows, Run};
 use super::problem::Shooting;
@@ -63,11 +63,12 @@ impl Residuals for Shooting<'_> {
             vec![0.0; simulator.nu()],
             out.chunks_exact_mut(width.max(1)),
         );
-        let mut bristles = DVector::zeros(simulator.n_contact());
+        let mut carried = vec![0.0; simulator.n_contact() + simulator.n_activation()];
         for (k, shot) in self.shots.iter().enumerate() {
             let mut state = self.start_of(&simulator, k, x);
             if self.continues(k) {
-                state.contact.copy_from(&bristles);
+                let own = state.beside_q_mut().skip(width / 2).zip(&carried);
+                own.for_each(|(own, &given)| *own = given);
             }
             let mut next = state.clone();
             for sample in 0..=shot.samples {
@@ -87,7 +88,8 @@ impl Residuals for Shooting<'_> {
                     self.compare(shot, sample, &state, row);
                 }
             }
-            bristles.copy_from(&state.contact);
+            let numbers = carried.iter_mut().zip(state.beside_q().skip(width / 2));
+            numbers.for_each(|(out, x)| *out = *x);
         }
         let root = self.options.regularization.sqrt();
         let first = out.len() - self.variables.n_distances();
@@ -104,8 +106,8 @@ impl Residuals for Shooting<'_> {
         let mut blocks: Vec<_> = (self.shots.iter())
             .map(|shot| DMatrix::zeros(self.rows_of(shot), self.block_columns()))
             .collect();
-        // Bristles go on from shot to shot.
-        let workers = match simulator.n_contact() {
+        // Bristles and activations go on from shot to shot.
+        let workers = match simulator.n_contact() + simulator.n_activation() {
             0 => available_threads().min(blocks.len()),
             _ => 1,
         };

@@ -13,7 +13,7 @@ use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::place::SourcePlace;
 use crate::model::Model;
-use crate::sim::{Interval, Servo};
+use crate::sim::{Activation, Interval, Servo};
 
 /// Elements of actuators, which share their defaults.
 pub(super) const KINDS: [&str; 12] = [
@@ -48,6 +48,10 @@ pub(super) struct ActuatorEntry {
     place: SourcePlace,
     /// Damping ratio from which its velocity gain follows.
     damping_ratio: Option<f64>,
+    /// Whether it has a number among the activations of keyframes.
+    pub(super) has_dynamics: bool,
+    /// Whether its target is the integral of its control.
+    integrates: bool,
     /// Part of the range of its joint that is the range of its target.
     inherited: f64,
     /// Armature and damping of the motor.
@@ -55,9 +59,12 @@ pub(super) struct ActuatorEntry {
 }
 
 /// Reads an actuator.
+///
+/// * `time_step` – s, in which delays are counted
 pub(super) fn read(
     part: &Part<'_, '_>,
     kinds: &HashMap<String, Kind>,
+    time_step: f64,
     context: &mut Context<'_>,
 ) -> Result<ActuatorEntry, LoadError> {
     let entry = part.entry(&KINDS)?;
@@ -67,13 +74,10 @@ pub(super) fn read(
     let law = Law::read(elements.map(|node| Entry::plain(node, classes)))?;
     let gear = entry.some_numbers("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let (transmission, lack) = transmission(&entry, part, kinds, gear)?;
-    let lack = lack.or_else(|| law.lack());
+    let lack = lack.or_else(|| law.lack(time_step));
     let autolimits = part.source.compiler.autolimits;
-    let [input_range, force_range] = [("ctrlrange", "ctrllimited"), ("forcerange", "forcelimited")]
-        .map(|(range, limited)| {
-            let range = entry.range(range, limited, autolimits)?;
-            Ok(range.map(|[lower, upper]| Interval { lower, upper }))
-        });
+    let ranges = ["ctrl", "force", "act"].map(|of| entry.range_of(of, autolimits));
+    let [input_range, force_range, range] = ranges;
     let of_motor = ["armature", "damping"].map(|name| entry.some_numbers_of_many(name, [0.0]));
     let [[armature], [damping]] = {
         let [armature, damping] = of_motor;
@@ -87,11 +91,19 @@ pub(super) fn read(
         };
     let on_site = matches!(transmission, MjcfTransmission::Site(..));
     let lack = lack.or((on_site && !is_force).then_some("holds no site: only motors act there"));
-    let servo = Servo {
+    let mut servo = Servo {
         input_range: input_range?,
         force_range: force_range?,
         ..servo
     };
+    let mut activation = (lack.is_none())
+        .then(|| law.activation(time_step))
+        .flatten();
+    if let Some(own) = activation.take_if(|_| law.has_dynamics()) {
+        // The range is that of the control, not of what its dynamics make of it.
+        let input_range = servo.input_range.take();
+        activation = Some(own.with_ranges(input_range, range?));
+    }
     if let Some(lack) = lack {
         let reason = format!("{lack}; kept in MjcfScene::actuation");
         context.ignore(&entry.node.place(), reason);
@@ -103,10 +115,13 @@ pub(super) fn read(
             kind: entry.node.tag().into(),
             transmission,
             servo: lack.is_none().then_some(servo),
+            activation,
         },
+        has_dynamics: law.has_dynamics(),
+        integrates: law.integrates(),
         place: entry.node.place(),
         damping_ratio,
-        inherited: law.inherited,
+        inherited: law.common.inherited,
         of_motor: [armature, damping],
     })
 }
@@ -198,13 +213,32 @@ impl ActuatorEntry {
     /// Takes a part of the range of its joint about the middle of that for the range of its input, if it is to.
     fn inherit(&mut self, range: Option<(f64, f64)>) {
         let wanted = range.filter(|_| self.inherited > 0.0);
-        if let (Some((lower, upper)), Some(servo)) = (wanted, &mut self.actuator.servo) {
-            let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
-            servo.input_range = Some(Interval {
-                lower: middle - half * self.inherited,
-                upper: middle + half * self.inherited,
-            });
+        let Some((lower, upper)) = wanted else { return };
+        let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
+        let [lower, upper] = [-1.0, 1.0].map(|side| middle + side * half * self.inherited);
+        let own = &mut self.actuator;
+        match own.activation.take() {
+            Some(activation) if self.integrates => {
+                own.activation = Some(activation.with_range(lower, upper));
+            }
+            Some(activation) if self.has_dynamics => {
+                own.activation = Some(activation.with_input_range(lower, upper));
+            }
+            activation => {
+                own.activation = activation;
+                if let Some(servo) = &mut own.servo {
+                    servo.input_range = Some(Interval { lower, upper });
+                }
+            }
         }
+    }
+
+    /// Numbers of state of its activation.
+    pub(super) fn states(&self) -> usize {
+        self.actuator
+            .activation
+            .as_ref()
+            .map_or(0, Activation::states)
     }
 
     /// Whether its velocity gain follows from a damping ratio.
@@ -242,6 +276,7 @@ impl ActuatorEntry {
         let has_servo = self.actuator.servo.is_some();
         if let Some(lack) = lack.filter(|_| has_servo) {
             self.actuator.servo = None;
+            self.actuator.activation = None;
             let reason = format!("{lack}; kept in MjcfScene::actuation");
             context.ignore(&self.place, reason);
         } else if has_servo && self.of_motor != [0.0; 2] {

@@ -5,7 +5,7 @@
 
 use super::entry::Entry;
 use crate::error::LoadError;
-use crate::sim::Servo;
+use crate::sim::{Activation, Servo};
 
 /// Force of the motor: (gain · control or activation) + bias, where both may be affine in length and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,9 +17,23 @@ pub(super) struct Law {
     bias: [f64; 3],
     gain_is: Function,
     bias_is: Function,
+    /// The first parameter of the dynamics: a time constant, s.
+    time_constant: f64,
+    pub(super) common: Common,
+}
+
+/// What all elements of actuators have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Common {
     /// Part of the range of the joint that is that of the target; 0 for none.
     pub(super) inherited: f64,
+    /// s.
     delay: f64,
+    /// Inputs that are kept; 0 for as many as there are steps.
+    samples: f64,
+    is_interpolated: bool,
+    /// Whether the force is that of the activation after the step.
+    is_early: bool,
 }
 
 /// Elements by what their short form sets.
@@ -84,11 +98,20 @@ impl Default for Law {
             bias: [0.0; 3],
             gain_is: Function::Constant,
             bias_is: Function::Constant,
-            inherited: 0.0,
-            delay: 0.0,
+            time_constant: 1.0,
+            common: Common::default(),
         }
     }
 }
+
+/// The most steps of a delay that is read.
+const MOST_STEPS: usize = 10_000;
+
+/// By how much more than a whole number of steps a delay may be, as part of a step: rounding of decimal numbers.
+const ROUNDING: f64 = 1e-9;
+
+/// The least time constant, s, as in `MuJoCo`.
+const LEAST_TIME: f64 = 1e-15;
 
 impl Law {
     /// The law of the elements of an actuator, the defaults first.
@@ -103,8 +126,7 @@ impl Law {
     }
 
     fn apply(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
-        self.inherited = entry.number("inheritrange")?.unwrap_or(self.inherited);
-        self.delay = entry.number("delay")?.unwrap_or(self.delay);
+        self.common.apply(entry)?;
         let form = match entry.node.tag() {
             "general" => return self.general(entry),
             "motor" => Form::Motor,
@@ -119,11 +141,10 @@ impl Law {
             own if own == form || own == Form::General => *self,
             _ => Self::default(),
         };
-        let (inherited, delay) = (self.inherited, self.delay);
+        let common = self.common;
         *self = Self {
             form,
-            inherited,
-            delay,
+            common,
             ..before.short(form, entry)?
         };
         Ok(())
@@ -134,6 +155,8 @@ impl Law {
         self.dynamics = entry.word("dyntype", &DYNAMICS)?.unwrap_or(self.dynamics);
         self.gain_is = entry.word("gaintype", &GAINS)?.unwrap_or(self.gain_is);
         self.bias_is = entry.word("biastype", &BIASES)?.unwrap_or(self.bias_is);
+        let [time] = entry.some_numbers_of_many("dynprm", [self.time_constant])?;
+        self.time_constant = time;
         self.gain = entry.some_numbers_of_many("gainprm", self.gain)?;
         self.bias = entry.some_numbers_of_many("biasprm", self.bias)?;
         Ok(())
@@ -157,7 +180,10 @@ impl Law {
                 bias: [0.0; 3],
                 ..fixed
             },
-            Form::Position | Form::IntegratedVelocity => fixed.position(form, entry)?,
+            Form::Position | Form::IntegratedVelocity => {
+                let dynamics = self.dynamics;
+                Self { dynamics, ..fixed }.position(form, entry)?
+            }
             Form::Velocity => Self {
                 gain: [kv, 0.0, 0.0],
                 bias: [0.0, 0.0, -kv],
@@ -169,10 +195,7 @@ impl Law {
                 gain_is: Function::Affine,
                 ..fixed
             },
-            Form::Cylinder => Self {
-                dynamics: Dynamics::Filter,
-                ..fixed
-            },
+            Form::Cylinder => fixed.cylinder(entry)?,
             Form::Other | Form::General => Self {
                 gain_is: Function::Other,
                 ..fixed
@@ -186,6 +209,23 @@ impl Law {
             Form::Damper => -self.gain[2],
             _ => self.gain[0],
         }
+    }
+
+    /// A cylinder with its area; the bias is affine.
+    fn cylinder(self, entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
+        let area = match (entry.number("area")?, entry.number("diameter")?) {
+            (_, Some(d)) => std::f64::consts::FRAC_PI_4 * d * d,
+            (area, None) => area.unwrap_or(self.gain[0]),
+        };
+        let time = not_negative(entry, "timeconst")?;
+        Ok(Self {
+            dynamics: Dynamics::Filter,
+            time_constant: time.unwrap_or(self.time_constant),
+            gain: [area, 0.0, 0.0],
+            bias: entry.some_numbers_of_many("bias", self.bias)?,
+            bias_is: Function::Affine,
+            ..self
+        })
     }
 
     fn position(self, form: Form, entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
@@ -206,6 +246,7 @@ impl Law {
             _ => Dynamics::None,
         };
         Ok(Self {
+            time_constant: time.unwrap_or(self.time_constant),
             gain: [kp, 0.0, 0.0],
             bias: [self.bias[0], -kp, by_velocity],
             bias_is: Function::Affine,
@@ -218,7 +259,9 @@ impl Law {
     }
 
     /// Why there is no such servo; `None` if there is one.
-    pub(super) fn lack(&self) -> Option<&'static str> {
+    ///
+    /// * `time_step` – s
+    pub(super) fn lack(&self, time_step: f64) -> Option<&'static str> {
         match self {
             own if own.gain_is == Function::Other || own.bias_is == Function::Other => {
                 Some("is of a kind that is not modelled")
@@ -226,12 +269,49 @@ impl Law {
             own if own.gain_is == Function::Affine && own.gain[1..] != [0.0; 2] => {
                 Some("has a gain that depends on the motion, which is not modelled")
             }
-            own if own.dynamics != Dynamics::None => {
-                Some("has an activation, which is not modelled")
+            own if own.dynamics == Dynamics::Other => {
+                Some("has dynamics of a kind that is not modelled")
             }
-            own if own.delay != 0.0 => Some("has a delay, which is not modelled"),
+            own if own.common.is_interpolated => {
+                Some("has a delay that is interpolated, which is not modelled")
+            }
+            own if own.common.steps(time_step) > MOST_STEPS => {
+                Some("has a delay of more than 10 000 time steps")
+            }
             _ => None,
         }
+    }
+
+    /// Whether its activation is the integral of the control.
+    pub(super) fn integrates(&self) -> bool {
+        self.dynamics == Dynamics::Integrator
+    }
+
+    /// Delay and dynamics of the control, without ranges, if it has any.
+    ///
+    /// * `time_step` – s
+    pub(super) fn activation(&self, time_step: f64) -> Option<Activation> {
+        let steps = self.common.steps(time_step);
+        let time = self.time_constant.max(LEAST_TIME);
+        let own = match self.dynamics {
+            Dynamics::None | Dynamics::Other => {
+                return (steps > 0).then(|| Activation::delay(steps));
+            }
+            Dynamics::Integrator => Activation::integrator(),
+            Dynamics::Filter => Activation::explicit_filter(time),
+            Dynamics::ExactFilter => Activation::filter(time),
+        };
+        let own = own.with_delay(steps);
+        Some(if self.common.is_early {
+            own.early()
+        } else {
+            own
+        })
+    }
+
+    /// Whether the activation has a state beside delayed inputs.
+    pub(super) fn has_dynamics(&self) -> bool {
+        !matches!(self.dynamics, Dynamics::None)
     }
 
     /// The servo behind a gear, without ranges, and its damping ratio, where that is to be made a gain.
@@ -247,6 +327,33 @@ impl Law {
         servo.position_gain = 0.0 - bias[1];
         servo.velocity_gain = if holds_position { 0.0 } else { 0.0 - bias[2] };
         (servo, holds_position.then_some(bias[2]))
+    }
+}
+
+impl Common {
+    fn apply(&mut self, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        self.inherited = entry.number("inheritrange")?.unwrap_or(self.inherited);
+        self.delay = not_negative(entry, "delay")?.unwrap_or(self.delay);
+        self.samples = not_negative(entry, "nsample")?.unwrap_or(self.samples);
+        let words = [("zoh", false), ("linear", true), ("cubic", true)];
+        self.is_interpolated = entry
+            .word("interp", &words)?
+            .unwrap_or(self.is_interpolated);
+        let words = [("true", true), ("false", false)];
+        self.is_early = entry.word("actearly", &words)?.unwrap_or(self.is_early);
+        Ok(())
+    }
+
+    /// Whole steps of the delay, up to those whose inputs are kept.
+    fn steps(&self, time_step: f64) -> usize {
+        let steps = (self.delay / time_step - ROUNDING).ceil();
+        let kept = if self.samples > 0.0 {
+            self.samples
+        } else {
+            steps
+        };
+        // Saturating
+        steps.min(kept).max(0.0) as usize
     }
 }
 

@@ -49,8 +49,10 @@ pub(super) struct Bodies {
     pub(super) entries: Vec<BodyEntry>,
     /// The first plane on the world, with its pose.
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
-    /// The first geom with friction against turning, and the first with a margin, and how many there are.
-    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
+    /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
+    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 4],
+    /// The first geom that touches.
+    first_touching: Option<MjcfGeom>,
 }
 
 /// Reads the bodies of a description.
@@ -62,7 +64,8 @@ pub(super) fn read<'t, 'c>(
     let mut bodies = Bodies {
         entries: Vec::new(),
         ground: None,
-        unmodelled: [None, None],
+        unmodelled: [const { None }; 4],
+        first_touching: None,
     };
     let root = sources[0].root;
     bodies.entries.push(BodyEntry::new(
@@ -223,7 +226,14 @@ impl Bodies {
         let mut geom = Geom::read(&entry, &source.compiler, &source.assets)?;
         geom.contact.name = part.name();
         let contact = &geom.contact;
-        let has = [contact.condim > 3, contact.margin > contact.gap].map(|is| is && geom.touches());
+        let differs = |first: Option<&MjcfGeom>| first.is_some_and(|own| !own.is_like(contact));
+        let has = [
+            contact.condim > 3,
+            contact.margin > contact.gap,
+            differs(self.entries[index].contacts.first()),
+            differs(self.first_touching.as_ref()),
+        ];
+        let has = has.map(|is| is && geom.touches());
         for (slot, _) in self.unmodelled.iter_mut().zip(has).filter(|(_, has)| *has) {
             slot.get_or_insert_with(|| (part.node.place(), 0)).1 += 1;
         }
@@ -262,6 +272,8 @@ impl Bodies {
         if geom.touches() {
             body.collisions.push(collision);
             body.contacts.push(geom.contact.clone());
+            self.first_touching
+                .get_or_insert_with(|| geom.contact.clone());
         } else if collision.name.is_some() {
             body.idle.push((collision, geom.contact.clone()));
         }
@@ -311,6 +323,8 @@ impl Bodies {
         let reasons = [
             "condim: friction against turning is not modelled",
             "margin: contact begins where shapes touch",
+            "friction, solref, solimp: all geoms of a link touch the ground as its first one, with the largest friction",
+            "friction, solref, solimp: all bodies touch each other as the first two geoms that can, with the largest friction",
         ];
         for (own, reason) in self.unmodelled.iter().zip(reasons) {
             if let Some((place, times)) = own {

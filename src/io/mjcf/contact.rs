@@ -53,6 +53,15 @@ pub(super) struct Touch {
 }
 
 impl MjcfGeom {
+    /// Whether another geom has the same contact parameters.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let numbers = |own: &Self| {
+            let slips = own.condim == 1;
+            (slips, own.friction[0], own.priority, own.solref, own.solimp)
+        };
+        numbers(self) == numbers(other)
+    }
+
     /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
     ///
     /// # References

@@ -4,6 +4,7 @@ use super::defaults::{ClassId, Classes};
 use super::tree::Node;
 use crate::error::LoadError;
 use crate::io::values::parse;
+use crate::sim::Interval;
 
 /// An element with its class.
 #[derive(Clone, Copy, Debug)]
@@ -194,6 +195,21 @@ impl<'t, 'c> Entry<'t, 'c> {
     /// Error for a value that must be there.
     pub(super) fn missing(&self, name: &str) -> LoadError {
         self.node.place().missing(&format!("attribute {name}"))
+    }
+
+    /// The range of `ctrl`, `force` or `act`, whose attributes end in `range` and `limited`.
+    pub(super) fn range_of(
+        &self,
+        of: &str,
+        autolimits: bool,
+    ) -> Result<Option<Interval>, LoadError> {
+        let (range, limited) = match of {
+            "ctrl" => ("ctrlrange", "ctrllimited"),
+            "force" => ("forcerange", "forcelimited"),
+            _ => ("actrange", "actlimited"),
+        };
+        let range = self.range(range, limited, autolimits)?;
+        Ok(range.map(|[lower, upper]| Interval { lower, upper }))
     }
 
     /// A range that limits, as `limited` and `autolimits` say.

@@ -30,6 +30,8 @@ pub(super) struct Target<'a> {
     /// Configuration in which the file has its bodies.
     pub(super) reference: &'a DVector<f64>,
     pub(super) actuators: usize,
+    /// Actuators that have an activation.
+    pub(super) activations: usize,
 }
 
 /// Reads a keyframe; `None`, with a remark, If it belongs to another robot.
@@ -45,6 +47,7 @@ pub(super) fn read(
     let qpos = numbers(&entry, "qpos", nq)?;
     let qvel = numbers(&entry, "qvel", nv)?;
     let control = numbers(&entry, "ctrl", of.actuators)?;
+    let activation = numbers(&entry, "act", of.activations)?.unwrap_or_default();
     let time = entry.number("time")?.unwrap_or_default();
     if of.model.joints().len() + usize::from(of.model.has_floating_base()) < joints().count() {
         context.ignore(&part.node.place(), "joints of the keyframe are locked");
@@ -76,7 +79,8 @@ pub(super) fn read(
     Ok(Some(MjcfKeyframe {
         name: part.name().unwrap_or_default(),
         time,
-        state,
+        // Of all actuators: the scene keeps those that it models.
+        state: state.with_activation(DVector::from_vec(activation)),
         control: DVector::from_vec(control.unwrap_or_default()),
     }))
 }

@@ -142,6 +142,9 @@ impl Loaded {
     }
 }
 
+/// The most numbers of state of all activations.
+const MOST_ACTIVATIONS: usize = 1_000_000;
+
 /// Reads bodies, then what refers to them.
 fn scene(
     sources: &[Source<'_>],
@@ -159,8 +162,13 @@ fn scene(
     };
     let kinds = Names::of(&bodies).kinds;
     let mut actuators = beside.read("actuator", context, |part, context| {
-        actuator::read(part, &kinds, context).map(Some)
+        let time_step = settings.simulation.time_step;
+        actuator::read(part, &kinds, time_step, context).map(Some)
     })?;
+    if actuators.iter().map(ActuatorEntry::states).sum::<usize>() > MOST_ACTIVATIONS {
+        let reason = "delays of actuators keep more than a million inputs";
+        return Err(main.root.place().unsupported(reason));
+    }
     actuator::share(&mut actuators, &mut bodies, context);
     let tendons = beside.read("tendon", context, |part, _| match part.node.tag() {
         "fixed" => tendon::read(part, &kinds).map(Some),
@@ -193,6 +201,7 @@ fn scene(
             .collect(),
         reference: &q,
         actuators: actuators.len(),
+        activations: actuators.iter().filter(|own| own.has_dynamics).count(),
     };
     let keyframes = beside.read("keyframe", context, |part, context| {
         keyframe::read(part, &target, context)
@@ -211,7 +220,8 @@ fn scene(
         sites: &assembly.names.sites,
         magnetic: settings.magnetic,
     };
-    let scene = MjcfScene {
+    let has_dynamics: Vec<bool> = actuators.iter().map(|own| own.has_dynamics).collect();
+    let mut scene = MjcfScene {
         reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
         constraints,
         contacts: contacts.placed(&bodies, assembly.floats()),
@@ -220,10 +230,11 @@ fn scene(
         })?,
         actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
         tendons,
-        keyframes,
+        keyframes: Vec::new(),
         options: settings.simulation,
         model,
     };
+    scene.activate(keyframes, &has_dynamics);
     let joints = bodies.entries.iter().flat_map(|body| &body.joints);
     let places = joints.map(|joint| (joint.name.clone(), joint.place.clone()));
     Ok(Loaded {

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::constraint::Constraint;
 use crate::io::names::Names;
 use crate::model::Model;
-use crate::sim::{Integrator, Sensor, SensorNoise, Sensors, Servo, State};
+use crate::sim::{Activation, Integrator, Sensor, SensorNoise, Sensors, Servo, State};
 use crate::spatial::Transform;
 
 /// The supported content of an MJCF file.
@@ -49,6 +49,8 @@ pub struct MjcfActuator {
     pub transmission: MjcfTransmission,
     /// Its force, with gear and ranges; `None` if it is not modelled. The control is the input of the servo.
     pub servo: Option<Servo>,
+    /// Delay and dynamics of the control, where it has any that are modelled: what comes out of them is the servo's input.
+    pub activation: Option<Activation>,
 }
 
 /// Transmission of an actuator.
@@ -180,7 +182,7 @@ pub struct MjcfKeyframe {
     pub name: String,
     /// Time, s.
     pub time: f64,
-    /// Configuration and velocity.
+    /// Configuration, velocity, and activations of actuators that are modelled; inputs that are delayed are 0.
     pub state: State,
     /// Controls, one entry per actuator; empty if not given.
     pub control: DVector<f64>,

@@ -3,12 +3,16 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::scene::{MjcfActuator, MjcfScene, MjcfTransmission};
+use nalgebra::DVector;
+
+use super::scene::{MjcfActuator, MjcfKeyframe, MjcfScene, MjcfTransmission};
 use crate::constraint::Anchor;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::model::Model;
-use crate::sim::{Actuation, Actuator, FrameActuator, Interval, Servo, Simulator, TendonServo};
+use crate::sim::{
+    Activation, Actuation, Actuator, FrameActuator, Interval, Servo, Simulator, TendonServo,
+};
 use crate::spatial::{Force, Representation};
 
 impl MjcfScene {
@@ -21,6 +25,7 @@ impl MjcfScene {
     /// | joint limits, friction losses | [`Actuation::from_model`] |
     /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
     /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
+    /// | filters, integrators and delays of actuators, rounded up to whole time steps | [`Activation`]s, whose signals are held over a step |
     /// | actuators of sites, if their force is proportional to the control | [`FrameActuator`]s |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction mixed from both geoms as in `MuJoCo`, and `impratio` |
     /// | contact with the ground | one contact model per link: that of its first geom, with the largest friction |
@@ -68,6 +73,14 @@ impl MjcfScene {
         if !pulls.is_empty() {
             simulator = simulator.with_tendon_servos(pulls);
         }
+        for (index, input) in self.activated() {
+            let own = self.actuation[index].activation.clone();
+            let activated = own.map(|own| simulator.clone().with_activation(&input, own));
+            // That there is such an input is known.
+            if let Some(Ok(activated)) = activated {
+                simulator = activated;
+            }
+        }
         if !self.constraints.is_empty() {
             simulator = simulator.with_constraints(self.constraints.clone());
         }
@@ -91,6 +104,52 @@ impl MjcfScene {
         let tendons = self.pulls().map(|(index, _)| index);
         let all = joints.chain(sites).chain(tendons);
         all.map(|index| control[index]).collect()
+    }
+
+    /// Actuators whose inputs have activations, in the order of the file, with the names of these inputs.
+    fn activated(&self) -> Vec<(usize, String)> {
+        let drives = self.drives().into_iter();
+        let joints = drives.map(|drive| (drive.index, drive.joint.to_owned()));
+        let others = self.thrusters().map(|(index, _)| index);
+        let others = others.chain(self.pulls().map(|(index, _)| index));
+        let others = others.map(|index| (index, self.input_name(index)));
+        let mut out: Vec<_> = joints.chain(others).collect();
+        out.retain(|(index, _)| self.actuation[*index].activation.is_some());
+        out.sort_unstable();
+        out
+    }
+
+    /// Gives states the activations of the simulator, and takes over keyframes.
+    ///
+    /// * `keyframes` – with the activations of all actuators that have one
+    /// * `has_dynamics` – whether an actuator has one
+    pub(super) fn activate(&mut self, keyframes: Vec<MjcfKeyframe>, has_dynamics: &[bool]) {
+        let own: Vec<usize> = self
+            .activated()
+            .into_iter()
+            .map(|(index, _)| index)
+            .collect();
+        let place = |index: usize| has_dynamics[..index].iter().filter(|has| **has).count();
+        let of_states = |given: &[f64]| {
+            let mut out = Vec::new();
+            for &index in &own {
+                let activation = self.actuation[index].activation.as_ref();
+                out.resize(out.len() + activation.map_or(0, Activation::states), 0.0);
+                if let Some((own, x)) = out.last_mut().zip(given.get(place(index)))
+                    && has_dynamics[index]
+                {
+                    *own = *x;
+                }
+            }
+            DVector::from_vec(out)
+        };
+        let reference = of_states(&[]);
+        let keyframes = keyframes.into_iter().map(|mut keyframe| {
+            keyframe.state.activation = of_states(keyframe.state.activation.as_slice());
+            keyframe
+        });
+        self.keyframes = keyframes.collect();
+        self.reference.activation = reference;
     }
 
     /// Actuators of joints: of each joint, unless it is locked, the first.

@@ -90,7 +90,7 @@ impl CostScratch {
         f: impl Fn(&State<Dual<f64, CHUNK>>, &[Dual<f64, CHUNK>]) -> Dual<f64, CHUNK>,
     ) -> f64 {
         let zeros = std::iter::repeat_n(&0.0, at.simulator.model().nv());
-        let numbers = zeros.chain(&at.state.v).chain(&at.state.contact);
+        let numbers = zeros.chain(at.state.beside_q());
         self.0.set(at.state, numbers.chain(at.u).copied());
         let (mut value, model) = (0.0, at.simulator.model());
         let n = out.state.len() + out.input.len();
@@ -125,7 +125,7 @@ impl<T: Scalar> SeededState<T> {
         }
     }
 
-    /// Takes the configuration of a state, and the values of (δq, v, contact state, u).
+    /// Takes the configuration of a state, and the values of (δq, v, contact state, activations, u).
     pub(super) fn set(&mut self, state: &State, values: impl Iterator<Item = T>) {
         let start = self.start.iter_mut().zip(&state.q);
         start.for_each(|(out, &q)| *out = q.into());
@@ -156,8 +156,7 @@ impl<T: Scalar> SeededState<T> {
     /// All numbers along which a state and an input move.
     fn numbers(&mut self) -> impl Iterator<Item = &mut Dual<T, CHUNK>> {
         (self.tangent.iter_mut())
-            .chain(self.state.v.iter_mut())
-            .chain(self.state.contact.iter_mut())
+            .chain(self.state.beside_q_mut())
             .chain(self.u.iter_mut())
     }
 }

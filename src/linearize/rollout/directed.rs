@@ -129,11 +129,13 @@ impl<'a> Directed<'a> {
         let mut state = vec![Along::from(0.0); adjoint.len()];
         let mut u = vec![Along::from(0.0); own.u.len()];
         let (q, rest) = state.split_at_mut(nv);
-        let (v, contact) = rest.split_at_mut(nv);
+        let (v, rest) = rest.split_at_mut(nv);
+        let (contact, activation) = rest.split_at_mut(simulator.n_contact());
         let mut slopes = StepGradientSum {
             q,
             v,
             contact,
+            activation,
             u: &mut u,
             parameters: &mut [],
             has_parts: false,

@@ -54,8 +54,8 @@ fn each(
     point: &mut TwicePoint,
     f: impl FnMut(&State<Dual<Along, CHUNK>>, &[Dual<Along, CHUNK>], usize),
 ) {
-    let values = std::iter::repeat_n(&0.0, at.simulator.model().nv()).chain(&at.state.v);
-    let values = values.chain(&at.state.contact).chain(at.u);
+    let zeros = std::iter::repeat_n(&0.0, at.simulator.model().nv());
+    let values = zeros.chain(at.state.beside_q()).chain(at.u);
     let moves = values.zip(at.dx.iter().chain(at.du));
     point.set(at.state, moves.map(|(&x, &dx)| Along::new(x, [dx])));
     point.each(at.simulator.model(), at.dx.len() + at.u.len(), f);

@@ -42,11 +42,11 @@ impl<P: Scalar> Interval<P> {
 
     /// # Panics
     /// If the upper end is below the lower one.
-    pub(super) fn check_order(&self, of: &str) {
+    pub(in crate::sim) fn check_order(&self, of: &str) {
         each_lane([self.lower, self.upper], |[lower, upper]| {
             assert!(
                 lower <= upper,
-                "the {of} of a servo go from {lower} to {upper}, which are not in order"
+                "the {of} go from {lower} to {upper}, which are not in order"
             );
         });
     }

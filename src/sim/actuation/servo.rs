@@ -156,10 +156,10 @@ impl<P: Scalar> Servo<P> {
     /// If the ends of a range are not in order.
     pub(super) fn check_order(&self) {
         if let Some(range) = &self.input_range {
-            range.check_order("inputs");
+            range.check_order("inputs of a servo");
         }
         if let Some(range) = &self.force_range {
-            range.check_order("motor forces");
+            range.check_order("motor forces of a servo");
         }
     }
 

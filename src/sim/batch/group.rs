@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use nalgebra::DVector;
+
 use crate::cone::Status;
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
@@ -31,9 +33,9 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     pub(super) fn set(&mut self, lane: usize, state: &State) {
         let (own, given) = (&mut self.state, state);
         assert_eq!(
-            (own.q.len(), own.v.len(), own.contact.len()),
-            (given.q.len(), given.v.len(), given.contact.len()),
-            "nq, nv and the length of the state of contact"
+            [&own.q, &own.v, &own.contact, &own.activation].map(DVector::len),
+            [&given.q, &given.v, &given.contact, &given.activation].map(DVector::len),
+            "nq, nv and the lengths of the state of contact and of activations"
         );
         for (own, &given) in own.numbers_mut().zip(given.numbers()) {
             *own = T::from_values(|k| if k == lane { given } else { own.value(k) });
@@ -48,6 +50,7 @@ impl<T: Scalar, const N: usize> Group<T, N> {
             q: self.state.q.map(|x| x.value(lane)),
             v: self.state.v.map(|x| x.value(lane)),
             contact: self.state.contact.map(|x| x.value(lane)),
+            activation: self.state.activation.map(|x| x.value(lane)),
         }
     }
 

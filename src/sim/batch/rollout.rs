@@ -21,6 +21,7 @@ pub struct BatchRollout {
     nq: usize,
     nv: usize,
     n_contact: usize,
+    n_activation: usize,
     /// Structure of the robot that they are of.
     robot: Structure,
     groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
@@ -165,9 +166,10 @@ impl BatchRollout {
     ) -> bool {
         let (template, len) = (simulator.template(), simulator.len());
         let (model, n_contact) = (template.model(), template.n_contact());
+        let n_activation = template.n_activation();
         let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());
         let mut numbers = std::mem::take(&mut self.numbers);
-        let length = |steps| length(steps, nq + nv + n_contact, groups.len());
+        let length = |steps| length(steps, nq + nv + n_contact + n_activation, groups.len());
         if Some(numbers.len()) != length(steps) {
             numbers = length(steps).and_then(zeros).unwrap_or_default();
         }
@@ -183,6 +185,7 @@ impl BatchRollout {
             nq,
             nv,
             n_contact,
+            n_activation,
             robot: model.structure(),
             groups,
             numbers,
@@ -246,7 +249,7 @@ impl BatchRollout {
         }
     }
 
-    /// All states of a trajectory, one row (q, v, contact state) per state.
+    /// All states of a trajectory as rows of their numbers (q, v, contact state, activations), one after the other.
     ///
     /// # Panics
     /// If there is no such trajectory.
@@ -258,7 +261,7 @@ impl BatchRollout {
     }
 
     /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv + length of the contact state);
-    /// its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). The content of later rows, and after the last trajectory, is
+    /// numbers of the contact state and of activations), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
     /// unspecified.
     #[doc(hidden)]
     pub fn into_numbers(self) -> Vec<f64> {
@@ -286,7 +289,16 @@ impl BatchRollout {
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
     pub fn contact(&self, i: usize, k: usize) -> &[f64] {
-        &self.row(i, k)[self.nq + self.nv..]
+        let first = self.nq + self.nv;
+        &self.row(i, k)[first..first + self.n_contact]
+    }
+
+    /// The activations of trajectory `i` after `k` steps.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub fn activation(&self, i: usize, k: usize) -> &[f64] {
+        &self.row(i, k)[self.nq + self.nv + self.n_contact..]
     }
 
     /// The state of trajectory `i` after `k` steps. Allocates.
@@ -295,7 +307,8 @@ impl BatchRollout {
     /// If there is no such trajectory, or if it is shorter.
     pub fn state(&self, i: usize, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(i, k));
-        State::new(self.q(i, k), self.v(i, k)).with_contact(contact)
+        let activation = DVector::from_column_slice(self.activation(i, k));
+        (State::new(self.q(i, k), self.v(i, k)).with_contact(contact)).with_activation(activation)
     }
 
     /// The last state of a trajectory. Allocates.
@@ -316,7 +329,7 @@ impl BatchRollout {
 
     /// Numbers of a state.
     fn width(&self) -> usize {
-        self.nq + self.nv + self.n_contact
+        self.nq + self.nv + self.n_contact + self.n_activation
     }
 
     fn row(&self, i: usize, k: usize) -> &[f64] {

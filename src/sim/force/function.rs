@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::numbers::numbers;
-use crate::scalar::traced::{Graph, Port, trace};
-use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
+use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::user_function::{Erased, NumberFunction, erase, evaluate};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -66,94 +66,22 @@ const PLACE: usize = TRANSFORM_ENTRIES + SPATIAL;
 /// All that a function depends on.
 const DIRECTIONS: usize = PLACE + MAX_FORCE_PARAMETERS;
 
-/// A force with its derivatives.
-#[derive(Clone, Copy, Debug)]
-struct Jet {
-    force: [f64; SPATIAL],
-    /// Of each coordinate in each entry of the attachment frame, then in each parameter.
-    slopes: [[f64; DIRECTIONS]; SPATIAL],
-}
+/// A force function as one of numbers: of the entries of pose and velocity, then the parameters.
+struct OfNumbers<F>(F);
 
-/// Second derivatives of each coordinate of a force in all that it depends on.
-type Curvature = [[[f64; DIRECTIONS]; DIRECTIONS]; SPATIAL];
-
-/// Force function with its type erased.
-trait ErasedForce: Send + Sync {
-    fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL];
-
-    fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet;
-
-    fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature;
-
-    /// The function of attachment frame and parameters, for numbers without values.
-    fn graph(&self, parameters: usize) -> Graph;
-}
-
-impl<F: ForceFunction> ErasedForce for F {
-    fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL] {
-        evaluate(self, place, parameters).to_array()
+impl<F: ForceFunction> NumberFunction for OfNumbers<F> {
+    fn evaluate<T: Scalar>(&self, x: &[T], out: &mut [T]) {
+        let pose = Transform::from_entries(std::array::from_fn(|k| x[k]));
+        let velocity = Motion::from_array(std::array::from_fn(|k| x[TRANSFORM_ENTRIES + k]));
+        let force = self.0.force(&pose, &velocity, &x[PLACE..]);
+        out.copy_from_slice(&force.to_array());
     }
-
-    fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet {
-        let force = differentiate(self, place, parameters, |x, _| x);
-        Jet {
-            force: force.map(|x| x.re),
-            slopes: force.map(|x| x.eps),
-        }
-    }
-
-    /// Row by row: the derivatives along one direction, each with its derivatives.
-    fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature {
-        let mut out = [[[0.0; DIRECTIONS]; DIRECTIONS]; SPATIAL];
-        for row in 0..PLACE + parameters.len() {
-            let along = |x: f64, k: usize| Dual::<f64, 1>::new(x, [f64::from(u8::from(k == row))]);
-            let force = differentiate(self, place, parameters, along);
-            for (out, x) in out.iter_mut().zip(force) {
-                out[row] = x.eps.map(|slope| slope.eps[0]);
-            }
-        }
-        out
-    }
-
-    fn graph(&self, parameters: usize) -> Graph {
-        trace(|t| {
-            let x = t.input(Port::vector("place_and_parameters", PLACE + parameters));
-            let force = evaluate(self, &std::array::from_fn(|k| x[k]), &x[PLACE..]);
-            t.output(Port::vector("force", SPATIAL), &force.to_array());
-        })
-    }
-}
-
-/// A force with its derivatives, over numbers that are made from values and their directions.
-fn differentiate<F: ForceFunction, T: Scalar>(
-    function: &F,
-    place: &[f64; PLACE],
-    parameters: &[f64],
-    number: impl Fn(f64, usize) -> T,
-) -> [Dual<T, DIRECTIONS>; SPATIAL] {
-    let variable = |x: f64, k: usize| Dual::variable(number(x, k), k);
-    let place = std::array::from_fn(|k| variable(place[k], k));
-    let mut lifted = [Dual::from(0.0); MAX_FORCE_PARAMETERS];
-    for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
-        *out = variable(own, PLACE + k);
-    }
-    evaluate(function, &place, &lifted[..parameters.len()]).to_array()
-}
-
-fn evaluate<F: ForceFunction, T: Scalar>(
-    function: &F,
-    place: &[T; PLACE],
-    parameters: &[T],
-) -> Force<T> {
-    let pose = Transform::from_entries(std::array::from_fn(|k| place[k]));
-    let velocity = Motion::from_array(std::array::from_fn(|k| place[TRANSFORM_ENTRIES + k]));
-    function.force(&pose, &velocity, parameters)
 }
 
 /// A [`ForceFunction`] with its parameters.
 #[derive(Clone)]
 pub(super) struct Function<P> {
-    function: Arc<dyn ErasedForce>,
+    function: Arc<dyn Erased<DIRECTIONS>>,
     parameters: Vec<P>,
 }
 
@@ -175,13 +103,11 @@ impl Function<f64> {
             "{n} parameters of a force, at most {MAX_FORCE_PARAMETERS} are possible"
         );
         Self {
-            function: Arc::new(function),
+            function: erase(OfNumbers(function)),
             parameters: parameters.to_vec(),
         }
     }
-}
 
-impl Function<f64> {
     /// Passes the derivative of the force in each parameter to `each`.
     pub(super) fn each_derivative<T: Scalar>(
         &self,
@@ -226,64 +152,11 @@ impl<P: Scalar> Function<P> {
         Force::from_array(self.at(&x))
     }
 
-    /// Values from the function, derivatives by the chain rule:  F(x) + Σ ∂F/∂xᵢ ξᵢ + ½ Σ ∂²F/∂xᵢ∂xⱼ ξᵢ ξⱼ  with ξ = x − value of x, lane by lane.
-    /// Numbers without values pass through the function with all their derivatives.
-    ///
-    /// # Panics
-    /// If derivatives of a higher order are requested.
     fn at<T: Scalar>(&self, x: &[T; DIRECTIONS]) -> [T; SPATIAL] {
-        if const { !T::HAS_VALUES } {
-            let (used, graph) = self.recorded();
-            let force = graph.replay(&x[..used]);
-            return std::array::from_fn(|k| force[k]);
-        }
-        assert!(
-            T::ORDER <= 2,
-            "a force given as a function has first and second derivatives only"
-        );
         let mut out = [T::zero(); SPATIAL];
-        for lane in 0..T::LANES {
-            self.add_lane(x, lane, &mut out);
-        }
+        let (x, function) = (&x[..PLACE + self.parameters.len()], &*self.function);
+        evaluate::<T, DIRECTIONS, DIRECTIONS, SPATIAL>(function, "a force", x, &mut out);
         out
-    }
-
-    /// The arguments of the function, and its result.
-    fn recorded(&self) -> (usize, Graph) {
-        let parameters = self.parameters.len();
-        (PLACE + parameters, self.function.graph(parameters))
-    }
-
-    fn add_lane<T: Scalar>(&self, x: &[T; DIRECTIONS], lane: usize, out: &mut [T; SPATIAL]) {
-        let in_lane = |value: f64| T::from_values(|l| if l == lane { value } else { 0.0 });
-        let at = x.map(|x| x.value(lane));
-        let (place, parameters) = at.split_at(PLACE);
-        let place = std::array::from_fn(|k| place[k]);
-        let parameters = &parameters[..self.parameters.len()];
-        if !is_more_than_values::<T>() {
-            let force = self.function.value(&place, parameters);
-            let both = out.iter_mut().zip(force);
-            return both.for_each(|(out, f)| *out += in_lane(f));
-        }
-        let used = PLACE + parameters.len();
-        let change: [T; DIRECTIONS] = std::array::from_fn(|k| x[k] - in_lane(at[k]));
-        let jet = self.function.jet(&place, parameters);
-        for ((out, f), slopes) in out.iter_mut().zip(jet.force).zip(&jet.slopes) {
-            *out += in_lane(f);
-            for (&change, &slope) in change.iter().zip(slopes).take(used) {
-                *out += change * in_lane(slope);
-            }
-        }
-        if T::ORDER == 2 {
-            let curvature = self.function.curvature(&place, parameters);
-            for (out, rows) in out.iter_mut().zip(&curvature) {
-                for (&change_i, row) in change.iter().zip(rows).take(used) {
-                    for (&change_j, &second) in change.iter().zip(row).filter(|(_, x)| **x != 0.0) {
-                        *out += change_i * change_j * in_lane(0.5 * second);
-                    }
-                }
-            }
-        }
     }
 }
 

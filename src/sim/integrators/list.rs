@@ -1,11 +1,13 @@
 //! The list of integrators: the only place that names all of them.
 
+use super::activated::{Activated, SignalColumns, SignalSlopes};
 use super::method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
 use super::{AccelerationScratch, euler, implicit_midpoint, runge_kutta_4};
 use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::integrator::Integrator;
+use crate::sim::signals::Signals;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::StepGradientSum;
@@ -20,17 +22,17 @@ macro_rules! list_integrators {
         }
 
         /// For steps.
-        pub(crate) type StepMemory<T> = Method<$($module::Memory<T>),*>;
+        pub(crate) type StepMemory<T> = Activated<Method<$($module::Memory<T>),*>, Signals<T>>;
         /// For Jacobians of steps.
-        pub(crate) type StepJacobian<T> = Method<$($module::Columns<T>),*>;
+        pub(crate) type StepJacobian<T> = Activated<Method<$($module::Columns<T>),*>, SignalColumns<T>>;
         /// For gradients of steps, over plain numbers or over dual ones, which differentiate them once more.
-        pub(crate) type StepAdjoint<T> = Method<$($module::Adjoint<T>),*>;
+        pub(crate) type StepAdjoint<T> = Activated<Method<$($module::Adjoint<T>),*>, SignalSlopes<T>>;
 
-        impl<$($method),*> Method<$($method),*> {
+        impl<$($method),*, S> Activated<Method<$($method),*>, S> {
             /// Whether it is for the method of an integrator.
             pub(crate) fn is_of(&self, integrator: Integrator) -> bool {
-                match self {
-                    $(Self::$method(_) => matches!(integrator, $(Integrator::$integrator)|+),)*
+                match self.method {
+                    $(Method::$method(_) => matches!(integrator, $(Integrator::$integrator)|+),)*
                 }
             }
         }

@@ -43,9 +43,9 @@ pub(crate) struct StepPoint<'a, T: Scalar = f64> {
 
 /// The Jacobians of a step, which are written:  δx⁺ = A δx + B δu.
 pub(crate) struct StepColumns<'a, T> {
-    /// A, `n_tangent` × `n_tangent`.
+    /// A, `n_tangent` × `n_tangent`; of a method behind activations only, `n_motion` × `n_motion`.
     pub(crate) a: &'a mut DMatrix<T>,
-    /// B, `n_tangent` × `nu`.
+    /// B, as many rows, `nu` columns.
     pub(crate) b: &'a mut DMatrix<T>,
 }
 

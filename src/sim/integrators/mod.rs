@@ -12,10 +12,12 @@
 //! | `joint_tangents` | derivatives of the motion of a single joint |
 //! | `bilateral` | equations of motion with bilateral rows |
 //! | `tree_lu` | factors of matrices that have the zeros of the tree and no symmetry |
+//! | `activated` | any method behind the activations of inputs |
 //! | `method` | the traits of a method |
 //! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |
 
 mod acceleration;
+mod activated;
 mod balance;
 mod bilateral;
 mod euler;

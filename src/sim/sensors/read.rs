@@ -12,6 +12,7 @@ use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrator::Integrator;
 use crate::sim::integrators::AccelerationScratch;
+use crate::sim::signals::Signals;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::step::StepScratch;
@@ -23,6 +24,7 @@ use crate::spatial::Force;
 pub struct SensorScratch<T: Scalar> {
     /// Acceleration and forces, where no step has found them.
     found: Option<Box<AccelerationScratch<T>>>,
+    signals: Signals<T>,
     rnea: RneaScratch<T>,
     kinematics: Kinematics<T>,
     /// On each body, in it, but for the forces of joints.
@@ -35,6 +37,7 @@ impl<T: Scalar> SensorScratch<T> {
         let model = simulator.model();
         Self {
             found: None,
+            signals: Signals::default(),
             rnea: RneaScratch::new(model),
             kinematics: Kinematics::new(model),
             exterior: vec![Force::zero(); model.n_bodies()],
@@ -80,9 +83,12 @@ impl Sensors {
         // Not bound to the numbers of one model: variants use it in turn.
         let new = || Box::new(AccelerationScratch::new(simulator, Calls::One));
         let mut found = scratch.found.take().unwrap_or_else(new);
-        let at = EvaluationPoint::of_step(simulator, state, u);
+        let mut signals = std::mem::take(&mut scratch.signals);
+        let signal = signals.find(simulator, state, u);
+        let at = EvaluationPoint::of_step(simulator, state, signal);
         simulator.accelerate(&at, &mut found);
         self.read_found(&at, &found, scratch, out);
+        scratch.signals = signals;
         scratch.found = Some(found);
     }
 
@@ -125,8 +131,11 @@ impl Sensors {
         }
         simulator.check_input(u);
         simulator.check(state);
-        let at = EvaluationPoint::of_step(simulator, state, u);
+        let mut signals = std::mem::take(&mut scratch.signals);
+        let signal = signals.find(simulator, state, u);
+        let at = EvaluationPoint::of_step(simulator, state, signal);
         self.read_found(&at, &step.acceleration, scratch, out);
+        scratch.signals = signals;
     }
 
     /// The readings where acceleration and forces have been found.

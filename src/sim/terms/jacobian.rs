@@ -93,10 +93,7 @@ impl<T: Differentiable> JacobianMemory<T> {
             bias: Turns::new(model),
         };
         Self {
-            rates: Blocks::new(
-                simulator.n_contact(),
-                simulator.n_tangent() + simulator.nu(),
-            ),
+            rates: Blocks::new(simulator.n_contact(), simulator.n_motion() + simulator.nu()),
             kinematics: Kinematics::new(model),
             is_placed: false,
             carried: [carried(), carried()],
@@ -146,7 +143,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
     /// First columns of the contact state and of the input.
     fn first_columns(&self) -> (usize, usize) {
         let simulator = self.at.point.simulator;
-        (2 * simulator.model().nv(), simulator.n_tangent())
+        (2 * simulator.model().nv(), simulator.n_motion())
     }
 
     /// Columns and directions that are a term's own.
@@ -166,7 +163,7 @@ pub(super) const BRISTLE: usize = FURTHER + 1;
 impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> {
     #[inline]
     fn coordinate(&mut self, k: usize, input: Option<usize>, force: OfCoordinate<T>) {
-        let first = self.at.point.simulator.n_tangent();
+        let first = self.at.point.simulator.n_motion();
         let columns = &mut self.forces.acceleration.columns;
         columns.add(k, k, -force.eps[POSITION], -force.eps[RATE]);
         if let Some(input) = input {
@@ -187,7 +184,7 @@ impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> 
     }
 
     fn coordinate_row(&mut self, row: usize, k: usize, input: Option<usize>, y: OfCoordinate<T>) {
-        let (nv, first) = (self.at.a.len(), self.at.point.simulator.n_tangent());
+        let (nv, first) = (self.at.a.len(), self.at.point.simulator.n_motion());
         if let Some(input) = input {
             *self.rows.columns.at(row, first + input) += y.eps[INPUT];
         }

@@ -53,6 +53,8 @@ pub(crate) struct StepGradientSum<'a, T = f64> {
     /// In the contact state.
     pub(crate) contact: &'a mut [T],
     pub(crate) u: &'a mut [T],
+    /// In the activations of inputs; empty where these are given as signals.
+    pub(crate) activation: &'a mut [T],
     /// In all parameters of the simulator, or in those of the model, which are the first; empty if they are not wanted.
     pub(crate) parameters: &'a mut [T],
     /// Whether those are requested that are not the model's.

@@ -29,6 +29,7 @@ impl VectorFunction for TangentStep<'_> {
             q: model.integrate(start.q.as_slice(), dq),
             v: moved(&start.v, dv),
             contact: moved(&start.contact, dm),
+            activation: start.activation.clone(),
         };
         let u: Vec<T> = self.u.iter().zip(du).map(|(&u, &du)| du + u).collect();
         let next = self.simulator.step(&state, &u);

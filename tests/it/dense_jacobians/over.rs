@@ -40,6 +40,7 @@ impl Moved<'_> {
             q: model.integrate(lift(&self.state.q).as_slice(), &dq),
             v: lift(&self.state.v),
             contact: lift(&self.state.contact),
+            activation: lift(&self.state.activation),
         };
         for (k, v) in state.v.iter_mut().enumerate() {
             *v += along(model.nv() + k);

@@ -18,7 +18,7 @@ pub(crate) struct BalanceColumns<T: Differentiable> {
 impl<T: Differentiable> BalanceColumns<T> {
     /// Memory for a simulator, with so many rows at most.
     pub(crate) fn new(simulator: &Simulator, rows: usize, calls: Calls) -> Self {
-        let columns = simulator.n_tangent() + simulator.nu();
+        let columns = simulator.n_motion() + simulator.nu();
         Self {
             forces: ForceColumns::new(simulator, calls),
             rows: RowColumns::new(simulator.model(), rows, columns),
@@ -41,7 +41,7 @@ impl<T: Differentiable> BalanceColumns<T> {
         let (model, q, v) = (point.model(), point.q(), point.v());
         forces.clear();
         if let Some(jacobian) = jacobian {
-            let width = point.simulator.n_tangent() + point.simulator.nu();
+            let width = point.simulator.n_motion() + point.simulator.nu();
             rows.start(model, v, a, jacobian, width);
         }
         let mut sink = JacobianSink::new(at, forces, rows, memory);

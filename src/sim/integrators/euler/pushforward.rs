@@ -68,7 +68,7 @@ fn velocity_rows<T: Scalar>(
     out: &mut StepColumns<'_, T>,
 ) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
-    let n = simulator.n_tangent();
+    let n = simulator.n_motion();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
     let mut out_columns = a
         .chunks_exact_mut(n.max(1))
@@ -97,7 +97,7 @@ fn bristle_rows<T: Scalar>(
     columns: &Blocks<T>,
     out: &mut StepColumns<'_, T>,
 ) {
-    let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
+    let (first, n) = (2 * simulator.model().nv(), simulator.n_motion());
     if first == n {
         return;
     }

@@ -22,7 +22,7 @@ pub(super) struct ImpactRows<T: Scalar> {
 
 impl<T: Scalar> ImpactRows<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let n = simulator.n_tangent();
+        let n = simulator.n_motion();
         Self {
             step: Adjoint::new(simulator, Calls::Many),
             lambda: vec![T::zero(); n],
@@ -61,6 +61,7 @@ impl<T: Scalar> ImpactRows<T> {
             q,
             v,
             contact,
+            activation: &mut [],
             u,
             parameters: &mut [],
             has_parts: false,

@@ -123,6 +123,7 @@ impl<T: Scalar> BilateralAdjoint<T> {
             q: &mut *out.q,
             v: by_next_v,
             contact: &mut [],
+            activation: &mut [],
             u: &mut *out.u,
             parameters: &mut *out.parameters,
             has_parts: out.has_parts,

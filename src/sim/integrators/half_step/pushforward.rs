@@ -57,7 +57,7 @@ struct AheadColumns<T: Differentiable> {
 impl<T: Differentiable> AheadColumns<T> {
     fn new(simulator: &Simulator) -> Box<Self> {
         let (model, rows) = (simulator.model(), simulator.bilateral_rows());
-        let width = simulator.n_tangent() + simulator.nu();
+        let width = simulator.n_motion() + simulator.nu();
         Box::new(Self {
             point: Ahead::new(simulator),
             rows: RowColumns::new(model, rows, width),
@@ -94,7 +94,7 @@ impl<T: Differentiable> Columns<T> {
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (width, held) = (
-            simulator.n_tangent() + simulator.nu(),
+            simulator.n_motion() + simulator.nu(),
             simulator.bilateral_rows(),
         );
         Box::new(Self {
@@ -142,7 +142,7 @@ impl<T: Differentiable> Columns<T> {
     ) {
         let BalanceColumns { forces, rows } = &mut self.balance;
         let Some(ahead) = &mut self.ahead else { return };
-        let width = at.simulator.n_tangent() + at.simulator.nu();
+        let width = at.simulator.n_motion() + at.simulator.nu();
         ahead
             .rows
             .columns

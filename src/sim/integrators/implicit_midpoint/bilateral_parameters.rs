@@ -130,6 +130,7 @@ impl<T: Differentiable> BilateralParameters<T> {
                 q,
                 v,
                 contact: &mut *out.contact,
+                activation: &mut [],
                 u,
                 parameters: &mut *out.parameters,
                 has_parts: out.has_parts,

@@ -148,6 +148,7 @@ impl<T: Differentiable> NumberSlopes<T> {
             q,
             v,
             contact: &mut *out.contact,
+            activation: &mut [],
             u,
             parameters: &mut *out.parameters,
             has_parts: out.has_parts,

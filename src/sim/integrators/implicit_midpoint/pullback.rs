@@ -48,6 +48,7 @@ impl<T: Differentiable> Pullback<T> for Adjoint<T> {
                 q,
                 v,
                 contact: &mut *out.contact,
+                activation: &mut [],
                 u: &mut *out.u,
                 parameters: &mut *out.parameters,
                 has_parts: out.has_parts,

@@ -134,6 +134,7 @@ impl<T: Scalar> Adjoint<T> {
             q: by_q,
             v: by_v,
             contact: by_contact,
+            activation: &mut [],
             u: &mut *out.u,
             parameters: &mut *out.parameters,
             has_parts: out.has_parts,

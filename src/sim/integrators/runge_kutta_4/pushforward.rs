@@ -39,7 +39,7 @@ pub(crate) struct Columns<T: Differentiable> {
 impl<T: Differentiable> Pushforward<T> for Columns<T> {
     fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
-        let width = simulator.n_tangent() + simulator.nu();
+        let width = simulator.n_motion() + simulator.nu();
         let parts = || [nv, nv, contact].map(|rows| DMatrix::zeros(rows, width));
         Self {
             stages: Memory::new(simulator),

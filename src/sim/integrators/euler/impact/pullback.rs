@@ -40,7 +40,7 @@ pub(in crate::sim::integrators) struct Adjoint<T: Scalar> {
 
 impl<T: Scalar> Adjoint<T> {
     pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
-        let zeros = || vec![T::zero(); simulator.n_tangent()];
+        let zeros = || vec![T::zero(); simulator.n_motion()];
         Self {
             impact: Impact::new(simulator),
             lone: LoneImpact::default(),
@@ -240,6 +240,7 @@ fn of_touching<T: Scalar>(weights: &mut [T], nv: usize) -> StepGradientSum<'_, T
         q,
         v,
         contact,
+        activation: &mut [],
         u: &mut [],
         parameters: &mut [],
         has_parts: false,
