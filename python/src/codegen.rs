@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, argument, numbers_mut, room};
 use crate::errors::{OrRaise, choice, guarded};
+use crate::getters::getters;
 use crate::model::PyModel;
 use crate::simulator::PySimulator;
 
@@ -72,38 +73,25 @@ pub(crate) fn each_row<'py>(
     Ok(array)
 }
 
-#[pymethods]
-impl PyGraph {
+getters! { PyGraph {
     /// Inputs, one after the other in the array that is evaluated: [(name, rows, columns, unit)].
-    #[getter]
-    fn inputs(&self) -> Vec<PortNumbers> {
-        ports(self.graph.inputs())
-    }
+    inputs: Vec<PortNumbers> = |own| ports(own.graph.inputs());
 
     /// Outputs, likewise; matrices column after column.
-    #[getter]
-    fn outputs(&self) -> Vec<PortNumbers> {
-        ports(self.graph.outputs())
-    }
+    outputs: Vec<PortNumbers> = |own| ports(own.graph.outputs());
 
     /// Number of numbers of all inputs.
-    #[getter]
-    fn n_inputs(&self) -> usize {
-        self.graph.n_inputs()
-    }
+    n_inputs: usize = |own| own.graph.n_inputs();
 
     /// Number of numbers of all outputs.
-    #[getter]
-    fn n_outputs(&self) -> usize {
-        self.graph.n_outputs()
-    }
+    n_outputs: usize = |own| own.graph.n_outputs();
 
     /// Number of operations.
-    #[getter]
-    fn operations(&self) -> usize {
-        self.graph.counts().operations()
-    }
+    operations: usize = |own| own.graph.counts().operations();
+} }
 
+#[pymethods]
+impl PyGraph {
     /// What is taken for granted, in words: where one does not hold, evaluation raises a ValueError.
     #[getter]
     fn conditions(&self) -> Vec<String> {

@@ -1,7 +1,6 @@
 //! States and inputs that a call is given.
 
 use dualbody::State;
-use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
@@ -91,13 +90,8 @@ impl PySimulator {
 
     /// A state of a batch, checked.
     pub(super) fn state(&self, given: &Given<'_>, k: usize) -> PyResult<State> {
-        let (nq, nv, _, nc) = self.sizes();
-        let state = State::new(row(&given.q, k, nq), row(&given.v, k, nv));
-        let state = match &given.contact {
-            Some(contact) => state.with_contact(DVector::from_column_slice(row(contact, k, nc))),
-            None => state,
-        };
-        state.check(self.simulator.model()).or_raise()?;
+        let mut state = self.simulator.neutral_state();
+        self.read_state(given, k, &mut state)?;
         Ok(state)
     }
 
