@@ -53,8 +53,7 @@ impl Bounds {
     }
 
     /// The smallest box about two.
-    #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self {
             low: self.low.inf(&other.low),
             high: self.high.sup(&other.high),
