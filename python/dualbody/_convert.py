@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def given(**options: Any) -> dict[str, Any]:
-    """The options that are not None; the compiled module has defaults for the others."""
-    return {name: value for name, value in options.items() if value is not None}
+def given(arguments: dict[str, Any], *but: str) -> dict[str, Any]:
+    """The options among the arguments of a function: all but some, and but None, for which the compiled module has its defaults."""
+    return {name: value for name, value in arguments.items() if value is not None and name not in but}
 
 
 def numbers(name: str, value: Any) -> NDArray[np.float64]:

@@ -6,65 +6,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _dualbody
 from ._base import BaseVelocity
-from ._dualbody import (
-    acceleration_from_representation,
-    acceleration_to_representation,
-    average_velocity,
-    average_velocity_jacobian,
-    bias_forces,
-    center_of_mass,
-    center_of_mass_acceleration,
-    center_of_mass_derivatives,
-    center_of_mass_jacobian,
-    center_of_mass_velocity,
-    centroidal_momentum,
-    centroidal_momentum_matrix,
-    centroidal_momentum_matrix_derivative,
-    centroidal_momentum_rate,
-    check_mass_matrix,
-    coriolis_matrix,
-    elastic_energy,
-    force_from_representation,
-    force_to_representation,
-    forward_dynamics,
-    forward_kinematics,
-    frame_acceleration,
-    frame_bias_acceleration,
-    frame_jacobian,
-    frame_jacobian_derivative,
-    frame_placement_derivatives,
-    frame_pose,
-    frame_velocity,
-    gravity_forces,
-    inverse_dynamics,
-    inverse_dynamics_second_derivatives,
-    joint_torque_regressor,
-    kinetic_energy,
-    kinetic_energy_regressor,
-    link_accelerations,
-    link_jacobian_derivatives,
-    link_jacobians,
-    link_velocities,
-    locked_inertia,
-    mass_matrix,
-    mass_matrix_inverse,
-    mass_matrix_to_representation,
-    momentum,
-    momentum_matrix,
-    passive_forces,
-    potential_energy,
-    potential_energy_regressor,
-    velocity_from_representation,
-    velocity_to_representation,
-)
+from ._dualbody import *  # noqa: F403
 from ._forces import joint_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
-
-    from ._dualbody import Array, Model, RepresentationName
 
 __all__ = [
     "BaseVelocity",

@@ -341,48 +341,44 @@ class Report:
         return Page(self.html)._repr_html_()
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate:
     """Base parameters by weighted least squares: values (n,), covariance (n, n) and its inverse, the information, standard deviations of the
     forces (nv,), number of equations of each coordinate, condition of the weighted regressor, degrees of freedom, and all unknowns. Pickles."""
 
-    def __init__(self, regressor: Regressor, own: _dualbody._Estimate) -> None:
-        self.regressor, self._own = regressor, own
-        numbers = own.numbers()
-        self.values, (self.covariance, self.information), self.force_deviations, self.equations = numbers[:4]
-        self.condition, self.freedom, self.unknowns = numbers[4:]
+    regressor: Regressor
+    values: Array
+    covariance: Array
+    information: Array
+    force_deviations: list[float]
+    equations: list[int]
+    condition: float
+    freedom: int
+    unknowns: Array
 
     def intervals(self, level: float = 0.95) -> list[Interval]:
         """Confidence intervals of the base parameters, by Student's t."""
-        return [Interval(*own) for own in self._own.intervals(level)]
+        return [Interval(*own) for own in _dualbody._intervals(self, level)]
 
     def robot(self) -> Robot:
         """The robot with these values. Use it to predict forces; for simulation it may be physically inconsistent."""
-        return _robot(self.regressor, self._own.robot())
+        return _robot(self.regressor, _dualbody._identified(self))
 
     def consistent(self, regularization: float | None = None, gap: float | None = None) -> ConsistentEstimate:
         """The nearest physically consistent robot, with nonnegative friction.
 
         regularization: weight of the distance from the nominal robot; gap: maximum difference of the cost from its minimum.
         """
-        unknowns, robot, excess, above, iterations = self._own.consistent(regularization, gap)
+        unknowns, robot, excess, above, iterations = _dualbody._consistent(self, regularization, gap)
         return ConsistentEstimate(unknowns, _robot(self.regressor, robot), excess, above, iterations)
 
     def report(self, robot: Robot, validation: Dataset, level: float = 0.95) -> Report:
         """The report of this estimate, with the errors of a robot on validation data."""
-        return Report(*self._own.report(robot, validation, level))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        matrices = [self.covariance, self.information]
-        return _restored, (self.regressor, self.values, matrices, self.force_deviations, self.equations, self.condition)
+        return Report(*_dualbody._report(self, robot, validation, level))
 
     def __repr__(self) -> str:
         equations = sum(self.equations)
         return f"Estimate({len(self.values)} base parameters from {equations} equations, condition {self.condition:.1f})"
-
-
-def _restored(regressor: Regressor, *numbers: Any) -> Estimate:
-    """An estimate that was pickled."""
-    return Estimate(regressor, _dualbody._restored_estimate(regressor, *numbers))
 
 
 def estimate(regressor: Regressor, data: Dataset) -> Estimate:
@@ -390,7 +386,7 @@ def estimate(regressor: Regressor, data: Dataset) -> Estimate:
 
     Raises ValueError if data belong to another robot, or if the motion does not determine some unknowns; the error names them.
     """
-    return Estimate(regressor, _dualbody._estimate(regressor, data))
+    return Estimate(regressor, *_dualbody._estimate(regressor, data))
 
 
 @dataclass(frozen=True)
@@ -429,19 +425,7 @@ def excite(
     period (s), harmonics, range (share of the position limits), reach, speed, acceleration (for joints without a limit), force_deviations (nv,),
     max_iterations, starts, seed; None means the default.
     """
-    options = given(
-        period=period,
-        harmonics=harmonics,
-        range=range,
-        reach=reach,
-        speed=speed,
-        acceleration=acceleration,
-        force_deviations=force_deviations,
-        max_iterations=max_iterations,
-        starts=starts,
-        seed=seed,
-    )
-    return Excitation(*_dualbody._excite(regressor, options))
+    return Excitation(*_dualbody._excite(regressor, given(locals(), "regressor")))
 
 
 @dataclass(frozen=True)
@@ -519,14 +503,7 @@ def shoot(
     samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations; None stands for the
     default.
     """
-    options = given(
-        samples=samples,
-        starts=starts,
-        position_deviation=position_deviation,
-        velocity_deviation=velocity_deviation,
-        regularization=regularization,
-        max_iterations=max_iterations,
-    )
+    options = given(locals(), "simulator", "data", "adjustable", "level")
     if any(isinstance(own, Parameter) and own.name.endswith(": mass") for own in adjustable):
         text = "a parameter \": mass\" holds the moments of its body: LinkMass scales them with the mass, Inertia finds all ten numbers"
         warnings.warn(text, stacklevel=2)

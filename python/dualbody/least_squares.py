@@ -121,15 +121,8 @@ def solve(
 
     An exception of a function ends the run and is raised.
     """
+    options = given(locals(), "residuals", "jacobian", "start", "bounds", "loss", "manifold", "report")
     own = loss or Loss()
-    options = given(
-        max_iterations=max_iterations,
-        gradient_tolerance=gradient_tolerance,
-        cost_tolerance=cost_tolerance,
-        step_tolerance=step_tolerance,
-        offset_tolerance=offset_tolerance,
-        damping=damping,
-    )
     found = _dualbody._least_squares(
         residuals, jacobian, start, manifold, (own.kind, own.delta), (bounds[0], bounds[1]), report, options
     )

@@ -9,7 +9,7 @@ additional microseconds, one thread at a time, and second derivatives of these f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -286,13 +286,24 @@ class Solution:
         return f"Solution({self.status}, {self.iterations} iterations, cost {self.cost:.6g}, violation {self.violation:.1e})"
 
 
+@dataclass(eq=False)
 class _Solver:
-    """A problem, and the options of what solves it."""
+    """A problem, and the options of what solves it; None stands for the default."""
 
     problem: Problem
-    options: dict[str, Any]
+    _: KW_ONLY
+    max_iterations: int | None = None
+    tolerance: float | None = None
+    constraint_tolerance: float | None = None
+    penalty: float | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that are given, by name."""
+        return given({own.name: getattr(self, own.name) for own in fields(self)}, "problem")
 
 
+@dataclass(eq=False, kw_only=True)
 class Ddp(_Solver):
     """Differential dynamic programming with constraints by an augmented Lagrangian.
 
@@ -300,28 +311,9 @@ class Ddp(_Solver):
     constraint_tolerance, penalty. None stands for the default.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        *,
-        max_iterations: int | None = None,
-        tolerance: float | None = None,
-        threads: int | None = None,
-        line_search_steps: int | None = None,
-        exact_curvature: bool | None = None,
-        constraint_tolerance: float | None = None,
-        penalty: float | None = None,
-    ) -> None:
-        self.problem = problem
-        self.options = given(
-            max_iterations=max_iterations,
-            tolerance=tolerance,
-            threads=threads,
-            line_search_steps=line_search_steps,
-            exact_curvature=exact_curvature,
-            constraint_tolerance=constraint_tolerance,
-            penalty=penalty,
-        )
+    threads: int | None = None
+    line_search_steps: int | None = None
+    exact_curvature: bool | None = None
 
     def solve(
         self,
@@ -349,6 +341,7 @@ class ShootingSolution(NamedTuple):
     violation: float
 
 
+@dataclass(eq=False, kw_only=True)
 class SingleShooting(_Solver):
     """The cost of a rollout as a function of its inputs, with exact first and second derivatives, and its minimisers.
 
@@ -357,30 +350,10 @@ class SingleShooting(_Solver):
     Gauss–Newton), constraint_tolerance, penalty. For problems of a simulator.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        *,
-        minimizer: Literal["lbfgs", "steepest_descent", "newton_cg", "trust_region"] | None = None,
-        memory: int | None = None,
-        radius: float | None = None,
-        max_iterations: int | None = None,
-        tolerance: float | None = None,
-        exact_curvature: bool | None = None,
-        constraint_tolerance: float | None = None,
-        penalty: float | None = None,
-    ) -> None:
-        self.problem = problem
-        self.options = given(
-            minimizer=minimizer,
-            memory=memory,
-            radius=radius,
-            max_iterations=max_iterations,
-            tolerance=tolerance,
-            exact_curvature=exact_curvature,
-            constraint_tolerance=constraint_tolerance,
-            penalty=penalty,
-        )
+    minimizer: Literal["lbfgs", "steepest_descent", "newton_cg", "trust_region"] | None = None
+    memory: int | None = None
+    radius: float | None = None
+    exact_curvature: bool | None = None
 
     def solve(
         self,
@@ -462,6 +435,7 @@ class TranscriptionSolution(NamedTuple):
     gap: float
 
 
+@dataclass(eq=False, kw_only=True)
 class Transcription(_Solver):
     """Direct collocation (Hermite–Simpson): states and inputs at all nodes and midpoints are variables.
 
@@ -469,28 +443,9 @@ class Transcription(_Solver):
     state, in its unit), threads, line_search_steps, constraint_tolerance, penalty. For problems of a simulator that has a rate.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        *,
-        max_iterations: int | None = None,
-        tolerance: float | None = None,
-        gap_tolerance: float | None = None,
-        threads: int | None = None,
-        line_search_steps: int | None = None,
-        constraint_tolerance: float | None = None,
-        penalty: float | None = None,
-    ) -> None:
-        self.problem = problem
-        self.options = given(
-            max_iterations=max_iterations,
-            tolerance=tolerance,
-            gap_tolerance=gap_tolerance,
-            threads=threads,
-            line_search_steps=line_search_steps,
-            constraint_tolerance=constraint_tolerance,
-            penalty=penalty,
-        )
+    gap_tolerance: float | None = None
+    threads: int | None = None
+    line_search_steps: int | None = None
 
     def solve(
         self,

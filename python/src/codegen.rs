@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, argument, numbers_mut, room};
 use crate::errors::{OrRaise, choice, guarded};
+use crate::getters::getters;
 use crate::model::PyModel;
 use crate::simulator::PySimulator;
 
@@ -72,38 +73,25 @@ pub(crate) fn each_row<'py>(
     Ok(array)
 }
 
-#[pymethods]
-impl PyGraph {
+getters! { PyGraph {
     /// Inputs, in the order of the input array: [(name, rows, columns, unit)].
-    #[getter]
-    fn inputs(&self) -> Vec<PortNumbers> {
-        ports(self.graph.inputs())
-    }
+    inputs: Vec<PortNumbers> = |own| ports(own.graph.inputs());
 
     /// Outputs, likewise; matrices in column-major order.
-    #[getter]
-    fn outputs(&self) -> Vec<PortNumbers> {
-        ports(self.graph.outputs())
-    }
+    outputs: Vec<PortNumbers> = |own| ports(own.graph.outputs());
 
     /// Number of entries of all inputs.
-    #[getter]
-    fn n_inputs(&self) -> usize {
-        self.graph.n_inputs()
-    }
+    n_inputs: usize = |own| own.graph.n_inputs();
 
     /// Number of entries of all outputs.
-    #[getter]
-    fn n_outputs(&self) -> usize {
-        self.graph.n_outputs()
-    }
+    n_outputs: usize = |own| own.graph.n_outputs();
 
     /// Number of operations.
-    #[getter]
-    fn operations(&self) -> usize {
-        self.graph.counts().operations()
-    }
+    operations: usize = |own| own.graph.counts().operations();
+} }
 
+#[pymethods]
+impl PyGraph {
     /// Conditions of the graph, as text: if one is violated, evaluation raises a ValueError.
     #[getter]
     fn conditions(&self) -> Vec<String> {

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{
-    Array, Work, argument, empty, map_rows, matrix, numbers, numbers_mut, read_matrix, read_vector,
+    Array, empty, matrix, numbers, numbers_mut, read_matrix, read_matrix_of, read_vector,
     write_matrix,
 };
 use crate::errors::{guarded, value_error};
@@ -25,11 +25,11 @@ pub(crate) fn _lqr<'py>(
     r: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let (a, b) = (read_matrix("a", a)?, read_matrix("b", b)?);
-    let (q, r) = (read_matrix("q", q)?, read_matrix("r", r)?);
-    check_size("a", a.shape(), (a.nrows(), a.nrows()))?;
-    check_size("b", b.shape(), (a.nrows(), b.ncols()))?;
-    check_size("q", q.shape(), a.shape())?;
-    check_size("r", r.shape(), (b.ncols(), b.ncols()))?;
+    let (nx, nu) = (a.nrows(), b.ncols());
+    check_size("a", a.shape(), (nx, nx))?;
+    check_size("b", b.shape(), (nx, nu))?;
+    let q = read_matrix_of("q", q, (nx, nx))?;
+    let r = read_matrix_of("r", r, (nu, nu))?;
     let lqr = py.detach(|| {
         guarded(|| match discrete {
             true => Lqr::discrete(&a, &b, &q, &r),
@@ -129,24 +129,20 @@ pub(crate) fn _computed_torque<'py>(
 ) -> PyResult<Array<'py>> {
     let this = model.get();
     let m = &*this.model;
-    let (nq, nv) = ([m.nq()], [m.nv()]);
+    let (nq, nv) = (m.nq(), m.nv());
     let gain = |name, value| read_vector(name, value, Some(m.nv())).map(DVector::from_vec);
     let controller = ComputedTorque {
         position_gain: gain("position_gain", &gains.0)?,
         velocity_gain: gain("velocity_gain", &gains.1)?,
     };
-    let work = Work {
-        one: &|_, x, out| {
-            let (state, target) = (State::new(x[0], x[1]), State::new(x[2], x[3]));
-            out.copy_from_slice(controller.torque(m, &state, &target).as_slice());
-        },
-        wide: None,
-    };
-    let arguments = [
-        argument("q", q, &nq),
-        argument("v", v, &nv),
-        argument("target_q", target_q, &nq),
-        argument("target_v", target_v, &nv),
+    let given = [
+        ("q", q, nq),
+        ("v", v, nv),
+        ("target_q", target_q, nq),
+        ("target_v", target_v, nv),
     ];
-    map_rows(model.py(), (m, this.id), &arguments, &[m.nv()], None, work)
+    this.map(model.py(), &given, &[nv], &|x, out| {
+        let (state, target) = (State::new(x[0], x[1]), State::new(x[2], x[3]));
+        out.copy_from_slice(controller.torque(m, &state, &target).as_slice());
+    })
 }

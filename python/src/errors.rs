@@ -53,23 +53,18 @@ impl Raise for Unknown {
     }
 }
 
-impl Raise for IdentifyError {
-    fn raise(self) -> PyErr {
-        match self {
-            Self::UnknownName(unknown) => unknown.raise(),
-            other => value_error(other),
+/// Errors of which one kind is an unknown name.
+macro_rules! named_errors {
+    ($($error:ty),*) => { $(impl Raise for $error {
+        fn raise(self) -> PyErr {
+            match self {
+                Self::UnknownName(unknown) => unknown.raise(),
+                other => value_error(other),
+            }
         }
-    }
+    })* };
 }
-
-impl Raise for EditError {
-    fn raise(self) -> PyErr {
-        match self {
-            Self::UnknownName(unknown) => unknown.raise(),
-            other => value_error(other),
-        }
-    }
-}
+named_errors!(IdentifyError, EditError);
 
 impl Raise for LoadError {
     fn raise(self) -> PyErr {

@@ -5,9 +5,9 @@ use nalgebra::DMatrix;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
 
-use crate::arrays::{Array, matrix, read_matrix, read_vector, vector};
-use crate::errors::{guarded, shape_error, value_error};
-use crate::options::set_options;
+use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
+use crate::errors::{guarded, value_error};
+use crate::options::read_options;
 use crate::raised::Raised;
 
 /// Functions of Python as residuals.
@@ -33,15 +33,7 @@ impl<'py> Functions<'_, 'py> {
 
     fn derivatives(&self, x: &[f64], shape: (usize, usize)) -> PyResult<DMatrix<f64>> {
         let found = self.jacobian.call1((vector(self.py(), x.to_vec()),))?;
-        let found = read_matrix("jacobian(x)", &found)?;
-        match found.shape() == shape {
-            true => Ok(found),
-            false => Err(shape_error(
-                "jacobian(x)",
-                found.shape(),
-                format_args!("{shape:?}"),
-            )),
-        }
+        read_matrix_of("jacobian(x)", &found, shape)
     }
 }
 
@@ -116,25 +108,12 @@ fn options_of(
     bounds: [Option<Bound<'_, PyAny>>; 2],
     given: &Bound<'_, PyDict>,
 ) -> PyResult<Options> {
-    let mut options = Options {
-        loss: loss_of(loss)?,
-        ..Options::default()
-    };
+    let mut options = read_options!(Options, "least_squares.solve", given;
+        max_iterations, gradient_tolerance, cost_tolerance, step_tolerance, offset_tolerance, damping)?;
     let [lower, upper] = bounds;
+    options.loss = loss_of(loss)?;
     options.lower = bound("the lower bounds", lower)?;
     options.upper = bound("the upper bounds", upper)?;
-    set_options("least_squares.solve", given, |name, value| {
-        match name {
-            "max_iterations" => options.max_iterations = value.extract()?,
-            "gradient_tolerance" => options.gradient_tolerance = value.extract()?,
-            "cost_tolerance" => options.cost_tolerance = value.extract()?,
-            "step_tolerance" => options.step_tolerance = value.extract()?,
-            "offset_tolerance" => options.offset_tolerance = value.extract()?,
-            "damping" => options.damping = value.extract()?,
-            _ => return Ok(false),
-        }
-        Ok(true)
-    })?;
     Ok(options)
 }
 

@@ -26,6 +26,7 @@ mod counts;
 mod cuda;
 mod dynamics;
 mod errors;
+mod getters;
 mod identify;
 mod jax;
 mod kinds;
@@ -69,8 +70,8 @@ mod _dualbody {
     use super::dynamics::check_mass_matrix;
     #[pymodule_export]
     use super::identify::{
-        _base_parameters, _estimate, _excite, _excited, _predict, _prepare, _regressor,
-        _regressor_matrix, _restored_estimate, _shoot, _validate, PyEstimate,
+        _base_parameters, _consistent, _estimate, _excite, _excited, _identified, _intervals,
+        _predict, _prepare, _regressor, _regressor_matrix, _report, _shoot, _validate,
     };
     #[pymodule_export]
     use super::jax::{_foreign_function, _foreign_name};

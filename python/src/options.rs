@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::counts::named;
-use crate::errors::value_error;
+use crate::errors::{choice, value_error};
 
 /// Sets every option that was given; a `ValueError` names one that is none.
 ///
@@ -27,3 +27,32 @@ pub(crate) fn set_options(
     }
     Ok(())
 }
+
+/// The choice that a text names.
+pub(crate) fn chosen<T: Copy>(
+    argument: &'static str,
+    choices: &[(&str, T)],
+) -> impl Fn(&Bound<'_, PyAny>) -> PyResult<T> {
+    move |value| choice(argument, &value.extract::<String>()?, choices)
+}
+
+/// Reads options of the library from keywords: `read_options!(Kind, "name", keywords; option, option = field.of.it, option = field by function, …)`.
+macro_rules! read_options {
+    ($kind:ty, $of:literal, $given:expr; $($name:ident $(= $first:ident $(. $field:ident)*)? $(by $read:expr)?),* $(,)?) => {{
+        let mut options = <$kind>::default();
+        let set = |name: &str, value: &Bound<'_, PyAny>| -> PyResult<bool> {
+            $(if name == stringify!($name) {
+                let read = read_options!(@read value $(, $read)?)?;
+                read_options!(@set options, read, $name $(= $first $(. $field)*)?);
+                return Ok(true);
+            })*
+            Ok(false)
+        };
+        $crate::options::set_options($of, $given, set).map(|()| options)
+    }};
+    (@read $value:ident) => { $value.extract() };
+    (@read $value:ident, $read:expr) => { $read($value) };
+    (@set $options:ident, $read:ident, $name:ident) => { $options.$name = $read };
+    (@set $options:ident, $read:ident, $name:ident = $first:ident $(. $field:ident)*) => { $options.$first $(. $field)* = $read };
+}
+pub(crate) use read_options;

@@ -186,66 +186,6 @@ impl PyWorld {
         self.note(py, prefix, "add", arguments, None)
     }
 
-    /// Adds a box with full edge lengths, m.
-    #[pyo3(signature = (name, size, **object))]
-    fn add_box<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-        size: [f64; 3],
-        object: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
-        guarded(|| self.world.add_box(name, size, &wanted).map(drop))?.or_raise()?;
-        self.note(py, name, "add_box", (name, size), object)
-    }
-
-    /// Adds a ball; radius in m.
-    #[pyo3(signature = (name, radius, **object))]
-    fn add_sphere<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-        radius: f64,
-        object: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
-        guarded(|| self.world.add_sphere(name, radius, &wanted).map(drop))?.or_raise()?;
-        self.note(py, name, "add_sphere", (name, radius), object)
-    }
-
-    /// Adds a cylinder about z; radius and full length in m.
-    #[pyo3(signature = (name, radius, length, **object))]
-    fn add_cylinder<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-        radius: f64,
-        length: f64,
-        object: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
-        let world = &mut self.world;
-        guarded(|| world.add_cylinder(name, radius, length, &wanted).map(drop))?.or_raise()?;
-        self.note(py, name, "add_cylinder", (name, radius, length), object)
-    }
-
-    /// Adds a capsule about z; radius, and length without the hemispheres, in m.
-    #[pyo3(signature = (name, radius, length, **object))]
-    fn add_capsule<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-        radius: f64,
-        length: f64,
-        object: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
-        let world = &mut self.world;
-        guarded(|| world.add_capsule(name, radius, length, &wanted).map(drop))?.or_raise()?;
-        self.note(py, name, "add_capsule", (name, radius, length), object)
-    }
-
     /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
     #[pyo3(
         signature = (name, path, scale = [1.0; 3], **object),
@@ -291,6 +231,36 @@ impl PyWorld {
     fn __repr__(&self) -> String {
         format!("World(\"{}\", {:?})", self.name, self.members())
     }
+}
+
+/// Methods that add an object of a shape.
+macro_rules! objects {
+    ($($(#[$doc:meta])* $name:ident($($x:ident: $type:ty),+);)*) => {
+        #[pymethods]
+        impl PyWorld { $(
+            $(#[$doc])*
+            #[pyo3(signature = (name, $($x),+, **object))]
+            fn $name<'py>(&mut self, py: Python<'py>, name: &str, $($x: $type,)+ object: Option<&Bound<'py, PyDict>>) -> PyResult<()> {
+                let wanted = Keywords::read(object)?.object()?;
+                guarded(|| self.world.$name(name, $($x,)+ &wanted).map(drop))?.or_raise()?;
+                self.note(py, name, stringify!($name), (name, $($x),+), object)
+            }
+        )* }
+    };
+}
+
+objects! {
+    /// Adds a box with full edge lengths, m.
+    add_box(size: [f64; 3]);
+
+    /// Adds a ball; radius in m.
+    add_sphere(radius: f64);
+
+    /// Adds a cylinder about z; radius and full length in m.
+    add_cylinder(radius: f64, length: f64);
+
+    /// Adds a capsule about z; radius, and length between the half balls, in m.
+    add_capsule(radius: f64, length: f64);
 }
 
 /// Builds a world from the calls that made it: what a pickled model is made again by.

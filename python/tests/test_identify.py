@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,7 @@ def test_noise_widens_intervals_that_hold_the_truth_and_bodies_stay_bodies(tmp_p
     np.testing.assert_array_equal(again.consistent().unknowns, consistent.unknowns)
     np.testing.assert_array_equal(again.robot().model.parameters, found.robot().model.parameters)
     with pytest.raises(ValueError, match="^covariance has the shape"):
-        identify._restored(regressor, found.values, [np.eye(1), np.eye(1)], found.force_deviations, found.equations, 1.0)
+        replace(found, covariance=np.eye(1)).intervals()
     report = found.report(consistent.robot, Dataset([segment]))
     report.save_html(tmp_path / "report.html")
     assert "base parameters" in str(report) and (tmp_path / "report.html").read_text().startswith("<!doctype html>")

@@ -62,8 +62,7 @@ impl Bounds {
     }
 
     /// The smallest box around two boxes.
-    #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self {
             low: self.low.inf(&other.low),
             high: self.high.sup(&other.high),

@@ -107,7 +107,7 @@ impl LinkShapes {
     ///
     /// # Panics
     /// If the link moves, or the shapes are those of another robot.
-    pub fn add_surface(
+    pub(super) fn add_surface(
         &mut self,
         model: &Model,
         link: &str,
@@ -150,7 +150,7 @@ impl LinkShapes {
         Ok(())
     }
 
-    /// The shapes, link by link in the order of the model, then those of [surfaces](Self::add_surface).
+    /// The shapes, link by link in the order of the model, then those of [surfaces](super::CollisionOptions::with_surface).
     pub fn shapes(&self) -> &[LinkShape] {
         &self.shapes
     }

@@ -119,7 +119,7 @@ impl<P: Scalar> Model<P> {
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    pub fn tangent_rate_into<T: Scalar>(&self, u: &[T], v: &[T], out: &mut [T]) {
+    pub(crate) fn tangent_rate_into<T: Scalar>(&self, u: &[T], v: &[T], out: &mut [T]) {
         self.check_v(u);
         self.check_v(v);
         self.check_v(out);

@@ -33,6 +33,18 @@ pub(crate) fn read_matrix(name: &'static str, value: &Bound<'_, PyAny>) -> PyRes
     Ok(DMatrix::from_row_slice(rows, columns, numbers))
 }
 
+/// [`read_matrix`] of a known shape.
+pub(crate) fn read_matrix_of(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    shape: (usize, usize),
+) -> PyResult<DMatrix<f64>> {
+    match read_matrix(name, value)? {
+        matrix if matrix.shape() == shape => Ok(matrix),
+        other => Err(shape_error(name, other.shape(), format_args!("{shape:?}"))),
+    }
+}
+
 /// A vector of a known length, or of any.
 pub(crate) fn read_vector(
     name: &'static str,

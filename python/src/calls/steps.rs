@@ -266,8 +266,8 @@ pub(super) fn step(
     };
     let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
         match call.kind {
-            Kind::Value => write_state(&next[k], &mut { out }),
-            Kind::Push => steps.push_step(k, &next[k], &linear[k], out),
+            Kind::Value => write_trajectory(&next[k..=k], steps.has_contact, out),
+            Kind::Push => steps.push(k, &next[k..=k], &linear[k..=k], out),
             Kind::Pull => steps.pull_step(k, &next[k], linear.get(k).map(|pair| &pair.0), out),
         }
         Ok(())
@@ -275,44 +275,7 @@ pub(super) fn step(
     in_rows(call.count, found, out, one)?
 }
 
-/// Writes a state in front of what is left of a row; the state of contact only where there is room.
-fn write_state(state: &State, rest: &mut &mut [f64]) {
-    let written = state.len().min(rest.len());
-    let (own, others) = std::mem::take(rest).split_at_mut(written);
-    let numbers = own.iter_mut().zip(state.numbers());
-    numbers.for_each(|(out, &x)| *out = x);
-    *rest = others;
-}
-
 impl Steps<'_> {
-    fn push_step(
-        &self,
-        k: usize,
-        next: &State,
-        linear: &(Linearization, Option<DMatrix<f64>>),
-        out: &mut [f64],
-    ) {
-        let (model, count) = (self.model(k), self.call.directions);
-        let (nq, nv) = (model.nq(), model.nv());
-        let to_coordinates = model.integrate_jacobian(next.q.as_slice());
-        let (by_q, rest) = out.split_at_mut(nq * count);
-        let (by_v, by_contact) = rest.split_at_mut(nv * count);
-        let nc = by_contact.len() / count.max(1);
-        for d in 0..count {
-            let dx = self.change_of_start(k, d);
-            let dx = self.advance(
-                linear,
-                &dx,
-                self.change(2, k, d),
-                self.change_of_parameters(k, d),
-            );
-            by_q[d * nq..(d + 1) * nq]
-                .copy_from_slice((&to_coordinates * dx.rows(0, nv)).as_slice());
-            by_v[d * nv..(d + 1) * nv].copy_from_slice(dx.rows(nv, nv).as_slice());
-            by_contact[d * nc..(d + 1) * nc].copy_from_slice(&dx.as_slice()[2 * nv..2 * nv + nc]);
-        }
-    }
-
     fn change_of_parameters(&self, k: usize, direction: usize) -> Option<&[f64]> {
         let changes = self.call.has_parameters;
         changes
@@ -383,7 +346,8 @@ impl Steps<'_> {
         all
     }
 
-    fn push_rollout(
+    /// Changes of the states of a row along its directions: of those behind each of so many steps, and of the start before them if it is among the states.
+    fn push(
         &self,
         k: usize,
         states: &[State],
@@ -392,23 +356,24 @@ impl Steps<'_> {
     ) {
         let (model, nu) = (self.model(k), self.own.simulator.nu());
         let (nq, nv, n) = (model.nq(), model.nv(), states.len());
-        let charts: Vec<_> = states
-            .iter()
-            .map(|state| model.integrate_jacobian(state.q.as_slice()))
-            .collect();
+        let chart = |state: &State| model.integrate_jacobian(state.q.as_slice());
+        let charts: Vec<_> = states.iter().map(chart).collect();
         let (by_q, rest) = out.split_at_mut(nq * n * self.call.directions);
         let (by_v, by_contact) = rest.split_at_mut(nv * n * self.call.directions);
         let nc = by_contact.len() / (n * self.call.directions).max(1);
         for d in 0..self.call.directions {
             let mut dx = self.change_of_start(k, d);
-            for t in 0..n {
+            for t in 0..=linear.len() {
                 if t > 0 {
                     let du = self.change(2, k, d).map(|all| &all[(t - 1) * nu..t * nu]);
                     dx = self.advance(&linear[t - 1], &dx, du, self.change_of_parameters(k, d));
                 }
-                let at = d * n + t;
+                let Some(i) = (t + n).checked_sub(linear.len() + 1) else {
+                    continue;
+                };
+                let at = d * n + i;
                 by_q[at * nq..(at + 1) * nq]
-                    .copy_from_slice((&charts[t] * dx.rows(0, nv)).as_slice());
+                    .copy_from_slice((&charts[i] * dx.rows(0, nv)).as_slice());
                 by_v[at * nv..(at + 1) * nv].copy_from_slice(dx.rows(nv, nv).as_slice());
                 by_contact[at * nc..(at + 1) * nc]
                     .copy_from_slice(&dx.as_slice()[2 * nv..2 * nv + nc]);
@@ -484,7 +449,7 @@ pub(super) fn rollout(
             };
             in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
                 let own = &linear[k * call.steps..(k + 1) * call.steps];
-                steps.push_rollout(k, &all[k], own, out);
+                steps.push(k, &all[k], own, out);
                 Ok(())
             })?
         }

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `data` | experiments, their preparation, data |
 //! | `regressor` | regressors and base parameters |
-//! | `estimate` | the class `Estimate`: weighted and consistent least squares, the report |
+//! | `estimate` | weighted and consistent least squares, the report |
 //! | `robot` | identified robots: prediction, validation |
 //! | `motion` | motions that excite |
 //! | `shooting` | fits through the simulator |
@@ -19,7 +19,7 @@ mod robot;
 mod shooting;
 
 pub(crate) use data::_prepare;
-pub(crate) use estimate::{_estimate, _restored_estimate, PyEstimate};
+pub(crate) use estimate::{_consistent, _estimate, _identified, _intervals, _report};
 pub(crate) use motion::{_excite, _excited};
 pub(crate) use regressor::{_base_parameters, _regressor, _regressor_matrix};
 pub(crate) use robot::{_predict, _validate};

@@ -7,28 +7,12 @@ use pyo3::types::PyDict;
 use super::regressor::regressor_of;
 use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
 use crate::errors::{OrRaise, guarded};
-use crate::options::set_options;
+use crate::options::read_options;
 use crate::threads::on_pool_stopped;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
-    let mut options = ExcitationOptions::default();
-    set_options("excite", value, |name, value| {
-        match name {
-            "period" => options.period = value.extract()?,
-            "harmonics" => options.harmonics = value.extract()?,
-            "range" => options.range = value.extract()?,
-            "reach" => options.reach = value.extract()?,
-            "speed" => options.speed = value.extract()?,
-            "acceleration" => options.acceleration = value.extract()?,
-            "force_deviations" => options.force_deviations = value.extract()?,
-            "max_iterations" => options.max_iterations = value.extract()?,
-            "starts" => options.starts = value.extract()?,
-            "seed" => options.seed = value.extract()?,
-            _ => return Ok(false),
-        }
-        Ok(true)
-    })?;
-    Ok(options)
+    read_options!(ExcitationOptions, "excite", value;
+        period, harmonics, range, reach, speed, acceleration, force_deviations, max_iterations, starts, seed)
 }
 
 /// (period, centre, coefficients, condition, condition of the start).

@@ -3,7 +3,7 @@
 use dualbody::identify::{BaseParameters, DryFriction, Regressor};
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, Work, argument, map_rows, matrix, vector, write_matrix};
+use crate::arrays::{Array, matrix, vector, write_matrix};
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
 
@@ -71,19 +71,12 @@ pub(super) fn map_motion<'py>(
     tail: &[usize],
     one: &(dyn Fn([&[f64]; 3], &mut [f64]) + Sync),
 ) -> PyResult<Array<'py>> {
-    let (own, id) = (&*model.get().model, model.get().id);
-    let (nq, nv) = ([own.nq()], [own.nv()]);
-    let [q, v, a] = motion;
-    let arguments = [
-        argument("q", q, &nq),
-        argument("v", v, &nv),
-        argument("a", a, &nv),
-    ];
-    let work = Work {
-        one: &|_, x, out| one([x[0], x[1], x[2]], out),
-        wide: None,
-    };
-    map_rows(model.py(), (own, id), &arguments, tail, None, work)
+    let (own, [q, v, a]) = (model.get(), motion);
+    let (nq, nv) = (own.model.nq(), own.model.nv());
+    let given = [("q", q, nq), ("v", v, nv), ("a", a, nv)];
+    own.map(model.py(), &given, tail, &|x, out| {
+        one([x[0], x[1], x[2]], out)
+    })
 }
 
 /// Y of states, (…, nv, unknowns).

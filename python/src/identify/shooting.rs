@@ -9,29 +9,18 @@ use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
 use crate::counts::whole;
-use crate::errors::{OrRaise, choice};
-use crate::options::set_options;
+use crate::errors::OrRaise;
+use crate::options::{chosen, read_options};
 use crate::simulator::PySimulator;
 use crate::threads::on_pool_stopped;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
-    let mut options = ShootingOptions::default();
-    set_options("shoot", value, |name, value| {
-        match name {
-            "samples" => options.samples = value.extract()?,
-            "starts" => {
-                let choices = [("measured", Starts::Measured), ("free", Starts::Free)];
-                options.starts = choice("starts", &value.extract::<String>()?, &choices)?;
-            }
-            "position_deviation" => options.position_deviation = value.extract()?,
-            "velocity_deviation" => options.velocity_deviation = value.extract()?,
-            "regularization" => options.regularization = value.extract()?,
-            "max_iterations" => options.max_iterations = value.extract()?,
-            _ => return Ok(false),
-        }
-        Ok(true)
-    })?;
-    Ok(options)
+    let starts = chosen(
+        "starts",
+        &[("measured", Starts::Measured), ("free", Starts::Free)],
+    );
+    read_options!(ShootingOptions, "shoot", value;
+        samples, starts = starts by starts, position_deviation, velocity_deviation, regularization, max_iterations)
 }
 
 /// What is adjusted, from (kind, name or points).

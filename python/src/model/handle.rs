@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dualbody::Model;
-use dualbody::error::EditError;
 use dualbody::model::JointId;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -103,20 +102,22 @@ impl PyModel {
         this: &Bound<'py, Self>,
         method: &str,
         arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
-        model: Result<Model, EditError>,
+        model: Model,
     ) -> PyResult<Self> {
         let py = this.py();
         let arguments = arguments.into_pyobject(py)?;
         let recipe = (this, method, arguments).into_pyobject(py)?;
-        Ok(Self::new(model.or_raise()?, ("_edited", recipe)))
+        Ok(Self::new(model, ("_edited", recipe)))
     }
 
-    /// Applies a function of rows without working memory.
-    pub(super) fn map<'py>(
+    /// Applies a function of vectors, by name and length, that needs no working memory.
+    ///
+    /// * `tail` – shape of the result of one row
+    pub(crate) fn map<'py>(
         &self,
         py: Python<'py>,
         arguments: &[(&'static str, &Bound<'py, PyAny>, usize)],
-        width: usize,
+        tail: &[usize],
         one: &(dyn Fn(&[&[f64]], &mut [f64]) + Sync),
     ) -> PyResult<Array<'py>> {
         let tails: Vec<[usize; 1]> = arguments.iter().map(|a| [a.2]).collect();
@@ -126,7 +127,7 @@ impl PyModel {
             one: &|_, x, out| one(x, out),
             wide: None,
         };
-        map_rows(py, (&self.model, self.id), &arguments, &[width], None, work)
+        map_rows(py, (&self.model, self.id), &arguments, tail, None, work)
     }
 
     pub(super) fn joint_id(&self, name: &str) -> PyResult<JointId> {

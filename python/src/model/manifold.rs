@@ -24,7 +24,7 @@ impl PyModel {
     ) -> PyResult<Array<'py>> {
         let m = &self.model;
         let arguments = [("q0", q0, m.nq()), ("q1", q1, m.nq())];
-        self.map(q0.py(), &arguments, m.nq(), &|x, out| {
+        self.map(q0.py(), &arguments, &[m.nq()], &|x, out| {
             out.copy_from_slice(m.interpolate(x[0], x[1], t).as_slice());
         })
     }

@@ -6,80 +6,65 @@ use pyo3::types::PySlice;
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::vector;
+use crate::getters::getters;
+
+getters! { PyModel {
+    /// Name of the robot.
+    name: &str = |own| own.model.name();
+
+    /// Number of configuration coordinates.
+    nq: usize = |own| own.model.nq();
+
+    /// Number of velocity coordinates: degrees of freedom.
+    nv: usize = |own| own.model.nv();
+
+    /// Number of moving bodies.
+    n_bodies: usize = |own| own.model.n_bodies();
+
+    /// Number of named joints.
+    n_joints: usize = |own| own.model.n_joints();
+
+    /// Mass of what moves, kg.
+    total_mass: f64 = |own| own.model.total_mass();
+
+    /// Remarks of the reader of its file, a sentence each.
+    remarks: Vec<String> = |own| own.model.remarks().to_vec();
+
+    /// Whether its root moves freely.
+    has_floating_base: bool = |own| own.model.has_floating_base();
+
+    /// Names of the joints, in the order of the tree.
+    joint_names: Vec<&str> = |own| own.model.joint_names();
+
+    /// Names of the links, in the order of the tree.
+    link_names: Vec<&str> = |own| own.model.link_names();
+
+    /// Names of all frames, those of links among them.
+    frame_names: Vec<&str> = |own| own.model.frame_names();
+
+    /// Damping of each velocity coordinate (nv,), N·m·s/rad or N·s/m.
+    damping: Bound<'py, PyAny> = |own, py| vector(py, own.model.damping().to_vec()).into_any();
+
+    /// Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg.
+    armature: Bound<'py, PyAny> = |own, py| vector(py, own.model.armature().to_vec()).into_any();
+
+    /// What was remarked at loading; None for a robot that was built.
+    import_report: Option<Py<PyImportReport>> = |own, py| own.report.as_ref().map(|report| report.clone_ref(py));
+
+    /// Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names.
+    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.model.parameters().as_slice().to_vec()).into_any();
+
+    /// Names of the parameters, in the order of `parameters`.
+    parameter_names: Vec<String> = |own| own.model.parameter_layout().names().to_vec();
+} }
 
 #[pymethods]
 impl PyModel {
-    /// Name of the robot.
-    #[getter]
-    pub(super) fn name(&self) -> &str {
-        self.model.name()
-    }
-
-    /// Number of configuration coordinates.
-    #[getter]
-    pub(super) fn nq(&self) -> usize {
-        self.model.nq()
-    }
-
-    /// Number of velocity coordinates: degrees of freedom.
-    #[getter]
-    pub(super) fn nv(&self) -> usize {
-        self.model.nv()
-    }
-
-    /// Number of moving bodies.
-    #[getter]
-    fn n_bodies(&self) -> usize {
-        self.model.n_bodies()
-    }
-
-    /// Number of named joints.
-    #[getter]
-    pub(super) fn n_joints(&self) -> usize {
-        self.model.n_joints()
-    }
-
-    /// Mass of what moves, kg.
-    #[getter]
-    pub(super) fn total_mass(&self) -> f64 {
-        self.model.total_mass()
-    }
-
-    /// Remarks from loading its file, one sentence each.
-    #[getter]
-    fn remarks(&self) -> Vec<String> {
-        self.model.remarks().to_vec()
-    }
-
     /// Acceleration of gravity, m/s².
     #[getter]
     pub(super) fn gravity(&self) -> (f64, f64, f64) {
         let g = self.model.gravity();
         (g.x, g.y, g.z)
-    }
-
-    /// Whether its root moves freely.
-    #[getter]
-    pub(super) fn has_floating_base(&self) -> bool {
-        self.model.has_floating_base()
-    }
-
-    /// Names of the joints, in the order of the tree.
-    #[getter]
-    fn joint_names(&self) -> Vec<&str> {
-        self.model.joint_names()
-    }
-
-    /// Names of the links, in the order of the tree.
-    #[getter]
-    fn link_names(&self) -> Vec<&str> {
-        self.model.link_names()
-    }
-
-    /// Names of all frames, including links.
-    #[getter]
-    fn frame_names(&self) -> Vec<&str> {
-        self.model.frame_names()
     }
 
     /// Names of the moving bodies (the first link on each), in the order of external forces.
@@ -89,24 +74,6 @@ impl PyModel {
         bodies
             .map(|k| self.model.body_name(dualbody::model::BodyId(k)))
             .collect()
-    }
-
-    /// Damping of each velocity coordinate (nv,), N·m·s/rad or N·s/m.
-    #[getter]
-    pub(super) fn damping<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, self.model.damping().to_vec()).into_any()
-    }
-
-    /// Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg.
-    #[getter]
-    pub(super) fn armature<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, self.model.armature().to_vec()).into_any()
-    }
-
-    /// Report of loading; None for a robot built in code.
-    #[getter]
-    pub(super) fn import_report(&self, py: Python<'_>) -> Option<Py<PyImportReport>> {
-        self.report.as_ref().map(|report| report.clone_ref(py))
     }
 
     /// Range of a joint in q.
@@ -145,18 +112,6 @@ impl PyModel {
         py.import("dualbody.model")?
             .getattr("Limits")?
             .call1(numbers)
-    }
-
-    /// Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names.
-    #[getter]
-    pub(super) fn parameters<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, self.model.parameters().as_slice().to_vec()).into_any()
-    }
-
-    /// Names of the parameters, in the order of `parameters`.
-    #[getter]
-    fn parameter_names(&self) -> Vec<String> {
-        self.model.parameter_layout().names().to_vec()
     }
 
     /// Links with physically inconsistent inertia: [(link, reason)].

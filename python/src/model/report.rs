@@ -5,6 +5,7 @@ use dualbody::io::ImportNote;
 use pyo3::prelude::*;
 
 use super::base::base_of;
+use crate::getters::getters;
 use crate::words::{for_python, snake};
 
 /// Report of loading a file: warnings, and unused content. Its str is a table.
@@ -47,38 +48,25 @@ fn notes(notes: &[ImportNote]) -> Vec<Note> {
     notes.iter().map(note).collect()
 }
 
-#[pymethods]
-impl PyImportReport {
+getters! { PyImportReport {
     /// File, or "text".
-    #[getter]
-    pub(super) fn file(&self) -> &str {
-        &self.report.file
-    }
+    file: &str = |own| &own.report.file;
 
     /// Base of the robot: "fixed" or "floating".
-    #[getter]
-    pub(super) fn base(&self) -> String {
-        snake(self.report.base)
-    }
+    base: String = |own| snake(own.report.base);
 
     /// Name of the link at the root.
-    #[getter]
-    fn root_link(&self) -> &str {
-        &self.report.root_link
-    }
+    root_link: &str = |own| &own.report.root_link;
 
     /// [(element, name, line, reason)] of corrected or doubtful content.
-    #[getter]
-    fn warnings(&self) -> Vec<Note> {
-        notes(&self.report.warnings)
-    }
+    warnings: Vec<Note> = |own| notes(&own.report.warnings);
 
     /// [(element, name, line, reason)] of unused content.
-    #[getter]
-    fn ignored(&self) -> Vec<Note> {
-        notes(&self.report.ignored)
-    }
+    ignored: Vec<Note> = |own| notes(&own.report.ignored);
+} }
 
+#[pymethods]
+impl PyImportReport {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let make = py.import("dualbody._dualbody")?.getattr("_import_report")?;
         let r = &self.report;

@@ -3,15 +3,14 @@
 use dualbody::sim::StepScratch;
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use super::forces::with_forces;
 use super::given::Given;
+use super::gradient::each;
 use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, checked_output, empty, numbers_mut};
 use crate::model::PyModel;
-use crate::threads::on_pool;
 
 fn not_finite(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
@@ -90,10 +89,7 @@ impl PySimulator {
                 .acceleration_into(&states[k], input(k), scratch)
                 .to_vec(),
         };
-        let all: Vec<Vec<f64>> = on_pool(py, || {
-            let new = || StepScratch::new(own);
-            (0..count).into_par_iter().map_init(new, one).collect()
-        })?;
+        let all: Vec<Vec<f64>> = each(py, count, || StepScratch::new(own), one)?;
         let is_not_finite = |a: &Vec<f64>| a.iter().any(|a| !a.is_finite());
         if let Some(k) = all.iter().position(is_not_finite) {
             return Err(not_finite(Some(k)));

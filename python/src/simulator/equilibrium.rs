@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::handle::PySimulator;
-use crate::arrays::{matrix, read_matrix, vector};
-use crate::errors::{guarded, value_error};
+use crate::arrays::{matrix, read_matrix_of, vector};
+use crate::errors::guarded;
 use crate::threads::on_pool_stopped;
 
 #[pymethods]
@@ -51,16 +51,8 @@ impl PySimulator {
         let (n, nu) = (2 * self.simulator.model().nv(), self.simulator.nu());
         let rest = vector(py, vec![0.0; n / 2]);
         let given = self.one(&pose, &rest, Some(&u), Some(&contact))?;
-        let (q, r) = (read_matrix("q", q)?, read_matrix("r", r)?);
-        for (name, m, size) in [("q", &q, n), ("r", &r, nu)] {
-            if m.shape() != (size, size) {
-                return Err(value_error(format_args!(
-                    "{name} has the shape {:?}, expected {:?}",
-                    m.shape(),
-                    (size, size)
-                )));
-            }
-        }
+        let q = read_matrix_of("q", q, (n, n))?;
+        let r = read_matrix_of("r", r, (nu, nu))?;
         let at = self.with_memory(&given, |memory| Equilibrium {
             state: memory.state.clone(),
             input: DVector::from_column_slice(&memory.u),

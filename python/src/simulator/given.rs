@@ -96,13 +96,8 @@ impl PySimulator {
 
     /// A state of a batch, checked.
     pub(super) fn state(&self, given: &Given<'_>, k: usize) -> PyResult<State> {
-        let (nq, nv, _, nc) = self.sizes();
-        let state = State::new(row(&given.q, k, nq), row(&given.v, k, nv));
-        let state = match &given.contact {
-            Some(contact) => self.with_beside(state, row(contact, k, nc)),
-            None => state,
-        };
-        state.check(self.simulator.model()).or_raise()?;
+        let mut state = self.simulator.neutral_state();
+        self.read_state(given, k, &mut state)?;
         Ok(state)
     }
 

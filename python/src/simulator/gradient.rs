@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::sim::SimulatorParameterGroup;
-use nalgebra::DVector;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
@@ -103,19 +102,14 @@ impl PySimulator {
             out
         };
         let all = each(py, count, || VjpScratch::new(own), one)?;
-        let (p, f) = self.parameter_sizes(parameters);
-        let friction = self.friction_of(f, all.iter().map(|g| g.parameters.as_slice()));
+        let slopes: Vec<&[f64]> = all.iter().map(|g| g.parameters.as_slice()).collect();
+        let [model, friction, simulator] = self.parameters_of(py, &batch, parameters, &slopes);
         let arrays = (
             stack(py, &batch, &[n], all.iter().map(|g| g.state.as_slice())),
             stack(py, &batch, &[nu], all.iter().map(|g| g.input.as_slice())),
-            stack(
-                py,
-                &batch,
-                &[p],
-                all.iter().map(|g| &g.parameters.as_slice()[..p]),
-            ),
-            stack(py, &batch, &[f], friction.iter().map(Vec::as_slice)),
-            self.all_parameters(py, &batch, parameters, all.iter().map(|g| &g.parameters)),
+            model,
+            friction,
+            simulator,
         );
         static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         CLASS
@@ -125,56 +119,46 @@ impl PySimulator {
 }
 
 impl PySimulator {
-    /// Slopes in the friction of each point of contact, from those in all parameters; of no point if `count` is zero.
-    pub(super) fn friction_of<'a>(
-        &self,
-        count: usize,
-        parameters: impl Iterator<Item = &'a [f64]>,
-    ) -> Vec<Vec<f64>> {
-        let layout = self.simulator.parameter_layout();
-        let laws = layout
-            .groups()
-            .iter()
-            .filter(|(group, _)| matches!(group, SimulatorParameterGroup::ContactLaw(_)));
-        let of_law = |range: &Range<usize>| {
-            let is_friction = |&k: &usize| layout.names()[k].ends_with(": friction");
-            range.clone().find(is_friction)
-        };
-        let slots: Vec<usize> = laws
-            .filter_map(|(_, range)| of_law(range))
-            .take(count)
-            .collect();
-        let gather = |all: &[f64]| slots.iter().map(|&k| all[k]).collect();
-        parameters.map(gather).collect()
-    }
-
-    /// Slopes in all parameters of the simulator; of none if they are not wanted.
-    pub(super) fn all_parameters<'a, 'py>(
+    /// Slopes in the parameters of the model, in the friction of each point of contact and in all parameters of the simulator, from the latter of each
+    /// state; in no number if they are not wanted.
+    pub(super) fn parameters_of<'py>(
         &self,
         py: Python<'py>,
         batch: &[usize],
         wanted: bool,
-        rows: impl Iterator<Item = &'a DVector<f64>>,
-    ) -> Array<'py> {
-        let width = match wanted {
-            true => self.simulator.parameters().len(),
-            false => 0,
+        rows: &[&[f64]],
+    ) -> [Array<'py>; 3] {
+        let own = &*self.simulator;
+        let (mut of_model, mut friction, mut all) = (0..0, Vec::new(), 0..0);
+        if wanted {
+            of_model = 0..own.model().parameter_layout().names().len();
+            friction = self.friction();
+            all = 0..own.parameters().len();
+        }
+        let of_points: Vec<Vec<f64>> = rows
+            .iter()
+            .map(|row| friction.iter().map(|&k| row[k]).collect())
+            .collect();
+        let part = |range: &Range<usize>| {
+            let part = rows.iter().map(|row| &row[range.clone()]);
+            stack(py, batch, &[range.len()], part)
         };
-        stack(
-            py,
-            batch,
-            &[width],
-            rows.map(|row| &row.as_slice()[..width]),
-        )
+        let of_points = of_points.iter().map(Vec::as_slice);
+        let of_points = stack(py, batch, &[friction.len()], of_points);
+        [part(&of_model), of_points, part(&all)]
     }
 
-    /// Numbers of parameters and of coefficients of friction, zero if they are not wanted.
-    pub(super) fn parameter_sizes(&self, wanted: bool) -> (usize, usize) {
-        let own = &*self.simulator;
-        let points = own.contacts().map_or(0, |c| c.points().len());
-        match wanted {
-            true => (own.model().parameter_layout().names().len(), points),
-            false => (0, 0),
-        }
+    /// Where the friction of each point of contact is among the parameters.
+    fn friction(&self) -> Vec<usize> {
+        let layout = self.simulator.parameter_layout();
+        let of_law = |(group, range): &(SimulatorParameterGroup, Range<usize>)| {
+            let is_friction = |&k: &usize| layout.names()[k].ends_with(": friction");
+            let is_law = matches!(group, SimulatorParameterGroup::ContactLaw(_));
+            range.clone().find(is_friction).filter(|_| is_law)
+        };
+        let contacts = self.simulator.contacts();
+        let points = contacts.map_or(0, |contacts| contacts.points().len());
+        let all = layout.groups().iter().filter_map(of_law);
+        all.take(points).collect()
     }
 }

@@ -166,7 +166,7 @@ impl PySimulator {
             let x = read_vector("parameters", &parameters, Some(count))?;
             simulator = guarded(|| simulator.with_parameters(&x))?;
             let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
-            own = Bound::new(py, PyModel::changed(model, of_model.as_any())?)?;
+            own = Bound::new(py, PyModel::with_parameters(model, of_model.as_any())?)?;
             parts.set_item("parameters", vector(py, x))?;
         }
         Ok(Self {

@@ -4,15 +4,13 @@ use dualbody::linearize::{LinearizeScratch, RateScratch};
 use dualbody::{Linearization, State};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use rayon::prelude::*;
 
 use super::given::Given;
+use super::gradient::each;
 use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, numbers_mut, room, write_matrix};
-use crate::errors::guarded;
 use crate::model::PyModel;
-use crate::threads::on_pool;
 
 /// Arrays of A and B, one pair for each state of a batch.
 pub(crate) struct Jacobians<'py> {
@@ -151,12 +149,7 @@ impl PySimulator {
             one(memory, &states[k], u, &mut linear);
             linear
         };
-        let all = match given.batch.is_empty() {
-            true => guarded(|| vec![one(&mut new(), 0)])?,
-            false => on_pool(py, || {
-                (0..count).into_par_iter().map_init(new, one).collect()
-            })?,
-        };
+        let all = each(py, count, new, one)?;
         out.write_all(&all);
         Ok(())
     }

@@ -8,70 +8,40 @@ use super::handle::PySimulator;
 use crate::arrays::vector;
 use crate::contact::point_numbers;
 use crate::errors::OrRaise;
+use crate::getters::getters;
 
-#[pymethods]
-impl PySimulator {
+getters! { PySimulator {
     /// Number of inputs.
-    #[getter]
-    pub(super) fn nu(&self) -> usize {
-        self.simulator.nu()
-    }
+    nu: usize = |own| own.simulator.nu();
 
-    /// Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations.
-    #[getter]
-    pub(super) fn n_contact(&self) -> usize {
-        self.simulator.n_contact() + self.simulator.n_activation()
-    }
-
-    /// Numbers of the activations of inputs: the last ones of `contact`.
-    #[getter]
-    fn n_activation(&self) -> usize {
-        self.simulator.n_activation()
-    }
+    /// Numbers of the contact state: zero but for contacts with bristles.
+    n_contact: usize = |own| own.simulator.n_contact();
 
     /// Number of tangent directions of the state.
-    #[getter]
-    pub(super) fn n_tangent(&self) -> usize {
-        self.simulator.n_tangent()
-    }
+    n_tangent: usize = |own| own.simulator.n_tangent();
 
     /// Speed beyond which a motion counts as diverged, m/s or rad/s.
-    #[getter]
-    pub(super) fn divergence_bound(&self) -> f64 {
-        self.simulator.divergence_bound()
-    }
+    divergence_bound: f64 = |own| own.simulator.divergence_bound();
 
     /// The velocity coordinate of each joint input.
-    #[getter]
-    fn actuated(&self) -> Vec<usize> {
-        self.simulator.actuated().to_vec()
-    }
+    actuated: Vec<usize> = |own| own.simulator.actuated().to_vec();
 
     /// All parameters of a step, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact points and
     /// models, ground and forces, and the time step.
-    #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, self.simulator.parameters().as_slice().to_vec()).into_any()
-    }
+    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.simulator.parameters().as_slice().to_vec()).into_any();
 
     /// Names of the parameters, in the order of `parameters`: "pivot: Coulomb friction", "contact 0 of foot: friction", "time step".
-    #[getter]
-    fn parameter_names(&self) -> Vec<String> {
-        self.simulator.parameter_layout().names().to_vec()
-    }
+    parameter_names: Vec<String> = |own| own.simulator.parameter_layout().names().to_vec();
 
     /// Names of the inputs.
-    #[getter]
-    fn input_names(&self) -> Vec<String> {
-        self.simulator.input_names()
-    }
+    input_names: Vec<String> = |own| own.simulator.input_names();
 
     /// Name of each direction of the tangent space of the state: rows and columns of A.
-    #[getter]
-    fn tangent_names(&self) -> Vec<String> {
-        self.simulator.tangent_names()
-    }
+    tangent_names: Vec<String> = |own| own.simulator.tangent_names();
+} }
 
+#[pymethods]
+impl PySimulator {
     /// Lower and upper bounds of the input by effort limits: (nu,) each, infinite for no limit.
     #[getter]
     fn effort_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {

@@ -147,8 +147,8 @@ impl PySimulator {
         all: &[RolloutGradient],
     ) -> PyResult<Bound<'py, PyAny>> {
         let (n, nu) = (self.simulator.n_tangent(), self.simulator.nu());
-        let (p, f) = self.parameter_sizes(parameters);
-        let friction = self.friction_of(f, all.iter().map(|g| g.parameters.as_slice()));
+        let slopes: Vec<&[f64]> = all.iter().map(|g| g.parameters.as_slice()).collect();
+        let [model, friction, simulator] = self.parameters_of(py, batch, parameters, &slopes);
         let inputs: Vec<Vec<f64>> = all
             .iter()
             .map(|g| g.inputs.iter().flat_map(|u| u.iter().copied()).collect())
@@ -160,14 +160,9 @@ impl PySimulator {
         let arrays = (
             stack(py, batch, &[n], all.iter().map(|g| g.start.as_slice())),
             stack(py, batch, &[steps, nu], inputs.iter().map(Vec::as_slice)),
-            stack(
-                py,
-                batch,
-                &[p],
-                all.iter().map(|g| &g.parameters.as_slice()[..p]),
-            ),
-            stack(py, batch, &[f], friction.iter().map(Vec::as_slice)),
-            self.all_parameters(py, batch, parameters, all.iter().map(|g| &g.parameters)),
+            model,
+            friction,
+            simulator,
             all.len(),
             stopped,
             !batch.is_empty(),

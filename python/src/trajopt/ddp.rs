@@ -5,30 +5,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, is_of_user, problem_of};
-use super::solution::{Common, Task};
+use super::solution::{curvature_of, solve};
 use crate::arrays::{empty, numbers_mut, write_matrix};
 use crate::errors::value_error;
-use crate::options::set_options;
+use crate::options::read_options;
 
 pub(super) fn options_of(value: &Bound<'_, PyDict>) -> PyResult<DdpOptions> {
-    let mut options = DdpOptions::default();
-    set_options("Ddp", value, |name, value| {
-        match name {
-            "threads" => options.threads = value.extract()?,
-            "line_search_steps" => options.line_search_steps = value.extract()?,
-            _ => {
-                let common = Common {
-                    max_iterations: &mut options.max_iterations,
-                    tolerance: &mut options.tolerance,
-                    curvature: &mut options.curvature,
-                    constraints: &mut options.constraints,
-                };
-                return common.set(name, value);
-            }
-        }
-        Ok(true)
-    })?;
-    Ok(options)
+    read_options!(DdpOptions, "Ddp", value;
+        max_iterations, tolerance, threads, line_search_steps, exact_curvature = curvature by curvature_of,
+        constraint_tolerance = constraints.tolerance, penalty = constraints.penalty)
 }
 
 /// Gains of the feedback, (horizon, nu, ndx).
@@ -60,12 +45,10 @@ pub(crate) fn _ddp<'py>(
             "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
         ));
     }
-    let task = Task {
+    solve(
         problem,
         guess,
         report,
-    };
-    task.solve(
         problem_of,
         |problem, guess, report| {
             let mut ddp = Ddp::with_options(problem, options);

@@ -5,10 +5,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, guess_of, problem_of_simulator};
-use super::solution::{Common, Task, trajectory};
+use super::solution::{curvature_of, solve, trajectory};
 use crate::arrays::{matrix, read_vector, vector};
 use crate::errors::{choice, guarded};
-use crate::options::set_options;
+use crate::options::{chosen, read_options};
 use crate::raised::Raised;
 
 const MINIMIZERS: [(&str, Minimizer); 4] = [
@@ -19,27 +19,9 @@ const MINIMIZERS: [(&str, Minimizer); 4] = [
 ];
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
-    let mut options = ShootingOptions::default();
-    set_options("SingleShooting", value, |name, value| {
-        match name {
-            "minimizer" => {
-                options.minimizer = choice("minimizer", &value.extract::<String>()?, &MINIMIZERS)?;
-            }
-            "memory" => options.memory = value.extract()?,
-            "radius" => options.radius = value.extract()?,
-            _ => {
-                let common = Common {
-                    max_iterations: &mut options.max_iterations,
-                    tolerance: &mut options.tolerance,
-                    curvature: &mut options.curvature,
-                    constraints: &mut options.constraints,
-                };
-                return common.set(name, value);
-            }
-        }
-        Ok(true)
-    })?;
-    Ok(options)
+    read_options!(ShootingOptions, "SingleShooting", value;
+        minimizer = minimizer by chosen("minimizer", &MINIMIZERS), memory, radius, max_iterations, tolerance,
+        exact_curvature = curvature by curvature_of, constraint_tolerance = constraints.tolerance, penalty = constraints.penalty)
 }
 
 /// Minimises: see `solution`, with the variables.
@@ -52,12 +34,10 @@ pub(crate) fn _single_shooting<'py>(
     report: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let options = options_of(options)?;
-    let task = Task {
+    solve(
         problem,
         guess,
         report,
-    };
-    task.solve(
         problem_of_simulator,
         |problem, guess, report| {
             let minimizer = options.minimizer;

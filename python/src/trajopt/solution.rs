@@ -1,8 +1,6 @@
 //! Runs of solvers: what they are asked, their progress, what they found.
 
-use dualbody::trajopt::{
-    AnySystem, ConstraintOptions, Curvature, Problem, Progress, Solution, Trajectory,
-};
+use dualbody::trajopt::{AnySystem, Curvature, Problem, Progress, Solution, Trajectory};
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -12,71 +10,44 @@ use super::problem::{Guess, guess_of};
 use crate::raised::Raised;
 use crate::threads::on_pool_stopped;
 
-/// Options that all solvers have.
-pub(super) struct Common<'a> {
-    pub(super) max_iterations: &'a mut usize,
-    pub(super) tolerance: &'a mut f64,
-    pub(super) curvature: &'a mut Curvature,
-    pub(super) constraints: &'a mut ConstraintOptions,
+/// Whether second derivatives of the steps are taken.
+pub(super) fn curvature_of(exact: &Bound<'_, PyAny>) -> PyResult<Curvature> {
+    Ok(match exact.extract()? {
+        true => Curvature::Exact,
+        false => Curvature::GaussNewton,
+    })
 }
 
-impl Common<'_> {
-    /// Sets the option of a name, and returns whether it is one of these.
-    pub(super) fn set(self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
-        match name {
-            "max_iterations" => *self.max_iterations = value.extract()?,
-            "tolerance" => *self.tolerance = value.extract()?,
-            "constraint_tolerance" => self.constraints.tolerance = value.extract()?,
-            "penalty" => self.constraints.penalty = value.extract()?,
-            "exact_curvature" => {
-                *self.curvature = match value.extract()? {
-                    true => Curvature::Exact,
-                    false => Curvature::GaussNewton,
-                };
-            }
-            _ => return Ok(false),
+/// Runs a solver on the pool, without the interpreter lock but while its progress is reported. Ctrl-C, an exception of any function of Python,
+/// and a report that returns True end it.
+///
+/// * `report` – called with iteration, cost, violation and gap after each iteration
+/// * `read` – reads the problem
+/// * `own` – what only this solver finds, as arrays
+pub(super) fn solve<'py, S: Send>(
+    problem: &Bound<'py, PyAny>,
+    guess: Option<Guess<'py>>,
+    report: Option<&Bound<'py, PyAny>>,
+    read: impl FnOnce(&Bound<'py, PyAny>, &Raised) -> PyResult<Problem>,
+    run: impl FnOnce(&Problem, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
+    own: impl FnOnce(Python<'py>, &dyn AnySystem, &S) -> PyResult<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let (py, of_functions) = (problem.py(), Raised::default());
+    let problem = read(problem, &of_functions)?;
+    let guess = guess_of(&problem, guess)?;
+    let report = report.map(|report| report.clone().unbind());
+    let raised = &of_functions;
+    let mut tell = |p: &Progress| {
+        if let Some(report) = &report {
+            tell(report, p, raised);
         }
-        Ok(true)
-    }
-}
-
-/// What a solver is asked in Python.
-pub(super) struct Task<'a, 'py> {
-    pub(super) problem: &'a Bound<'py, PyAny>,
-    pub(super) guess: Option<Guess<'py>>,
-    /// Called with iteration, cost, violation and gap after each iteration.
-    pub(super) report: Option<&'a Bound<'py, PyAny>>,
-}
-
-impl<'py> Task<'_, 'py> {
-    /// Runs a solver on the pool, without the interpreter lock but while its progress is reported. Ctrl-C, an exception of any function of Python,
-    /// and a report that returns True end it.
-    ///
-    /// * `read` – reads the problem
-    /// * `own` – what only this solver finds, as arrays
-    pub(super) fn solve<S: Send>(
-        self,
-        read: impl FnOnce(&Bound<'py, PyAny>, &Raised) -> PyResult<Problem>,
-        run: impl FnOnce(&Problem, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
-        own: impl FnOnce(Python<'py>, &dyn AnySystem, &S) -> PyResult<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, of_functions) = (self.problem.py(), Raised::default());
-        let problem = read(self.problem, &of_functions)?;
-        let guess = guess_of(&problem, self.guess)?;
-        let report = self.report.map(|report| report.clone().unbind());
-        let raised = &of_functions;
-        let mut tell = |p: &Progress| {
-            if let Some(report) = &report {
-                tell(report, p, raised);
-            }
-        };
-        let run = || raised.stop.watch(|| run(&problem, &guess, &mut tell));
-        let found = on_pool_stopped(py, run);
-        of_functions.check()?;
-        let found = found?;
-        let dynamics = problem.dynamics();
-        solution(py, dynamics, &found, own(py, dynamics, &found.own)?)
-    }
+    };
+    let run = || raised.stop.watch(|| run(&problem, &guess, &mut tell));
+    let found = on_pool_stopped(py, run);
+    of_functions.check()?;
+    let found = found?;
+    let dynamics = problem.dynamics();
+    solution(py, dynamics, &found, own(py, dynamics, &found.own)?)
 }
 
 /// Calls the report of Python; what it returns or raises may end the solver.

@@ -6,10 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, is_of_user, problem_of, rows};
-use super::solution::{Task, stack};
+use super::solution::{solve, stack};
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
-use crate::options::set_options;
+use crate::options::read_options;
 use crate::raised::Raised;
 
 /// States at the nodes and in the middles, inputs likewise.
@@ -21,21 +21,9 @@ type Points<'py> = (
 );
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<TranscriptionOptions> {
-    let mut options = TranscriptionOptions::default();
-    set_options("Transcription", value, |name, value| {
-        match name {
-            "max_iterations" => options.max_iterations = value.extract()?,
-            "tolerance" => options.tolerance = value.extract()?,
-            "gap_tolerance" => options.gap_tolerance = value.extract()?,
-            "threads" => options.threads = value.extract()?,
-            "line_search_steps" => options.line_search_steps = value.extract()?,
-            "constraint_tolerance" => options.constraints.tolerance = value.extract()?,
-            "penalty" => options.constraints.penalty = value.extract()?,
-            _ => return Ok(false),
-        }
-        Ok(true)
-    })?;
-    Ok(options)
+    read_options!(TranscriptionOptions, "Transcription", value;
+        max_iterations, tolerance, gap_tolerance, threads, line_search_steps,
+        constraint_tolerance = constraints.tolerance, penalty = constraints.penalty)
 }
 
 fn check_dynamics(problem: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -90,12 +78,10 @@ pub(crate) fn _transcription<'py>(
         }
         None => None,
     };
-    let task = Task {
+    solve(
         problem,
         guess,
         report,
-    };
-    task.solve(
         problem_of,
         |problem, guess, report| {
             let solver = Transcription::with_options(options);

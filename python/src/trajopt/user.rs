@@ -8,9 +8,8 @@ use nalgebra::DMatrix;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::arrays::{read_matrix, read_vector};
+use crate::arrays::{read_matrix_of, read_vector};
 use crate::counts::whole_of;
-use crate::errors::shape_error;
 use crate::raised::Raised;
 
 /// Two functions of (x, u): values, and their Jacobians in state and input.
@@ -51,15 +50,7 @@ impl Functions {
         let call = |py: Python<'_>| {
             let found = Self::call(py, &self.jacobians, x, u)?;
             let of = |k: usize, name, columns| {
-                let m = read_matrix(name, &found.get_item(k)?)?;
-                match m.shape() == (rows, columns) {
-                    true => Ok(m),
-                    false => Err(shape_error(
-                        name,
-                        m.shape(),
-                        format_args!("({rows}, {columns})"),
-                    )),
-                }
+                read_matrix_of(name, &found.get_item(k)?, (rows, columns))
             };
             let of_state = of(0, "the Jacobian in x", nx)?;
             // At the end of the horizon there is no input, and its Jacobian does not count.

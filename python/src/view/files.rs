@@ -10,6 +10,23 @@ use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
 use crate::errors::{OrRaise, guarded};
 
+files! { PyRecording.recording {
+    /// The page as a text: it works offline, in one file.
+    to_html,
+    /// Writes the page, which needs nothing else.
+    save_html;
+
+    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by what they act on ("u.pivot"; "u0", "u1" where that is unknown), series.
+    to_csv,
+    /// Writes the table of all columns as CSV, as of to_csv.
+    save_csv;
+
+    /// The recording as a text of JSON, which `read` reads.
+    to_json,
+    /// Writes the recording as JSON, which `read` reads.
+    save_json;
+} }
+
 #[pymethods]
 impl PyRecording {
     /// Reads a recording from a table or a JSON file; the robots are not in it.
@@ -30,11 +47,6 @@ impl PyRecording {
         })
     }
 
-    /// The HTML viewer as text: one file that works offline.
-    fn to_html(&self) -> PyResult<String> {
-        guarded(|| self.recording.to_html())
-    }
-
     /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     #[pyo3(signature = (width="100%", height="480"))]
     fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -45,31 +57,6 @@ impl PyRecording {
 
     fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
-    }
-
-    /// Writes the self-contained HTML viewer, and creates its folders; an OSError names a file that cannot be written.
-    fn save_html(&self, path: PathBuf) -> PyResult<()> {
-        guarded(|| self.recording.save_html(path))?.or_raise()
-    }
-
-    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by name ("u.pivot"; "u0", "u1" if unknown), series.
-    fn to_csv(&self) -> PyResult<String> {
-        guarded(|| self.recording.to_csv())
-    }
-
-    /// Writes the table of all columns as CSV, as from to_csv, and creates its folders; an OSError names a file that cannot be written.
-    fn save_csv(&self, path: PathBuf) -> PyResult<()> {
-        guarded(|| self.recording.save_csv(path))?.or_raise()
-    }
-
-    /// The recording as a text of JSON, which `read` reads.
-    fn to_json(&self) -> PyResult<String> {
-        guarded(|| self.recording.to_json())
-    }
-
-    /// Writes the recording as JSON, which `read` reads, and creates its folders; an OSError names a file that cannot be written.
-    fn save_json(&self, path: PathBuf) -> PyResult<()> {
-        guarded(|| self.recording.save_json(path))?.or_raise()
     }
 
     /// Plots columns over time, named as in the table.

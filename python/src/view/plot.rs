@@ -37,6 +37,13 @@ pub(crate) fn _plot(
     })
 }
 
+files! { PyPlot.plot {
+    /// The plot as a text of SVG.
+    to_svg,
+    /// Writes the plot as SVG.
+    save_svg;
+} }
+
 #[pymethods]
 impl PyPlot {
     /// An empty plot: title, names of the axes, size in pixels.
@@ -83,19 +90,9 @@ impl PyPlot {
         })
     }
 
-    /// The plot as SVG text.
-    fn to_svg(&self) -> PyResult<String> {
-        guarded(|| self.plot.to_svg())
-    }
-
     /// The plot as the bytes of a PNG.
     fn to_png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
-    }
-
-    /// Writes the plot as SVG, and creates its folders; an OSError names a file that cannot be written.
-    fn save_svg(&self, path: PathBuf) -> PyResult<()> {
-        guarded(|| self.plot.save_svg(path))?.or_raise()
     }
 
     /// Writes the plot as PNG, and creates its folders; an OSError names a file that cannot be written.

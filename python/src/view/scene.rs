@@ -1,7 +1,7 @@
 //! What a recording shows besides the robots.
 
 use dualbody::spatial::Transform;
-use dualbody::view::Camera;
+use dualbody::view::{Camera, Track};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 
@@ -19,9 +19,16 @@ fn transform(placement: Option<&Bound<'_, PyAny>>) -> PyResult<Transform<f64>> {
     })
 }
 
-/// A robot by its index, the first if none is given.
-fn index(robot: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
-    robot.map_or(Ok(0), |robot| whole("robot", robot))
+impl PyRecording {
+    /// Changes what is shown of a robot, by its index; of the first one if none is given.
+    fn of_robot<'a, R>(
+        &'a mut self,
+        robot: Option<&Bound<'_, PyAny>>,
+        change: impl FnOnce(&'a mut Track) -> R,
+    ) -> PyResult<R> {
+        let robot = robot.map_or(Ok(0), |robot| whole("robot", robot))?;
+        guarded(|| change(self.recording.robot_mut(robot)))
+    }
 }
 
 #[pymethods]
@@ -29,27 +36,23 @@ impl PyRecording {
     /// Adds a scalar for each time, plotted over time.
     fn add_series(&mut self, name: String, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = read_vector("values", values, Some(self.recording.len()))?;
-        guarded(|| self.recording.add_series(name, values)).map(|_| ())
+        guarded(|| self.recording.add_series(name, values)).map(drop)
     }
 
     /// Draws the path of a frame.
     #[pyo3(signature = (frame, robot=None), text_signature = "($self, frame, robot=0)")]
     fn trace(&mut self, frame: &str, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let robot = index(robot)?;
-        guarded(|| self.recording.robot_mut(robot).trace(frame).map(|_| ()))?.or_raise()
+        self.of_robot(robot, |own| own.trace(frame))?
+            .map(drop)
+            .or_raise()
     }
 
     /// Draws the axes of a frame.
     #[pyo3(signature = (frame, robot=None), text_signature = "($self, frame, robot=0)")]
     fn show_frame(&mut self, frame: &str, robot: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let robot = index(robot)?;
-        guarded(|| {
-            self.recording
-                .robot_mut(robot)
-                .show_frame(frame)
-                .map(|_| ())
-        })?
-        .or_raise()
+        self.of_robot(robot, |own| own.show_frame(frame))?
+            .map(drop)
+            .or_raise()
     }
 
     /// Draws forces at the origin of a frame, in the world's axes: (len, 3), N.
@@ -60,21 +63,11 @@ impl PyRecording {
         values: &Bound<'_, PyAny>,
         robot: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let robot = index(robot)?;
         let shape = [self.recording.len(), 3];
         let rows = Rows::read(&argument("values", values, &shape))?;
-        let forces: Vec<_> = rows
-            .as_slice()
-            .chunks(3)
-            .map(Vector3::from_column_slice)
-            .collect();
-        guarded(|| {
-            self.recording
-                .robot_mut(robot)
-                .add_force(frame, forces)
-                .map(|_| ())
-        })?
-        .or_raise()
+        let forces = rows.as_slice().chunks(3).map(Vector3::from_column_slice);
+        self.of_robot(robot, |own| own.add_force(frame, forces).map(drop))?
+            .or_raise()
     }
 
     /// Draws the forces that act in a simulator, frame by frame.
@@ -84,14 +77,9 @@ impl PyRecording {
         simulator: &Bound<'_, PySimulator>,
         robot: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let robot = index(robot)?;
         let simulator = &simulator.get().simulator;
-        guarded(|| {
-            self.recording
-                .robot_mut(robot)
-                .add_applied_forces(simulator)
-        })
-        .map(|_| ())
+        self.of_robot(robot, |own| own.add_applied_forces(simulator))
+            .map(drop)
     }
 
     /// Displays a robot at another position, by a pose (4, 4) or a translation.
@@ -101,14 +89,13 @@ impl PyRecording {
         placement: &Bound<'_, PyAny>,
         robot: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let robot = index(robot)?;
         let placement = read_pose("placement", placement)?;
-        guarded(|| self.recording.robot_mut(robot).place(placement)).map(|_| ())
+        self.of_robot(robot, |own| own.place(placement)).map(drop)
     }
 
     /// Places the robots side by side.
     fn spread(&mut self, distance: f64) -> PyResult<()> {
-        guarded(|| self.recording.spread(distance)).map(|_| ())
+        guarded(|| self.recording.spread(distance)).map(drop)
     }
 
     /// Adds a fixed shape (Box, Sphere, …).
@@ -121,20 +108,20 @@ impl PyRecording {
         color: [f64; 4],
     ) -> PyResult<()> {
         let (geometry, placement) = (read_geometry(shape)?, transform(placement)?);
-        guarded(|| self.recording.add_shape(name, geometry, placement, color)).map(|_| ())
+        guarded(|| self.recording.add_shape(name, geometry, placement, color)).map(drop)
     }
 
     /// Adds fixed axes.
     #[pyo3(signature = (name, placement=None))]
     fn add_axes(&mut self, name: String, placement: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let placement = transform(placement)?;
-        guarded(|| self.recording.add_axes(name, placement)).map(|_| ())
+        guarded(|| self.recording.add_axes(name, placement)).map(drop)
     }
 
     /// Draws a terrain.
     fn show_ground(&mut self, terrain: &Bound<'_, PyAny>) -> PyResult<()> {
         let terrain = terrain_of(terrain)?;
-        guarded(|| self.recording.show_ground(&terrain)).map(|_| ())
+        guarded(|| self.recording.show_ground(&terrain)).map(drop)
     }
 
     /// Sets the camera: target point (m), distance (m), azimuth and elevation (degrees).
@@ -145,15 +132,13 @@ impl PyRecording {
         azimuth: f64,
         elevation: f64,
     ) -> PyResult<()> {
-        let (recording, camera) = (
-            self.recording.clone(),
-            Camera {
-                look_at,
-                distance,
-                azimuth,
-                elevation,
-            },
-        );
+        let camera = Camera {
+            look_at,
+            distance,
+            azimuth,
+            elevation,
+        };
+        let recording = self.recording.clone();
         self.recording = guarded(|| recording.with_camera(camera))?;
         Ok(())
     }
