@@ -33,6 +33,11 @@ impl Segment {
         }
     }
 
+    /// Lengths of which its points are sums, m.
+    fn size(&self) -> f64 {
+        self.p.norm() + self.u.norm()
+    }
+
     fn at(&self, s: f64) -> Vector3<f64> {
         self.p + self.u * s
     }
@@ -43,6 +48,7 @@ pub(super) fn nearest_of_segments(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
     let (first, second) = (Segment::of(a), Segment::of(b));
     let (s, t) = nearest_places(&first, &second);
     let apart = second.at(t) - first.at(s);
+    let size = first.size() + second.size();
     let features = [feature(s), feature(t)];
     match features {
         [Feature::Edge(_), Feature::Edge(_)] => crossing(&first, &second, &apart),
@@ -52,7 +58,7 @@ pub(super) fn nearest_of_segments(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
                 normal: NormalSource::Features,
             },
             seed: apart
-                .try_normalize(ROUNDING * second.p.norm())
+                .try_normalize(ROUNDING * size)
                 .unwrap_or_else(|| across(&first, &second)),
         },
     }

@@ -764,6 +764,30 @@ fn distance_of_aligned_and_degenerate_shapes_equals_the_widest_gap() {
     }
 }
 
+// Along one axis the nearest points of the axes are one but for rounding, which is no direction.
+#[test]
+fn capsules_along_one_axis_are_separated_across_it() {
+    let capsule = |radius, half_length| Shape::Capsule {
+        radius,
+        half_length,
+    };
+    let quarter = V::y() * std::f64::consts::FRAC_PI_2;
+    let turn = Quaternion::exp(&quarter).to_matrix();
+    let back = Quaternion::exp(&-quarter).to_matrix();
+    for (turn, half_length) in [(turn, 1e-5), (back, 1e-5), (turn, 0.3), (back, 0.0)] {
+        let pair = Pair {
+            shapes: [capsule(0.25, 0.8), capsule(0.3, half_length)],
+            at: [
+                Transform::new(back, V::new(-1.0, -0.25, 0.0)),
+                Transform::new(turn, V::new(-1.0, -0.25, 0.0)),
+            ],
+        };
+        let found = pair.found().expect("finite shapes");
+        assert!((found.distance + 0.55).abs() < 1e-12, "{}", found.distance);
+        assert!(found.normal.x.abs() < 1e-12);
+    }
+}
+
 // A margin says only that nothing farther away is looked for.
 #[test]
 fn a_manifold_within_a_margin_is_empty_exactly_where_shapes_are_farther_apart() {
