@@ -120,7 +120,7 @@ fn straight(simulator: &Simulator, places: &[[f64; 6]]) -> Trajectory {
 fn solve(problem: &Problem, guess: Trajectory) -> DdpSolution {
     let options = DdpOptions {
         max_iterations: ITERATIONS,
-        // Distances have kinks where another edge is nearest.
+        // Distances are nonsmooth where the nearest edge changes.
         tolerance: 1e-5,
         constraints: ConstraintOptions {
             tolerance: TOLERANCE,

@@ -1,49 +1,49 @@
-//! Kinematic constraints: what holds two places of a robot together, or to the world, beyond its tree of joints.
+//! Kinematic constraints between attachment frames of a robot or the world, in addition to its joint tree.
 //!
-//! A constraint gives rows φ(q) = 0. Differentiated twice they are J v̇ + J̇ v, and the simulator finds the forces λ with which
+//! A constraint has rows φ(q) = 0. Their second derivative is J v̇ + J̇ v, and the simulator finds the forces λ with
 //!
 //! > M v̇ + h = τ + Jᵀ λ  and  J v̇ + J̇ v + (2 / T) J v + φ / T² = 0:
 //!
-//! an error that is there, from a start that was not quite closed or from the error of the integrator, goes away like a critically
-//! damped spring with the time constant T [Baumgarte 1972]. Redundant rows, as closed loops in a plane have them, share the force.
+//! an error, from an open start or from the integrator, decays like a critically damped spring with the time constant T [Baumgarte 1972]. Redundant
+//! rows, such as those of a planar closed loop, share the force.
 //!
-//! A step of Euler moves along the velocity v⁺ after it, and takes instead
+//! An Euler step moves along the velocity v⁺ after it, and uses instead
 //!
 //! > J v̇ + ½ (b(v) + b(v⁺)) + (2 / T) (J v − ½ Δt b(v)) + φ / T² = 0  with  b(v) = J̇ v:
 //!
-//! to second order φ changes by Δt (J v⁺ + ½ Δt b(v⁺)) in the step and by Δt (J v − ½ Δt b(v)) in the one before, so that, except for the
-//! stabilisation, the rule is the same forward and backward in time, as that of [Ryckaert, Ciccotti, Berendsen 1977] is, and constraints neither
-//! feed a linkage nor brake it; what [`Integrator`](crate::Integrator) says of energy rests on it. In the first steps after a start whose
-//! velocity obeys J v = 0, as [`assemble`](crate::Simulator::assemble) gives it, forces lack up to Δt / T of those that b needs.
+//! to second order φ changes by Δt (J v⁺ + ½ Δt b(v⁺)) in the step and by Δt (J v − ½ Δt b(v)) in the one before. So, except for the stabilisation,
+//! the rule is symmetric in time, like that of [Ryckaert, Ciccotti, Berendsen 1977], and constraints neither add energy to a linkage nor remove it;
+//! the energy results of [`Integrator`](crate::Integrator) depend on this. In the first steps after a start with J v = 0, as from
+//! [`assemble`](crate::Simulator::assemble), forces lack up to Δt / T of those that b needs.
 //!
-//! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded:
+//! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded.
 //!
-//! Each kind of integrator takes them so:
+//! The integrators treat constraints as follows:
 //!
-//! | | steps of Euler | Runge–Kutta | implicit midpoint |
+//! | | Euler steps | Runge–Kutta | implicit midpoint |
 //! |---|---|---|---|
-//! | rigid | the second rule above | the first one, at each of its four moments | φ(q⁺) = 0 and J(q⁺) v⁺ = 0, without T |
-//! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit | no |
-//! | largest force | a row that holds with any force within the bound, or gives way at it | the same; a spring's force is cut at the bound | no |
+//! | rigid | the second rule above | the first rule, at each of its four stages | φ(q⁺) = 0 and J(q⁺) v⁺ = 0, without T |
+//! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit | refused |
+//! | maximum force | a row that holds with any force within the bound, or yields at it | the same; the force of a spring is clamped to the bound | refused |
 //!
-//! Velocity forces of the middle of a step are those of the motion that rigid and elastic constraints without a bound allow; bounded ones take part in the
-//! step alone, as contacts do.
+//! Velocity forces in the middle of a step are those of the motion under rigid and elastic constraints without a bound; bounded ones act in the step
+//! only, as contacts do.
 //!
-//! A step with constraints forms M, and solves for the forces of all rows together, O(rows³) an iteration.
+//! A step with constraints forms M and solves for the forces of all rows together, O(rows³) per iteration.
 //!
 //! | question | function | rows | reference |
 //! |---|---|---|---|
-//! | hold two places together in all directions? | [`Constraint::weld`] | 6 | [Featherstone 2008, chapter 8] |
-//! | but let them turn? | [`Constraint::ball`] | 3 | |
-//! | hold their distance, as a rod does? | [`Constraint::distance`] | 1 | |
-//! | tie one joint's position to another's? | [`Constraint::coupler`] | 1 | |
-//! | tie positions of several joints, as a tendon does? | [`Constraint::tendon`] | 1 | |
-//! | how fast do errors go away? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
-//! | give way like a spring and damper? | [`Constraint::with_spring`] | | |
-//! | give way at a largest force? | [`Constraint::with_largest_force`] | | |
-//! | where on the robot? | [`Anchor`] | | |
-//! | a start that obeys them? | [`Simulator::assemble`](crate::Simulator::assemble) | | [Marquardt 1963] |
-//! | how far off are they? | [`Simulator::constraint_errors`](crate::Simulator::constraint_errors) | | |
+//! | fix two frames to each other? | [`Constraint::weld`] | 6 | [Featherstone 2008, chapter 8] |
+//! | fix their origins (ball joint)? | [`Constraint::ball`] | 3 | |
+//! | keep their distance (rod)? | [`Constraint::distance`] | 1 | |
+//! | couple the positions of two joints? | [`Constraint::coupler`] | 1 | |
+//! | couple the positions of several joints (tendon)? | [`Constraint::tendon`] | 1 | |
+//! | set the decay time of errors? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
+//! | make a constraint elastic? | [`Constraint::with_spring`] | | |
+//! | limit its force? | [`Constraint::with_largest_force`] | | |
+//! | place it on the robot? | [`Anchor`] | | |
+//! | find a state that satisfies the constraints? | [`Simulator::assemble`](crate::Simulator::assemble) | | [Marquardt 1963] |
+//! | compute their errors? | [`Simulator::constraint_errors`](crate::Simulator::constraint_errors) | | |
 //!
 //! # References
 //! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972]; [Ryckaert, Ciccotti, Berendsen 1977].
@@ -69,7 +69,7 @@ use crate::model::{Model, Structure};
 use crate::numbers::{Domain, Each, Number, Numbers, numbers};
 use crate::scalar::{Cast, Dual, Over, Scalar};
 
-/// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, how it is held, and the largest force that holds it.
+/// A kinematic constraint, φ(q) = 0 at all times: its kind with parameters, rigid or elastic, with an optional maximum force.
 ///
 /// # Examples
 /// ```
@@ -102,8 +102,8 @@ numbers! { pub struct Constraint {
 } }
 
 impl Constraint<f64> {
-    /// The constraint over dual numbers along those of its kind, but for places, and of how it is held, in their order, from a direction on. No
-    /// kind between anchors has more than one, and none is held by more than two.
+    /// The constraint over dual numbers in its own parameters (except attachment frames) and those of its force law, in order, from a given direction
+    /// on. Kinds between attachment frames have at most one, force laws at most two.
     pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
         let (mut out, mut direction) = (self.lift::<Dual<T, N>>(), first);
         let mut seed = |_: Number<'_>, x: &mut Dual<T, N>| {
@@ -122,20 +122,20 @@ impl Constraint<f64> {
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// Kind of the constraint, with its numbers.
+    /// Kind of the constraint, with its parameters.
     pub fn kind(&self) -> &ConstraintKind<P> {
         &self.kind
     }
 
-    /// Returns the constraint with other numbers of the same kind: over dual numbers, for derivatives in lengths and places.
+    /// Returns the constraint with other parameters of the same kind: over dual numbers, for derivatives in lengths and attachment frames.
     ///
     /// # Panics
-    /// If it is of another kind, or a value is out of its domain: a distance that is not positive and finite, others that are not finite.
+    /// If the kind differs, or a value is out of range: a distance that is not positive and finite, another value that is not finite.
     #[must_use]
     pub fn with_kind<Q: Over<P>>(&self, kind: ConstraintKind<Q>) -> Constraint<Q> {
         let own = self.kind.cast::<Q>();
         let same = std::mem::discriminant(&own) == std::mem::discriminant(&kind);
-        assert!(same, "a constraint stays of its kind");
+        assert!(same, "a constraint keeps its kind");
         kind.check();
         Constraint {
             kind,
@@ -145,7 +145,7 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    /// Time constant T with which errors go away, s; `None` for a spring.
+    /// Time constant T of the error decay, s; `None` for a spring.
     pub fn time_constant(&self) -> Option<P> {
         match self.hold {
             Hold::Rigid { time_constant } => Some(time_constant),
@@ -153,7 +153,7 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    /// Stiffness (N/m or N·m/rad) and damping (N·s/m or N·m·s/rad) of a spring; `None` where the constraint is rigid.
+    /// Stiffness (N/m or N·m/rad) and damping (N·s/m or N·m·s/rad) of a spring; `None` for a rigid constraint.
     pub fn spring(&self) -> Option<[P; 2]> {
         match self.hold {
             Hold::Rigid { .. } => None,
@@ -166,7 +166,7 @@ impl<P: Scalar> Constraint<P> {
         self.largest_force
     }
 
-    /// Whether it need not be closed: a spring, or of bounded force.
+    /// Whether it may be open: a spring, or of bounded force.
     pub(crate) fn gives_way(&self) -> bool {
         self.largest_force.is_some() || self.spring().is_some()
     }
@@ -181,7 +181,7 @@ impl<P: Scalar> Constraint<P> {
         self.kind.rows()
     }
 
-    /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, or coefficients of joints; length, ratio
+    /// Passes each parameter with its name to `each`: origins of attachment frames, rotations of welded ones, or coefficients of joints; length, ratio
     /// and offset; time constant, or stiffness and damping; largest force.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         const OF: [&str; 2] = ["first anchor ", "second anchor "];
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a constraint stays of its kind")]
+    #[should_panic(expected = "a constraint keeps its kind")]
     fn another_kind_is_refused() {
         let _ = Constraint::ball(anchors()).with_kind(ConstraintKind::Weld(anchors()));
     }

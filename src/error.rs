@@ -1,15 +1,14 @@
 //! Errors of robot descriptions, their edits, states and recordings.
 //!
-//! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they
-//! are.
+//! Messages show texts of files without control characters and shortened; the fields contain the original texts.
 //!
-//! | what failed | error |
+//! | failure | error |
 //! |---|---|
 //! | a description is not a model | [`LoadError`] |
 //! | an operation on a description | [`EditError`] |
 //! | a name is unknown | [`UnknownName`] |
 //! | a variant of a robot differs in structure | [`StructureMismatch`] |
-//! | a state from outside is invalid | [`InvalidState`] |
+//! | a state is invalid | [`InvalidState`] |
 //! | the mass matrix is singular: a joint moves without inertia | [`SingularMassMatrix`] |
 //! | a model cannot be written in a format | [`WriteError`] |
 //! | a recording cannot be written or read | [`RecordingError`] |
@@ -26,12 +25,12 @@ use text::listed;
 pub(crate) use text::rounded;
 pub(crate) use text::{message, write_remarks};
 
-/// A place in a description: `arm.urdf:12`.
+/// A source position in a description: `arm.urdf:12`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourcePosition {
     /// The path of the file, or the label of a text or of a builder.
     pub file: String,
-    /// The line, from 1; 0 where the description comes from no text.
+    /// The line, from 1; 0 if the description is not a text.
     pub line: u32,
 }
 
@@ -47,7 +46,7 @@ impl fmt::Display for SourcePosition {
 
 /// Error for a description that did not become a model.
 ///
-/// Every variant names the source (a path, or the label given to the builder), with the line where there is one, the element and its name.
+/// All variants name the source (a path, or the label of the builder), the line if available, the element and its name.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -77,7 +76,7 @@ pub enum LoadError {
         /// Message of the parser.
         reason: String,
     },
-    /// The text is not UTF-8, the one encoding that is read.
+    /// The text is not UTF-8, the only supported encoding.
     #[error("{}", message(format_args!("{file}: is not UTF-8 text (byte {offset}); convert it, for example with iconv")))]
     NotUtf8 {
         /// Source of the description.
@@ -85,7 +84,7 @@ pub enum LoadError {
         /// The first byte that does not fit, from 0.
         offset: usize,
     },
-    /// The XML uses what robot descriptions never need and what can make reading it arbitrarily slow.
+    /// The XML uses features that robot descriptions do not need and that can make reading arbitrarily slow.
     #[error("{}", message(format_args!("{file}:{line}: {reason}")))]
     UnsupportedXml {
         /// Source of the description.
@@ -95,7 +94,7 @@ pub enum LoadError {
         /// Construct that is refused, such as a document type declaration.
         reason: String,
     },
-    /// The file is a xacro program, not the description that it makes.
+    /// The file is a xacro program; expand it to a URDF first.
     #[error("{}", message(format_args!("{file}:{line}: {found} is not expanded: run xacro on the file first, and load what it prints")))]
     NotExpanded {
         /// Source of the description.
@@ -105,7 +104,7 @@ pub enum LoadError {
         /// The element or expression.
         found: String,
     },
-    /// The XML is something else than a robot description.
+    /// The XML is not a robot description.
     #[error("{}", message(format_args!("{file}: the root element is <{element}>, expected <{expected}>")))]
     NotARobot {
         /// Source of the description.
@@ -115,10 +114,10 @@ pub enum LoadError {
         /// Name of the root element that the format has.
         expected: String,
     },
-    /// An element lacks something that it must have.
+    /// An element lacks required content.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\" has no {missing}")))]
     Missing {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Element that is incomplete.
         element: String,
@@ -127,10 +126,10 @@ pub enum LoadError {
         /// The attribute or child element.
         missing: String,
     },
-    /// A value cannot be understood.
+    /// A value is malformed.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")))]
     Malformed {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Element with the value.
         element: String,
@@ -146,7 +145,7 @@ pub enum LoadError {
     /// A number is NaN or infinite.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {quantity} is not finite")))]
     NonFinite {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Element with the number.
         element: String,
@@ -158,14 +157,14 @@ pub enum LoadError {
     /// A link's mass is negative.
     #[error("{}", message(format_args!("{at}: link \"{link}\" has the negative mass {mass} kg")))]
     NegativeMass {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The link.
         link: String,
         /// Mass of the link, kg.
         mass: f64,
     },
-    /// Moving links and all links behind them have no inertia, and the options refuse such a robot.
+    /// Moving links and their subtrees have no inertia, and the options refuse such a robot.
     #[error("{}", message(format_args!("{file}: {source}")))]
     MissingInertia {
         /// Source of the description.
@@ -173,10 +172,10 @@ pub enum LoadError {
         /// The joints and the links that they move.
         source: SingularMassMatrix,
     },
-    /// A number is so large that products of such numbers, as the dynamics take them, overflow.
+    /// A number is so large that products in the dynamics overflow.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": the {quantity} {value:e} is out of range: the dynamics overflow beyond ±{LARGEST_NUMBER:e}")))]
     TooLarge {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Element with the number, or which the number is summed up for.
         element: String,
@@ -190,7 +189,7 @@ pub enum LoadError {
     /// A joint that needs an axis has the zero vector.
     #[error("{}", message(format_args!("{at}: joint \"{joint}\" has a zero axis")))]
     ZeroAxis {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The joint.
         joint: String,
@@ -198,7 +197,7 @@ pub enum LoadError {
     /// A joint's lower limit is above its upper one, or a limit of velocity or effort is negative.
     #[error("{}", message(format_args!("{at}: joint \"{joint}\": {reason}")))]
     InvalidLimits {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The joint.
         joint: String,
@@ -208,7 +207,7 @@ pub enum LoadError {
     /// Two elements of one kind share a name.
     #[error("{}", message(format_args!("{at}: there are two {element}s with the name \"{name}\"")))]
     DuplicateName {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Link, joint or frame.
         element: String,
@@ -218,7 +217,7 @@ pub enum LoadError {
     /// A joint or frame refers to a link that does not exist.
     #[error("{}", message(format_args!("{at}: the parent \"{link}\" of {element} \"{name}\" does not exist")))]
     UnknownParent {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Joint or frame.
         element: String,
@@ -230,17 +229,17 @@ pub enum LoadError {
     /// A joint moves a link that does not exist.
     #[error("{}", message(format_args!("{at}: the child \"{link}\" of joint \"{joint}\" does not exist")))]
     UnknownChild {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The joint.
         joint: String,
         /// The missing link.
         link: String,
     },
-    /// A joint mimics one that does not exist, or that cannot be followed.
+    /// The leader of a mimic joint does not exist or is not allowed.
     #[error("{}", message(format_args!("{at}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")))]
     InvalidMimic {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The joint.
         joint: String,
@@ -252,7 +251,7 @@ pub enum LoadError {
     /// Two joints move one link; the model must be a tree.
     #[error("{}", message(format_args!("{at}: joint \"{}\" moves link \"{link}\", which joint \"{}\" moves already; close a loop by a Constraint on the simulator", joints[1], joints[0])))]
     SeveralParents {
-        /// Where the second one stands.
+        /// Source position of the second one.
         at: SourcePosition,
         /// The two joints.
         joints: [String; 2],
@@ -262,7 +261,7 @@ pub enum LoadError {
     /// The joints close a loop; the model must be a tree.
     #[error("{}", message(format_args!("{at}: these joints lead from link \"{link}\" back to it: {}; leave one out, and close the loop by a Constraint on the simulator", listed(joints))))]
     Loop {
-        /// Where one of them stands.
+        /// Source position of one of them.
         at: SourcePosition,
         /// The joints of the loop, from the link down.
         joints: Vec<String>,
@@ -277,17 +276,17 @@ pub enum LoadError {
         /// The links without parent.
         roots: Vec<String>,
     },
-    /// The wanted base does not fit the robot.
+    /// The requested base does not fit the robot.
     #[error("{}", message(format_args!("{at}: link \"{link}\" cannot become the base: {reason}")))]
     UnsupportedBase {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The root link.
         link: String,
         /// Reason why not.
         reason: String,
     },
-    /// A file holds several models, or not the one that is wanted.
+    /// A file contains several models, or not the requested one.
     #[error("{}", message(format_args!("{file}: {reason}; the models are: {}", listed(names))))]
     ModelChoice {
         /// Source of the description.
@@ -297,7 +296,7 @@ pub enum LoadError {
         /// Names of the models in the file.
         names: Vec<String>,
     },
-    /// The joints to keep or to lock do not fit the robot.
+    /// The joints to keep or lock do not fit the robot.
     #[error("{}", message(format_args!("{file}: {source}")))]
     JointChoice {
         /// Source of the description.
@@ -305,10 +304,10 @@ pub enum LoadError {
         /// Mismatch of the joints with the robot.
         source: Box<EditError>,
     },
-    /// An element refers to a frame, link or joint that does not exist where it looks.
+    /// An element refers to a frame, link or joint that does not exist in its scope.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": there is no frame \"{frame}\"")))]
     UnknownFrame {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// Element with the reference.
         element: String,
@@ -317,17 +316,17 @@ pub enum LoadError {
         /// The frame that it names.
         frame: String,
     },
-    /// Frames are given relative to one another in a circle.
+    /// Frames are defined relative to each other in a cycle.
     #[error("{}", message(format_args!("{at}: the frame of <{element}> \"{name}\" is given relative to itself")))]
     FrameCycle {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// An element on the circle.
         element: String,
         /// Name of the element.
         name: String,
     },
-    /// A description includes a file that is not found, or not without end.
+    /// An included file is not found, or files include each other in a cycle.
     #[error("{}", message(format_args!("{file}:{line}: cannot include \"{uri}\": {reason}")))]
     Include {
         /// Source of the description.
@@ -339,10 +338,10 @@ pub enum LoadError {
         /// Reason why not.
         reason: String,
     },
-    /// The robot needs something that cannot be modelled.
+    /// The robot needs an unsupported feature.
     #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {reason}")))]
     Unsupported {
-        /// Where it stands.
+        /// Source position.
         at: SourcePosition,
         /// The element.
         element: String,
@@ -353,7 +352,7 @@ pub enum LoadError {
     },
 }
 
-/// Largest number that a description may hold: products of three such numbers are finite, and no robot has one.
+/// Largest number in a description: products of three such numbers are finite.
 pub const LARGEST_NUMBER: f64 = 1e100;
 
 /// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine
@@ -377,9 +376,9 @@ pub struct SingularMassMatrix {
 #[error("{what} need {:.1e} bytes, and the limit is {:.1e}: memory::set_limit changes it", *bytes as f64, *limit as f64)]
 #[non_exhaustive]
 pub struct OutOfMemory {
-    /// The result, a plural.
+    /// The result, as a plural noun.
     pub what: String,
-    /// Bytes that it would need; `usize::MAX` where they are more than can be counted.
+    /// Bytes that it would need; `usize::MAX` on overflow.
     pub bytes: usize,
     /// The limit, bytes.
     pub limit: usize,
@@ -392,7 +391,7 @@ pub struct UnresistedJoint {
     pub joint: Option<String>,
     /// The first link on the body that it moves.
     pub link: String,
-    /// The inertia that resists it while all joints behind it move freely, kg·m² or kg: zero to rounding, or negative.
+    /// The inertia that resists it while all joints of its subtree move freely, kg·m² or kg: zero to rounding, or negative.
     pub inertia: f64,
 }
 
@@ -406,8 +405,7 @@ impl fmt::Display for UnresistedJoint {
     }
 }
 
-/// A name that the model does not have. The message lists those that it has, similar ones first; the last ones are left
-/// out where there are many.
+/// An unknown name. The message lists the existing names, similar ones first, shortened if there are many.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(&similar_first(name, known)))))]
 pub struct UnknownName {
@@ -415,13 +413,13 @@ pub struct UnknownName {
     pub model: String,
     /// Joint, link or frame.
     pub element: String,
-    /// The name that was asked for.
+    /// The unknown name.
     pub name: String,
-    /// The names that there are.
+    /// The existing names.
     pub known: Vec<String>,
 }
 
-/// Error for robots that should be variants of one another and differ in more than numbers.
+/// Error for variants of a robot that differ in structure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model {index}, \"{model}\", is not a variant of the first: {difference}")))]
 pub struct StructureMismatch {
@@ -429,7 +427,7 @@ pub struct StructureMismatch {
     pub index: usize,
     /// Name of the model.
     pub model: String,
-    /// The first difference that was found.
+    /// The first difference.
     pub difference: String,
 }
 
@@ -437,7 +435,7 @@ pub struct StructureMismatch {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidState {
-    /// The state has more or fewer numbers than the robot has coordinates.
+    /// The length of the state differs from the number of coordinates of the robot.
     #[error("{}", message(format_args!("{vector} of \"{model}\" has {expected} entries, got {given}")))]
     WrongLength {
         /// Name of the model.
@@ -461,7 +459,7 @@ pub enum InvalidState {
         /// The number.
         value: f64,
     },
-    /// A number of the state of contact is NaN or infinite.
+    /// An entry of the contact state is NaN or infinite.
     #[error("{}", message(format_args!("contact[{index}] is {value}")))]
     NonFiniteContact {
         /// Index of the number in its part.
@@ -479,7 +477,7 @@ pub enum InvalidState {
         /// Norm of the quaternion.
         norm: f64,
     },
-    /// A joint is of another kind in the model that takes over the state, or follows another one in one of the two.
+    /// A joint has another kind in the target model, or is a mimic joint in one of the two models.
     #[error("{}", message(format_args!("joint \"{name}\" {reason}")))]
     OtherJoint {
         /// The joint.
@@ -489,14 +487,14 @@ pub enum InvalidState {
     },
 }
 
-/// Error for a change that a robot cannot take.
+/// Error for an invalid edit of a robot.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
     /// The robot has no such joint, link or frame.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
-    /// A name is there twice.
+    /// A name is duplicate.
     #[error("{}", message(format_args!("there are two {element}s with the name \"{name}\"")))]
     DuplicateName {
         /// Link, joint or frame.
@@ -514,8 +512,8 @@ pub enum EditError {
         /// The number that was given.
         given: usize,
     },
-    /// A joint is to be kept and to be locked, itself or by the joint that it follows.
-    #[error("{}", message(format_args!("joint \"{joint}\" is to be kept, but it or the joint that it follows is locked")))]
+    /// A joint, or its leader, is both to be kept and to be locked.
+    #[error("{}", message(format_args!("joint \"{joint}\" must stay free, but it or the joint that it mimics is locked")))]
     KeptAndLocked {
         /// The joint.
         joint: String,
@@ -528,13 +526,13 @@ pub enum EditError {
         /// Value of the number.
         value: f64,
     },
-    /// A link without mass has no inertia that could grow with it.
+    /// A link without mass cannot be scaled to another mass.
     #[error("{}", message(format_args!("link \"{link}\" has no mass to change: give it an inertia")))]
     NoMass {
         /// The link.
         link: String,
     },
-    /// A link does not have the quantity that is to be changed.
+    /// A link does not have the quantity to change.
     #[error("{}", message(format_args!("link \"{link}\" cannot be scaled: {reason}")))]
     CannotScale {
         /// The link.
@@ -542,7 +540,7 @@ pub enum EditError {
         /// Reason why not.
         reason: String,
     },
-    /// The shape of an object has no volume, so that a mass gives it no inertia.
+    /// The shape of an object has no volume, so its inertia cannot be computed from its mass.
     #[error("{}", message(format_args!("object \"{object}\" has no inertia: {reason}")))]
     Shape {
         /// Name of the object.
@@ -550,7 +548,7 @@ pub enum EditError {
         /// Reason why not.
         reason: String,
     },
-    /// The edited description is not a model.
+    /// The edited description is not a valid model.
     #[error(transparent)]
     Load(#[from] LoadError),
 }
@@ -559,7 +557,7 @@ pub enum EditError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The format has no place for something that must not be lost.
+    /// The format cannot represent essential content.
     #[error("{}", message(format_args!("{format} cannot hold {element} \"{name}\": {reason}")))]
     Unsupported {
         /// The format.
@@ -573,7 +571,7 @@ pub enum WriteError {
     },
 }
 
-/// Error for a recording that is not read or written.
+/// Error while reading or writing a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
@@ -595,7 +593,7 @@ pub enum RecordingError {
         /// Reason why the text is not a recording.
         reason: String,
     },
-    /// The Rerun viewer, or a file for it, takes nothing.
+    /// The Rerun viewer, or its file, does not accept data.
     #[error("{}", message(format_args!("{target}: {reason}")))]
     Rerun {
         /// Address of the viewer, or the path as given.
@@ -603,7 +601,7 @@ pub enum RecordingError {
         /// Message of the Rerun library.
         reason: String,
     },
-    /// The file is a recording, but of other robots than those that were given.
+    /// The file is a recording of other robots.
     #[error("{}", message(format_args!("{file}: {reason}")))]
     OtherRobots {
         /// The path as given.

@@ -1,9 +1,9 @@
 //! Differentiable multibody dynamics and robot simulation: **the physics is written once, over a scalar; everything else is a
 //! choice of scalar.**
 //!
-//! On `f64` the crate simulates, on [`Lanes`] many states at once. On dual numbers the same source gives exact derivatives in state, input and the
-//! robot's own parameters. [`Simulator::linearize`] combines those of bodies and forces by the implicit function theorem to the Jacobians of the step. LQR,
-//! computed torque and trajectory optimisation use them.
+//! A *scalar* is a number type. On `f64` the crate simulates, on [`Lanes`] it simulates many states at once. On dual numbers the same source gives exact
+//! derivatives in state, input and the robot's own parameters. [`Simulator::linearize`] combines the derivatives of bodies and forces into A and B, the
+//! Jacobians of the step, by the implicit function theorem. LQR and trajectory optimisation use A and B:
 //!
 //! ```
 //! use dualbody::{Lqr, Simulator, State, model::samples};
@@ -21,10 +21,10 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, expression [graphs](scalar::traced) |
-//! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
-//! | [`least_squares`] | Levenberg and Marquardt's method: bounds, robust losses, curved variables, covariance |
-//! | [`cone`] | forces of rows: bilateral, unilateral, with friction in a cone; their derivatives |
+//! | [`scalar`] | the trait of number types that the physics is written over, without ordering; lanes, dual numbers over any scalar, expression [graphs](scalar::traced) |
+//! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and the same by finite differences |
+//! | [`least_squares`] | the method of Levenberg and Marquardt: bounds, robust losses, curved variables, covariance |
+//! | [`cone`] | the solver of contact and constraint forces: bilateral, unilateral, in a friction cone; their derivatives |
 //! | [`minimize`] | smooth functions minimised by argmin's methods (with `trajopt` or `identification`) |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
@@ -32,25 +32,25 @@
 //! | [`io`] | description files: URDF, SDF and MJCF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm; their derivatives along the tree |
 //! | [`collision`] | distances of convex shapes: nearest features, then distance, points and normal over the scalar |
+//! | [`constraint`] | closed loops: welds, ball joints, rods between attachment frames; couplers and tendons between joints |
 //! | [`contact`] | contact points on the ground and between bodies, and contact models |
-//! | [`constraint`] | closed loops: welds, ball joints, rods between places of a robot; couplers and tendons between joints |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
 //! | [`linearize`] | A and B of the step in tangent coordinates; vector-Jacobian products of steps, gradients of rollouts |
-//! | [`control`] | LQR over infinite and finite horizons, computed torque |
+//! | [`control`] | LQR over infinite and finite horizons, equilibria in contact, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`identify`] | system identification: logged motion, base parameters, physically consistent least squares, validation |
-//! | [`memory`] | the limit of memory of results |
-//! | [`view`] | recordings, their files, and a page that shows the robot move |
+//! | [`memory`] | the limit on memory of results |
+//! | [`view`] | recordings, their files, and an HTML viewer of the motion |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //! | `command` | the program `dualbody` (with `cli`) |
 //!
-//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide for newcomers, in Rust and Python,
+//! Units, frames, orders and signs: [`conventions`]. Terms and symbols: [`glossary`]. Literature: [`references`]. A guide for newcomers, in Rust and Python,
 //! is in the folder `guide/` of the repository.
 //!
 //! # Features
 //!
-//! `default-features = false` leaves the modules from `scalar` to `control` without `io`, and `codegen`, for robots that are [built](model::ModelBuilder) in code. Features
-//! that are off by default are rarer, and would be compiled for every program.
+//! With `default-features = false` the crate has `codegen`, `memory` and the modules from `scalar` to `control` except `io` and `minimize`, for robots that are
+//! [built](model::ModelBuilder) in code. Features that few programs need are off by default, since every program would compile them.
 //!
 //! | feature | default | adds |
 //! |---|---|---|
@@ -60,25 +60,24 @@
 //! | `parallel` | yes | batches over all cores |
 //! | `identification` | no | `identify`: system identification |
 //! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of steps |
-//! | `graphs` | no | the recorded functions of [`codegen`], compiled with the library instead of with each program that calls them |
+//! | `graphs` | no | nothing new: the recorded functions of [`codegen`] are compiled with the library instead of with each program that calls them |
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
 //! | `live` | no | a simulation in the browser while it runs (with `view`) |
 //! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
 //! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `live`, `render`) |
 //! | `full` | no | all of the above |
-//! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
+//! | `rerun` | no | motions in the Rerun viewer; compiles hundreds of crates |
 //!
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → collision → constraint → contact → sim → linearize → control →
-//!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
-//!   opens files and parses XML, imports nothing. A test holds the order.
-//! * Physics is written once; derivatives of forces and bodies come from the same source over dual numbers. Loops and branches in it depend on the structure of the model only; a decision on a value goes
-//!   through [`Scalar::select_lt`].
-//! * Derived data of a model is in working memory, not in the model; a scratch refuses a model whose parameters differ from those it was made for.
+//!   trajopt → identify → io → view → codegen → command`: a module imports only modules before it. The private `input`, which opens files and parses XML, imports nothing. A test checks the order.
+//! * Physics is written once; derivatives of forces and bodies come from the same source over dual numbers. Loops and branches in it depend on the structure of the model only; a decision on a value uses
+//!   [`Scalar::select_lt`].
+//! * Data that are computed from a model are in a workspace (scratch), not in the model. A workspace refuses a model whose parameters differ from those of its own model.
 //! * Functions of `dynamics` with `_into` and `_at`, and [`Simulator::step_into`], do not allocate after set-up, except the first step with fast rotation.
-//! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
+//! * A wrong length is an error of the caller, and the public function panics. An invalid file is a [`LoadError`]. A numerical outcome is a status
 //!   in the result.
 
 #![forbid(unsafe_code)]

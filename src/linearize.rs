@@ -1,26 +1,25 @@
-//! Exact Jacobians of the simulation step, in tangent coordinates, and gradients of steps and rollouts without them.
+//! Exact Jacobians of the simulation step in tangent coordinates, and gradients of steps and rollouts.
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
-//! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
+//! q ⊕ δq. A and B are the Jacobians of the simulated step, including its implicit forces. An Euler step, semi-implicit or implicit in
 //! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of each term of the
 //! equation of motion by itself (`sim/terms`), and of the solver of the forces of rows, with each joint's own step (`sim/integrators`). The same
-//! Jacobians of the acceleration are those of continuous time (`rate.rs`), and by the chain rule over its four stages those of a step of Runge and
-//! Kutta.
+//! Jacobians of the acceleration are those in continuous time (`rate.rs`), and, by the chain rule over four stages, give those of a Runge–Kutta step.
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
+//! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with the Runge–Kutta method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | with the base velocity in another representation? | [`Linearization::to_representation`] | O(nv²) | |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
-//! | and how these change, along a direction; or of states side by side? | the same, on dual numbers or lanes | as for a step there | [Griewank, Walther 2008, chapter 5] |
-//! | C and D of what sensors read in it? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | an acceleration over dual numbers for every four directions | |
+//! | derivatives of A and B along a direction; several states at once? | the same, on dual numbers or lanes | as for a step there | [Griewank, Walther 2008, chapter 5] |
+//! | C and D of the sensor readings? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | an acceleration over dual numbers for every four directions | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
-//! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
+//! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, independent of the number of parameters | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
 //! | the product of its Hessian with a direction? | [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
-//! | are they right, and is there a kink? | [`Simulator::estimate_linearization`] | some twenty steps for each direction | [Ridders 1982] |
-//! | is the time step short enough? | [`Simulator::remarks`], [`Simulator::remarks_at`] | a Jacobian of step and rate with their eigenvalues, O(nv³); where it is not, some thirty | |
-//! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
+//! | check by finite differences, with nonsmooth points? | [`Simulator::estimate_linearization`] | about twenty steps for each direction | [Ridders 1982] |
+//! | is the time step short enough? | [`Simulator::remarks`], [`Simulator::remarks_at`] | Jacobians of step and rate with their eigenvalues, O(nv³); about thirty of these if the step is too long | |
+//! | why is a derivative zero? | [`Simulator::contact_report`] | that of a step | |
 
 mod batch;
 mod differences;
@@ -52,10 +51,10 @@ pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 ///
-/// Over a scalar with derivatives, with how they change.
+/// Over a scalar with derivatives, the entries carry their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearization<T: Scalar = f64> {
-    /// A, square; rows and columns (δq, δv), and the state of contact where there is one.
+    /// A, square; rows and columns (δq, δv), and the contact state where there is one.
     pub a: DMatrix<T>,
     /// B, `nu` columns, rows as those of A.
     pub b: DMatrix<T>,
@@ -79,7 +78,7 @@ impl<T: Scalar> Linearization<T> {
     }
 }
 
-/// The Jacobians of one step by finite differences, and how far they can be trusted.
+/// The Jacobians of one step by finite differences, with error estimates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearizationEstimate {
     /// A and B.
@@ -96,7 +95,7 @@ pub struct LinearizeScratch<T: Differentiable = f64> {
 }
 
 impl<T: Differentiable> LinearizeScratch<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self {
             method: StepJacobian::new(simulator, Calls::Many),
@@ -107,18 +106,18 @@ impl<T: Differentiable> LinearizeScratch<T> {
 impl Simulator<f64> {
     /// Computes the Jacobians A and B of the step from `state` with input `u`. Allocates.
     ///
-    /// Works for every joint kind, base and integrator; exact to rounding. Over any scalar: on [`Dual`](crate::autodiff::Dual) or the types of num-dual it
-    /// has the second derivatives of the step along directions too, on [`Lanes`](crate::Lanes) the Jacobians of several states side by side.
+    /// Works for all joint kinds, bases and integrators; exact to rounding. On [`Dual`](crate::autodiff::Dual) or the types of num-dual the result
+    /// also carries second derivatives of the step along directions; on [`Lanes`](crate::Lanes) it contains the Jacobians of several states.
     ///
     /// # Impacts
-    /// They are the Jacobians of the step, not those of the motion in continuous time. In a step in which a point lands:
+    /// A and B are the Jacobians of the step, not those of the motion in continuous time. In a step with a landing point:
     ///
-    /// | contact | A says |
+    /// | contact | meaning of A |
     /// |---|---|
-    /// | [`Rigid`](crate::contact::Rigid), an impact by itself with restitution | what happens: that a motion which starts higher lands later, and how fast it lands. Rows of gradients, so some `n_tangent` times the cost of [`vjp`](Self::vjp) |
-    /// | `Rigid`, several impacts in one step or no restitution | how the velocity after the impact follows that before it; not that a motion which starts higher lands later. In a chain of steps the derivative in where it starts is wrong, however short they are |
-    /// | [`RelaxedRigid`](crate::contact::RelaxedRigid) | the same where an impact lasts a few steps, as with its defaults: biased |
-    /// | [`SoftContact`](crate::contact::SoftContact) with q = 1 + p | what happens, if the contact lasts some fifty steps; a table is there |
+    /// | [`Rigid`](crate::contact::Rigid), an isolated impact with restitution | correct: a motion that starts higher lands later and faster. Computed by rows of gradients, at about `n_tangent` times the cost of [`vjp`](Self::vjp) |
+    /// | `Rigid`, several impacts in one step or no restitution | contains the change of velocity in the impact, but not the change of the landing time. In a chain of steps the derivative in the initial position is wrong at any step length |
+    /// | [`RelaxedRigid`](crate::contact::RelaxedRigid) | the same if an impact lasts a few steps, as with its defaults: biased |
+    /// | [`SoftContact`](crate::contact::SoftContact) with q = 1 + p | correct if the contact lasts about fifty steps; see the table there |
     ///
     /// # Examples
     /// ```
@@ -142,8 +141,8 @@ impl Simulator<f64> {
     /// ```
     ///
     /// # Panics
-    /// If state or input have the wrong length; over what has lanes or no values, if the forces of contact or constraints are found by a solver; over
-    /// what has second derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has no third ones.
+    /// If state or input have the wrong length; if the scalar has lanes or no values and a solver finds the forces of contact or constraints; if the
+    /// scalar itself has second derivatives and a force is given as a [function](crate::sim::ForceFunction), which has no third derivatives.
     pub fn linearize<T: Differentiable>(&self, state: &State<T>, u: &[T]) -> Linearization<T> {
         let mut out = Linearization::zeros(self);
         let mut scratch = LinearizeScratch::new(self);
@@ -151,8 +150,7 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`linearize`](Self::linearize) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
-    /// [`Integrator`](crate::Integrator).
+    /// [`linearize`](Self::linearize) without allocation, except the first semi-implicit Euler step with fast rotation, see [`Integrator`](crate::Integrator).
     ///
     /// # Panics
     /// As there, or if scratch or output have the wrong size.
@@ -163,7 +161,7 @@ impl Simulator<f64> {
         scratch: &mut LinearizeScratch<T>,
         out: &mut Linearization<T>,
     ) {
-        // A condition that is known when it compiles: programs do not compile again what the library has.
+        // A compile-time condition: programs do not compile code again that the library contains.
         if T::IS_F64 {
             let (state, scratch, out): (&dyn Any, &mut dyn Any, &mut dyn Any) =
                 (state, scratch, out);
@@ -213,13 +211,13 @@ impl Simulator<f64> {
         method.linearize(self, &at, &mut StepColumns { a, b });
     }
 
-    /// Computes the Jacobians by finite differences of the step, to check against, with an estimate of the error of each entry. Allocates.
+    /// Computes the Jacobians by finite differences of the step, with an error estimate for each entry: a check of [`linearize`](Self::linearize). Allocates.
     ///
-    /// Steps are sought from 1/1024 (rad, m, m/s, N) downward, to nanometres, so that a point that touches the ground by some micrometres
-    /// does not leave it. Where it does with any step, as at the very moment of touch-down or of slipping, the two sides have slopes of
-    /// their own: the entry is their mean, [`linearize`](Self::linearize) gives one of them, and the error is half their difference.
+    /// Difference steps decrease from 1/1024 (rad, m, m/s, N) to nanometres, so that a point that penetrates by a few micrometres does not leave the
+    /// ground. At a nonsmooth point, such as the instant of touch-down or slip, both sides have different derivatives: the entry is their mean,
+    /// [`linearize`](Self::linearize) gives one of them, and the error is half their difference.
     ///
-    /// * `options` – the size that zeros are taken to have is that of all changes of state and input
+    /// * `options` – its size of zeros is the scale of all changes of state and input
     ///
     /// # Panics
     /// If state or input have the wrong length.

@@ -1,22 +1,21 @@
-//! The limit of memory of results whose size a caller chooses: steps of a rollout, states of a batch, stages of a problem, points of contact, nodes of
-//! a grid.
+//! Memory limit of results whose size a caller chooses: steps of a rollout, states of a batch, stages of a problem, contact points, nodes of a grid.
 //!
-//! An operating system promises more memory than there is, and ends a program that uses it. So what would need more than a limit is refused
+//! An operating system grants more memory than it has, and kills a program that uses it. So a result that would need more than a limit is refused
 //! before any work:
 //!
-//! | what | how it is refused |
+//! | result | refusal |
 //! |---|---|
-//! | a rollout | ends before the step whose state would be too much, with [`RolloutStatus::OutOfMemory`](crate::sim::RolloutStatus::OutOfMemory) |
-//! | a batch of rollouts | ends before the first step, with the same status of each |
+//! | a rollout | ends before the step that would exceed the limit, with [`RolloutStatus::OutOfMemory`](crate::sim::RolloutStatus::OutOfMemory) |
+//! | a batch of rollouts | ends before the first step, with the same status for all |
 //! | a gradient of a rollout | ends before the first step, with the same status; fewer [checkpoints](crate::linearize::Checkpoints) need less |
-//! | a problem of `trajopt` | `Problem::check_memory` is an error; solvers of it panic with its message |
-//! | contact points | [`Contacts::with_meshes`](crate::contact::Contacts::with_meshes) and `with_options` are errors; constructors without `try` panic with their message |
-//! | forces of contact points in a step | [`Contacts::check_memory`](crate::contact::Contacts::check_memory) is an error; a simulator of them panics with its message |
-//! | a grid of heights, Jacobians of a step, a random tree, a plot, gradients that L-BFGS remembers | a panic with the message, before any work |
+//! | a problem of `trajopt` | `Problem::check_memory` returns an error; solvers panic with its message |
+//! | contact points | [`Contacts::with_meshes`](crate::contact::Contacts::with_meshes) and `with_options` return errors; other constructors panic with their message |
+//! | forces of contact points in a step | [`Contacts::check_memory`](crate::contact::Contacts::check_memory) returns an error; a simulator panics with its message |
+//! | a grid of heights, Jacobians of a step, a random tree, a plot, stored gradients of L-BFGS | a panic with the message |
 //! | samples of a filter, harmonics of a motion for identification | an `IdentifyError` |
 //!
-//! The limit is of the whole program: that of [`set_limit`], or else the memory of the machine or of the program's control group. It holds for
-//! each result by itself, and does not count what there already is.
+//! The limit is global: the value of [`set_limit`], by default the memory of the machine or of the control group of the program. It applies to each
+//! result separately, and does not include existing data.
 //!
 //! # Examples
 //! ```standalone_crate
@@ -48,18 +47,18 @@ pub fn limit() -> usize {
     }
 }
 
-/// Sets the bytes above which a result is refused; `None` for what the machine has, as at the start of the program.
+/// Sets the bytes above which a result is refused; `None` for the default, the memory of the machine.
 pub fn set_limit(bytes: Option<usize>) {
     LIMIT.store(bytes.unwrap_or(usize::MAX), Ordering::Relaxed);
 }
 
-/// Checks that a result may be as large as this.
+/// Checks the size of a result against the limit.
 ///
-/// * `what` – the result, a plural, for the message
-/// * `bytes` – saturating, where a product overflows
+/// * `what` – the result, as a plural noun for the message
+/// * `bytes` – its size, saturated on overflow
 ///
 /// # Errors
-/// If that is more than the [`limit`].
+/// If the size exceeds the [`limit`].
 pub fn check(what: impl Display, bytes: usize) -> Result<(), OutOfMemory> {
     let limit = limit();
     if bytes <= limit {

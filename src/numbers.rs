@@ -9,7 +9,7 @@
 //! | `Positive("name", "quantity")` | with other words in messages |
 //! | `Finite(["slope x", "slope y"], "quantity")` | an array or a vector of parameters |
 //! | `part(Type)` | a part that has a declaration of its own, or an `Option`, array or `Vec` of it |
-//! | `part(Type, "stop {}", "{} of a stop")` | with other words around its names and quantities |
+//! | `part(Type, "stop {}", "{} of a joint limit")` | with other words around its names and quantities |
 //! | `parameters("quantity")` | a `Vec` of parameters that a user's function takes |
 //! | `hidden()` | parameters that cannot be set one by one |
 //! | `kept()` | no number |
@@ -89,7 +89,7 @@ pub(crate) fn is_finite<P: Scalar>(x: P) -> bool {
     !x.has_value() || (0..P::LANES).all(|lane| x.value(lane).is_finite())
 }
 
-/// Hands the values of some numbers to a check, lane by lane; nothing where one of them has none.
+/// Passes the values of some numbers to a check, lane by lane; nothing where one of them has none.
 pub(crate) fn each_lane<P: Scalar, const N: usize>(x: [P; N], check: impl Fn([f64; N])) {
     if x.iter().all(P::has_value) {
         (0..P::LANES).for_each(|lane| check(x.map(|x| x.value(lane))));
@@ -117,13 +117,13 @@ impl<'a> Number<'a> {
     }
 }
 
-/// A function of each number with its description.
+/// A function of each parameter with its description.
 pub(crate) type Each<'a, P> = dyn FnMut(Number<'_>, &mut P) + 'a;
 
-/// A function of each number with the group that it is in and its description.
+/// A function of each parameter with its group and description.
 pub(crate) type EachIn<'a, G, P> = dyn FnMut(G, Number<'_>, &mut P) + 'a;
 
-/// Hands each number on as one of a group.
+/// Passes each number on as one of a group.
 pub(crate) fn of<G: Copy, P>(
     group: G,
     each: &mut EachIn<'_, G, P>,
@@ -142,7 +142,7 @@ pub(crate) trait Numbers<P: Scalar>: Clone {
     /// Replaces each number by its image.
     fn map_numbers<Q: Scalar>(&self, to: &mut impl FnMut(P) -> Q) -> Self::With<Q>;
 
-    /// Hands each parameter with its description to `each`, in the order of the declaration.
+    /// Passes each parameter with its description to `each`, in the order of the declaration.
     fn each_number(&mut self, each: &mut Each<'_, P>);
 
     /// The numbers over another scalar.
@@ -238,7 +238,7 @@ held!([] Vec<P> => Vec<Q>, |own, to| own.iter().map(|&x| to(x)).collect(), Self:
 held!([N] [P; N] => [Q; N], |own, to| (*own).map(to), Self::as_mut_slice);
 held!([R C] SMatrix<P, R, C> => SMatrix<Q, R, C>, |own, to| own.map(to), Self::as_mut_slice);
 
-/// Hands numbers with their names to `each`; where there is no quantity, that of each is its name.
+/// Passes values with their names to `each`; without a quantity, the name is used.
 pub(crate) fn each_named<P>(
     names: &[&str],
     quantity: Option<&dyn Display>,
@@ -251,7 +251,7 @@ pub(crate) fn each_named<P>(
     }
 }
 
-/// Hands the parameters of a user's function to `each`.
+/// Passes the parameters of a user's function to `each`.
 pub(crate) fn each_parameter<P>(quantity: &dyn Display, own: &mut [P], each: &mut Each<'_, P>) {
     for (k, x) in own.iter_mut().enumerate() {
         let name = format_args!("parameter {k}");

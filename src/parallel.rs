@@ -35,7 +35,7 @@ pub(crate) fn available_threads() -> usize {
 }
 
 /// Cuts the items into one contiguous part for each worker, and hands every item with its index to `work`, part by part at
-/// once, within a part one after the other. Without the feature `parallel` the parts come one after the other, too.
+/// once, within a part in sequence. Without the feature `parallel` the parts come in sequence, too.
 pub(crate) fn for_each_part<W: Send, I: Send>(
     workers: &mut [W],
     items: &mut [I],

@@ -1,22 +1,22 @@
-//! The scalar over which the physics is written.
+//! Scalars of the physics.
 //!
-//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
-//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] an expression
-//! graph, from which code for other machines is made. [Types of your own](Scalar#writing-a-scalar-of-your-own) need no change of the physics.
+//! All algorithms of the crate are generic over [`Scalar`]: `f64` gives values, dual numbers give exact derivatives, [`Lanes`] several values at
+//! once, [`SingleLanes`] more values in single precision, [`Traced`] an expression graph for code generation. [Custom
+//! types](Scalar#writing-a-scalar-of-your-own) need no change of the physics.
 //!
 //! | question | scalar | cost of an operation |
 //! |---|---|---|
 //! | values? | `f64` | 1 |
-//! | several states or robots side by side? | [`Lanes`] of [`BATCH_WIDTH`], [`SingleLanes`] | one vector instruction |
-//! | N derivatives, exact? | [`Dual`], the types of `num-dual` | 1 + N, or a vector instruction for four |
-//! | higher derivatives? | [`Dual`] over [`Dual`], `HyperDual64` | the product of both |
-//! | a graph, for C, CUDA, reverse mode? | [`Traced`] | a look-up when it is recorded |
+//! | several states or robots at once? | [`Lanes`] of [`BATCH_WIDTH`], [`SingleLanes`] | one vector instruction |
+//! | N derivatives, exact? | [`Dual`], the types of `num-dual` | 1 + N, or a vector instruction for four directions |
+//! | higher derivatives? | [`Dual`] over [`Dual`], `HyperDual64` | product of both |
+//! | a graph, for C, CUDA, reverse mode? | [`Traced`] | a look-up while recording |
 //!
-//! A scalar has *no ordering*. The only way to decide on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
-//! structure of the model alone. Algorithms that must decide on values are listed there.
+//! A scalar has *no ordering*. The only decision on values is [`Scalar::select_lt`], which evaluates both sides, so control flow depends only on the
+//! structure of the model. The documentation of [`Scalar`] lists the exceptions.
 //!
-//! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data
-//! under dual states, or dual data for derivatives in masses and lengths.
+//! Model data have their own type `P`. [`Over<P>`] means that a scalar can be combined with it: `f64` data with dual states, or dual data for
+//! derivatives in masses and lengths.
 
 mod cast;
 mod dual;
@@ -50,12 +50,12 @@ use std::any::TypeId;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// Identity element that a [`Scalar`] must have besides operators; that of `num-traits`.
+/// Identity elements of a [`Scalar`], from `num-traits`.
 pub use num_traits::{One, Zero};
 
-/// A real number, possibly with derivatives or several lanes attached.
+/// A real number, possibly with derivatives or several lanes.
 ///
-/// Constants stand on the right: `x * 0.5`. At most two types meet in an expression: the scalar itself and `f64`.
+/// Constants are on the right: `x * 0.5`. An expression contains at most two types: the scalar itself and `f64`.
 ///
 /// # Examples
 /// ```
@@ -68,29 +68,26 @@ pub use num_traits::{One, Zero};
 /// ```
 ///
 /// # Writing a scalar of your own
-/// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this
-/// trait can go through every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the
-/// functions that have no default ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
-/// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself; derivatives along the tree
-/// ask for [`differentiable!`](crate::differentiable) besides. The rest has defaults made of these; what a type does
-/// better is written over them.
+/// Intervals, single precision, recording numbers: any `Copy` type with the operators of this trait works in all algorithms. Implement the operators,
+/// [`Zero`], [`One`] and `From<f64>`, the functions without a default ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp),
+/// [`ln`](Self::ln), [`atan2`](Self::atan2), [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] is implemented automatically;
+/// derivatives along the tree also need [`differentiable!`](crate::differentiable). All other functions have defaults; override those that a type can
+/// do better.
 ///
-/// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual
-/// numbers are. Then algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function
-/// theorem. A number of order 0 that is not `f64` itself is never taken for its value, and no branch depends on it, but
-/// for the following, which look at values:
+/// [`ORDER`](Self::ORDER) is 0 by default. Set it only for numbers that consist of a value and infinitesimals, such as dual numbers: algorithms then
+/// compute values on `f64`, and derivatives by the implicit function theorem. A number of order 0 other than `f64` is never replaced by its value,
+/// and no branch depends on it, with these exceptions, which read values:
 ///
-/// | who | for what | what else a number holds |
+/// | algorithm | use of values | other content of a number |
 /// |---|---|---|
-/// | points of contact, stops of joints in implicit steps | which of them take part in a step | goes on untouched |
-/// | [`HeightField`](crate::contact::HeightField) | in which cell a point is | goes on untouched |
-/// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
-/// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
-/// | friction, shapes of impedance | are they valid? | not checked |
+/// | contact points, joint limits in implicit steps | selection of those that take part in a step | unchanged |
+/// | [`HeightField`](crate::contact::HeightField) | the cell of a point | unchanged |
+/// | rigid and regularised rigid contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::cone::ConeSolver)) | forces | one Newton step from there, on the active pieces of the laws |
+/// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | the tangent there |
+/// | friction, shapes of impedance | validity checks | not checked |
 ///
-/// So intervals through a solver hold its results to first order in their width. A [`Traced`] number, which has no value,
-/// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact, or what a
-/// function of a user does itself; what it can go through, [its module](traced) says.
+/// So intervals through a solver are correct to first order in their width. A [`Traced`] number has no value and uses alternatives, such as a fixed
+/// number of solver steps for regularised contact, or the operations of a user function; [its module](traced) lists the supported algorithms.
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -235,13 +232,13 @@ pub trait Scalar:
         sin / cos
     }
 
-    /// The angle in ±π/2 that has this sine, in radians; not a number outside ±1, where its derivative is not finite.
+    /// The angle in ±π/2 that has this sine, in radians; NaN outside ±1, where its derivative is not finite.
     #[inline]
     fn asin(self) -> Self {
         self.atan2(cosine_of_sine(self))
     }
 
-    /// The angle in 0..π that has this cosine, in radians; not a number outside ±1, where its derivative is not finite.
+    /// The angle in 0..π that has this cosine, in radians; NaN outside ±1, where its derivative is not finite.
     #[inline]
     fn acos(self) -> Self {
         cosine_of_sine(self).atan2(self)
@@ -287,10 +284,10 @@ pub trait Scalar:
         true
     }
 
-    /// Whether a number is at most a limit in every lane, where the algorithm is another one beyond it. A recorded graph
-    /// takes it for granted, keeps the condition, and says when it is evaluated where that does not hold.
+    /// Whether a number is at most a limit in all lanes, for algorithms with another branch beyond it. A recorded graph assumes that it holds, stores
+    /// the condition, and reports a violation at evaluation.
     ///
-    /// * `condition` – what is taken for granted, in words
+    /// * `condition` – the assumption, as text
     #[track_caller]
     #[inline(always)]
     fn is_at_most(&self, limit: f64, condition: &str) -> bool {
@@ -304,7 +301,7 @@ pub trait Scalar:
     #[doc(hidden)]
     const IS_VALUES: bool = false;
 
-    /// Whether a solver can iterate on values of the type: what cannot be is not compiled.
+    /// Whether a solver can iterate on values of the type; otherwise that code is not compiled.
     #[doc(hidden)]
     const HAS_VALUES: bool = true;
 

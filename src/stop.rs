@@ -1,4 +1,4 @@
-//! Early ends of long calls.
+//! Cancellation of long calls.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -9,12 +9,12 @@ thread_local! {
     static WATCHED: RefCell<Vec<StopSignal>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A signal that ends what takes long: solvers of [`trajopt`](crate::trajopt), [`minimize`](crate::minimize), [`least_squares`](crate::least_squares),
-/// and what identification runs of these, within [`watch`](Self::watch). They return the best that they have, with a status that says so.
+/// A signal that ends long calls within [`watch`](Self::watch): solvers of [`trajopt`](crate::trajopt), [`minimize`](crate::minimize),
+/// [`least_squares`](crate::least_squares), and identification. They return the best result so far, with a status that reports the joint limit.
 ///
-/// Copies are the same signal. They may be set from another thread, or from a function that the work calls, its report say. Looked at
-/// between steps of a rollout, evaluations and iterations: a fraction of a second for all but very large problems. C compilers of `dualbody-native` end
-/// likewise.
+/// Copies share the signal. Set it from another thread, or from a function that the solver calls, for example its report. Solvers check it between
+/// steps of a rollout, evaluations and iterations: they stop within a fraction of a second, except for very large problems. C compilers of
+/// `dualbody-native` stop likewise.
 ///
 /// # Examples
 /// ```
@@ -44,12 +44,12 @@ thread_local! {
 pub struct StopSignal(Arc<AtomicBool>);
 
 impl StopSignal {
-    /// A signal that is not set.
+    /// Makes a signal that is not set.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Sets the signal, for good.
+    /// Sets the signal permanently.
     pub fn stop(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -59,14 +59,14 @@ impl StopSignal {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Runs work that ends early once the signal is set, on this thread and on those that it spreads over.
+    /// Runs work that ends early once the signal is set, on this thread and its worker threads.
     pub fn watch<R>(&self, work: impl FnOnce() -> R) -> R {
         let mut signals = Self::watched();
         signals.push(self.clone());
         watching(&signals, work)
     }
 
-    /// The signals of all [`watch`](Self::watch) that this thread is in: for work of other crates that takes long. It ends once one of them is set.
+    /// The signals of all active [`watch`](Self::watch) calls of this thread, for long work of other crates: end it once one of them is set.
     ///
     /// # Examples
     /// ```

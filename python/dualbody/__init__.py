@@ -7,9 +7,9 @@
 >>> db.Lqr.discrete(a, b, [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[1]]).is_stabilized
 True
 
-Units are SI; spatial vectors are [linear; angular]; quaternions are (w, x, y, z); q has nq numbers, velocities, accelerations and forces have
-nv. Vector arguments have the shape (..., n): what stands before n is a batch, which runs on vector registers and cores without the interpreter
-lock. Arrays of float64 in C order are used as they are, anything else that holds numbers is converted.
+Units are SI; spatial vectors are [linear; angular]; quaternions are (w, x, y, z); q has length nq, velocities, accelerations and forces have length nv.
+Vector arguments have the shape (..., n): leading axes are batch axes. Batches run on vector registers and all cores, without the interpreter lock. Arrays
+of float64 in C order are used without a copy; other numeric arguments are converted.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Dynamics with the velocity of the base in one representation throughout."""
+"""Dynamics with the base velocity in a chosen representation."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BaseVelocity:
-    """The dynamics of a robot with its base velocity in a representation: every velocity, acceleration, force and matrix is in it.
+    """The dynamics of a robot with its base velocity in a representation, which applies to all velocities, accelerations, forces and matrices.
 
-    representation: "body" (axes of the base), "mixed" (its origin, axes of the world), "inertial" (origin and axes of the world). Each function is the one
-    of its name in this package; those of frames take a representation of their output besides. q is the package's own. Robots with a
-    fixed base are the same in all of them. v, a, tau: (..., nv); the first six of a floating base are its velocity in the representation,
-    the rate of these numbers, and the force and moment that have their power with it.
+    representation: "body" (axes of the base), "mixed" (its origin, axes of the world), "inertial" (origin and axes of the world). Each method corresponds
+    to the function of its name in this package; those of frames also take a representation of their output. q is in the format of this package. For robots
+    with a fixed base the representation has no effect. v, a, tau: (..., nv); for a floating base the first six entries are its velocity in the
+    representation, the rate of that velocity, and the dual force and moment.
 
     >>> import dualbody as db
     >>> db.BaseVelocity(db.samples.cartpole(), "mixed").mass_matrix([0.0, 0.0]).shape
@@ -48,7 +48,7 @@ class BaseVelocity:
         return self._call("_base_bias_forces", q, v, self.representation)
 
     def gravity_forces(self, q: ArrayLike) -> Array:
-        """Forces g that hold the robot against gravity, (..., nv)."""
+        """Joint forces g that balance gravity, (..., nv)."""
         return self._call("_base_gravity_forces", q, self.representation)
 
     def mass_matrix(self, q: ArrayLike) -> Array:
@@ -125,7 +125,7 @@ class BaseVelocity:
         """Map S of tangents (dq, dv) of a state to the representation, and its inverse: (..., 2 nv, 2 nv) each.
 
         dq becomes a small motion in the representation: for "mixed" the change of the base's position in the world, then a rotation vector in axes of the world.
-        dv becomes the change of the converted velocity, which changes with q too. v is in the representation.
+        dv becomes the change of the converted velocity, which also depends on q. v is in the representation.
         """
         own = self._call("velocity_from_representation", q, v, self.representation)
         both = self._call("_base_state_tangents", q, own, self.representation)
@@ -136,7 +136,7 @@ class BaseVelocity:
     ) -> Linearization:
         """Jacobians (a, b) of a step between states with the base in the representation: S(next) a S^-1 and S(next) b.
 
-        v is in the representation; the tangent of the configuration is that of `state_tangent`. Inputs stay as they are.
+        v is in the representation; the tangent of the configuration is that of `state_tangent`. Inputs are unchanged.
         """
         own = self._call("velocity_from_representation", q, v, self.representation)
         a, b = simulator.linearize(q, own, u, contact=contact)

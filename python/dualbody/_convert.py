@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 
 def given(**options: Any) -> dict[str, Any]:
-    """The options that are given: all but None, for which the compiled module has its defaults."""
+    """The options that are not None; the compiled module has defaults for the others."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 def numbers(name: str, value: Any) -> NDArray[np.float64]:
-    """The numbers of an argument as an array of float64 in C order, aligned; a TypeError that names it if it holds none."""
+    """An argument as an aligned array of float64 in C order; raises a TypeError that names it if it is not numeric."""
     if hasattr(value, "__dlpack__") and not hasattr(value, "__array__"):
         value = np.from_dlpack(value)
     try:
         array = np.asarray(value)
     except ValueError as error:
-        raise ValueError(f"{name} is no array: {error}") from None
+        raise ValueError(f"{name} is not an array: {error}") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} holds {array.dtype}, expected numbers that float64 can hold")
     return np.require(array, dtype=np.float64, requirements=["C", "A"])

@@ -1,4 +1,4 @@
-"""Forces by name: along joints, on frames in a step or at a moment, and as inputs."""
+"""Forces by name: along joints, on frames, and as inputs."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _KEPT = 8
 def joint_forces(model: Model, forces: Mapping[str, ArrayLike]) -> Array:
     """Joint forces tau, (..., nv), from forces by the name of the joint; those of others are zero.
 
-    forces {joint: (...) for one degree of freedom, (..., n) for n}: N·m or N. A joint that follows another has its own, which acts on the leader by the
-    ratio of their rates.
+    forces {joint: (...) for one degree of freedom, (..., n) for n}: N·m or N. A mimic joint has its own force, which acts on the leader with the ratio of
+    their rates.
 
     >>> import dualbody as db
     >>> db.joint_forces(db.samples.cartpole(), {"pivot": 2.0})

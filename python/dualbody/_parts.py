@@ -1,4 +1,4 @@
-"""What acts on a robot: motors, constraints, forces, inputs at places."""
+"""Actuators, constraints, external forces and sensors."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 class Actuator:
     """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
     N·m or N; friction: a force that holds the joint at rest, or (Coulomb force, slip velocity), smoothed through rest; position: (lower, upper,
-    HuntCrossley) stops; velocity: (speed, damping) beyond; servo: (gear n, gain g, bias b, position gain k, velocity gain d), whose target u is the
-    input: the force n (g u + b - k n q - d n v) of the end of a step; input_range, force_range: (least, largest) u and force before the gear of the servo."""
+    HuntCrossley) joint limits; velocity: (speed, damping) of a speed limit; servo: (gear n, gain g, bias b, position gain k, velocity gain d) with the
+    input u as target: the force n (g u + b - k n q - d n v) of the end of a step; input_range, force_range: (least, largest) u and force before the gear
+    of the servo."""
 
     torque_speed: tuple[float, float, float] | None = None
     effort: float | None = None
@@ -43,9 +44,9 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Motors of all joints: "ideal" ones, or those of the description ("model"), except the joints that are named.
+    """Motors of all joints: "ideal", or those of the description ("model"); named joints override them.
 
-    Without an actuation limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
+    Without an actuation, limits of position, speed and effort and dry friction of the description do not act. `Simulator(actuation="model")` is short for
     Actuation("model").
     """
 
@@ -55,14 +56,14 @@ class Actuation:
 
 @dataclass(frozen=True)
 class Anchor:
-    """A place on a frame or link, or on the world (None): a pose (4, 4) in it, or a translation (3,), m. Axes and origin are those of the link, not of
-    its centre of mass."""
+    """An attachment frame: a pose (4, 4), or a translation (3,), m, relative to a frame or link, or to the world (None). It is relative to the link frame,
+    not to the centre of mass."""
 
     frame: str | None = None
     placement: ArrayLike = (0.0, 0.0, 0.0)
 
     def pose_in_world(self, model: Model, q: ArrayLike) -> Array:
-        """Its pose (4, 4) in the world."""
+        """Its pose in the world, (4, 4)."""
         import numpy as np
 
         from . import frame_pose
@@ -73,7 +74,7 @@ class Anchor:
         return placement if self.frame is None else frame_pose(model, q, self.frame) @ placement
 
     def brought_to(self, other: Anchor, model: Model, q: ArrayLike) -> Anchor:
-        """A place on this frame that is where the other is in the configuration q."""
+        """Returns an attachment frame on this frame with the pose of the other one at the configuration q."""
         import numpy as np
 
         here = Anchor(self.frame).pose_in_world(model, q)
@@ -82,10 +83,10 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Weld:
-    """Two places coincide, axes too.
+    """Two attachment frames coincide in position and orientation.
 
-    time_constant: in which an error is undone, s. spring: (stiffness, damping) of each row, N/m and N·s/m (N·m/rad and N·m·s/rad for turns), in place of a
-    rigid constraint. largest_force: bound of the force of each row, N or N·m, at which it gives way. The same for all constraints.
+    time_constant: of the error decay, s. spring: (stiffness, damping) of each row, N/m and N·s/m (N·m/rad and N·m·s/rad for angles), instead of a rigid
+    constraint. largest_force: bound of the force of each row, N or N·m, at which it yields. All constraints have these options.
     """
 
     a: Anchor
@@ -98,7 +99,7 @@ class Weld:
 
 @dataclass(frozen=True)
 class Ball:
-    """The origins of two places coincide."""
+    """The origins of two attachment frames coincide."""
 
     a: Anchor
     b: Anchor
@@ -110,7 +111,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Distance:
-    """The origins of two places are a length (m) apart."""
+    """The origins of two attachment frames have a constant distance, length (m)."""
 
     a: Anchor
     b: Anchor
@@ -123,7 +124,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class Coupler:
-    """The first joint follows the second:  q₁ = ratio · q₂ + offset."""
+    """Couples two joints: q₁ = ratio · q₂ + offset."""
 
     joints: tuple[str, str]
     ratio: float
@@ -136,9 +137,9 @@ class Coupler:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A fixed tendon: positions of joints of one degree of freedom, each times its coefficient, add up to a length.
+    """A fixed tendon: the sum of coefficient times position of joints of one degree of freedom equals a length.
 
-    joints: coefficient of each joint by its name, as the radius of the pulley that the tendon passes, m.
+    joints: coefficient of each joint by name, for example the radius of its pulley, m.
     """
 
     joints: Mapping[str, float]
@@ -151,8 +152,8 @@ class Tendon:
 
 @dataclass(frozen=True)
 class ExternalForce:
-    """A constant force and torque (6,) at a place: [linear; angular], N and N·m, in a representation: "mixed" in the world's axes, "body" in those
-    of the place, which turn with it."""
+    """A constant force and torque (6,) at an attachment frame: [linear; angular], N and N·m, in a representation: "mixed" in world axes, "body" in the
+    axes of the attachment frame, which rotate with it."""
 
     place: Anchor
     force: Sequence[float]
@@ -161,8 +162,8 @@ class ExternalForce:
 
 @dataclass(frozen=True)
 class TendonServo:
-    """A servo along a tendon, with an input of its own: joints: {name: coefficient c} of its length, the sum of c q; servo, input_range and
-    force_range as of an Actuator, along the tendon; effort: limit, N·m or N. With one joint it is a further servo of that joint."""
+    """A servo along a tendon, with its own input: joints: {name: coefficient c} of its length, the sum of c q; servo, input_range and force_range as of an
+    Actuator, along the tendon; effort: limit, N·m or N. With one joint it is an additional servo of that joint."""
 
     name: str
     joints: Mapping[str, float]
@@ -174,7 +175,7 @@ class TendonServo:
 
 @dataclass(frozen=True)
 class FrameActuator:
-    """An input that acts at a place: a wrench (6,) for each unit of it, within limits (lower, upper) if there are any."""
+    """An actuator at an attachment frame: a wrench (6,) per unit of its input, with optional limits (lower, upper) of the input."""
 
     name: str
     place: Anchor
@@ -190,7 +191,7 @@ class FrameActuator:
         torque_ratio: float = 0.0,
         limits: tuple[float, float] | None = None,
     ) -> FrameActuator:
-        """A force along a direction of the place's axes, with a torque about it: torque_ratio · force, m."""
+        """A force along a direction in the axes of the attachment frame, with a torque about it: torque_ratio · force, m."""
         length = sum(x * x for x in direction) ** 0.5
         if not 0.0 < length < float("inf"):
             raise ValueError(f"direction {tuple(direction)} of {name!r} has no length")
@@ -201,9 +202,9 @@ class FrameActuator:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor of a robot, on a joint, link or frame that `on` names. Axes and origin are those of the link or frame.
+    """A sensor of a robot, on the joint, link or frame named `on`. Axes and origin are those of the link or frame.
 
-    kind: "joint_position" (rad, m), "joint_velocity", "joint_force" (what the joint transmits along its axes, N·m, N); on a link or frame "gyro" (3),
+    kind: "joint_position" (rad, m), "joint_velocity", "joint_force" (the force that the joint transmits along its axes, N·m, N); on a link or frame "gyro" (3),
     "accelerometer" (3), "magnetometer" (3) of a `field` in the world, "frame_pose" (7: position, quaternion w, x, y, z), "frame_velocity" (6),
     "frame_acceleration" (6) in a `representation`, "range_finder" along a `direction`, up to a `range`, m; on a link "wrench" (6: the force and torque that
     hold the link, on it), "touch" (sum of normal forces, N), "contact_force" (6); on nothing "center_of_mass" (3), "center_of_mass_velocity" (3) and
@@ -237,9 +238,9 @@ class Sensor:
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step), and is the reading, a bias and noise, rounded to the `resolution` and
-    within ± the `limit`; it is read after the `delay`, s. white: deviation of the noise of each sample; bias: that of the bias at the start;
-    bias_walk: that of its change over a second. Units are those of the reading."""
+    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step): reading plus bias plus noise, rounded to the `resolution` and
+    clamped to ± the `limit`; it appears after the `delay`, s. white: standard deviation of the noise of each sample; bias: of the initial bias; bias_walk:
+    of its change over one second. Units are those of the reading."""
 
     white: float = 0.0
     bias: float = 0.0

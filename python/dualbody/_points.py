@@ -1,4 +1,4 @@
-"""Kinematics of the points of contact."""
+"""Kinematics of the contact points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ContactKinematics(NamedTuple):
-    """All points of contact in the order of ``simulator.contact_points``: positions, velocities and normals of the ground (..., n, 3), depths (..., n), m."""
+    """All contact points in the order of ``simulator.contact_points``: positions, velocities and normals of the ground (..., n, 3), depths (..., n), m."""
 
     positions: Array
     velocities: Array
@@ -20,7 +20,7 @@ class ContactKinematics(NamedTuple):
 
 
 def contact_kinematics(simulator: Simulator, q: ArrayLike, v: ArrayLike) -> ContactKinematics:
-    """Where the points of contact are, how fast the body is there, and how deep: a ContactKinematics. q (..., nq), v (..., nv)."""
+    """Positions, velocities, normals and depths of the contact points: a ContactKinematics. q (..., nq), v (..., nv)."""
     return kinematics_of(simulator._contact_points(q, v))
 
 

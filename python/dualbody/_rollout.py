@@ -1,4 +1,4 @@
-"""What simulations give: trajectories, Jacobians, gradients, reports."""
+"""Results of simulations: trajectories, Jacobians, gradients, reports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Linearization(NamedTuple):
 
 
 class SensorLinearization(NamedTuple):
-    """Jacobians of a step and of what sensors read in it:  δx⁺ = a δx + b δu,  δy = c δx + d δu,  δx = (δq, δv, δcontact)."""
+    """Jacobians of a step and of its sensor readings:  δx⁺ = a δx + b δu,  δy = c δx + d δu,  δx = (δq, δv, δcontact)."""
 
     a: Array
     b: Array
@@ -29,8 +29,8 @@ class SensorLinearization(NamedTuple):
 
 
 class PairContact(NamedTuple):
-    """A point at which two links are near each other, in the world's axes: half way between both. The normal points out of the second link; the velocity is that of the
-    first one less that of the second; the force acts on the first one, and the opposite on the second."""
+    """A point at which two links are near each other, in world axes: the midpoint between both. The normal points out of the second link; the velocity is
+    that of the first link minus that of the second; the force acts on the first link, and the opposite force on the second."""
 
     links: tuple[str, str]
     position: Array
@@ -43,9 +43,9 @@ class PairContact(NamedTuple):
 
 
 class ContactReport(NamedTuple):
-    """What touches: places, velocities, normals (n, 3) and depths (n,) of the points, forces on them (n, 3), on the links (links, 6), modes
-    ("separated", "touching", "sticking", "impending", "sliding", …) and reasons in words, forces of constraints, and the solver's certificate
-    (status, "converged" as a rule, iterations, residual, violations), and the points between bodies. Places and forces are in the world's axes."""
+    """Report on contact: positions, velocities, normals (n, 3) and depths (n,) of the points, forces on them (n, 3), on the links (links, 6), modes
+    ("separated", "touching", "sticking", "impending", "sliding", …) and reasons as text, forces of constraints, the certificate of the solver (status,
+    usually "converged", iterations, residual, violations), and the points between bodies. Positions and forces are in world axes."""
 
     positions: Array
     velocities: Array
@@ -61,7 +61,7 @@ class ContactReport(NamedTuple):
 
 
 class Status(NamedTuple):
-    """How a trajectory ended: "completed", or "diverged", "non_finite_input" or "out_of_memory" at a step."""
+    """Status of a trajectory at its end: "completed", or "diverged", "non_finite_input" or "out_of_memory" at a step."""
 
     kind: str
     step: int | None = None
@@ -79,8 +79,8 @@ class Status(NamedTuple):
 class Rollout:
     """Trajectories. q (..., steps + 1, nq), v (..., steps + 1, nv), contact (..., steps + 1, n_contact), u (..., steps, nu).
 
-    The arrays of the states are views of one array; what a trajectory did not reach is NaN. status is a `Status`, or a list of them for a
-    batch; rollout[i] is one trajectory of a batch.
+    The arrays of the states are views of one array; states that a trajectory did not reach are NaN. status is a `Status`, or a list of them for a batch;
+    rollout[i] is one trajectory of a batch.
     """
 
     q: Array
@@ -100,12 +100,12 @@ class Rollout:
 
     @property
     def steps(self) -> int:
-        """Steps that were asked for."""
+        """Requested number of steps."""
         return int(self.q.shape[-2]) - 1
 
     @property
     def n_states(self) -> int | NDArray[np.int64]:
-        """Number of states that were reached; an array for a batch."""
+        """Number of states reached; an array for a batch."""
         import numpy as np
 
         if isinstance(self.status, Status):
@@ -133,7 +133,7 @@ class Rollout:
 
         shape = self.q.shape[:-2]
         if not isinstance(self.status, list):
-            raise TypeError("the rollout is no batch")
+            raise TypeError("the rollout is not a batch")
         indices = index if isinstance(index, tuple) else (index,)
         if len(indices) != len(shape):
             raise IndexError(f"{len(shape)} indices are expected")
@@ -153,7 +153,7 @@ class Rollout:
 
     def __len__(self) -> int:
         if not isinstance(self.status, list):
-            raise TypeError("the rollout is no batch")
+            raise TypeError("the rollout is not a batch")
         return int(self.q.shape[0])
 
     def __repr__(self) -> str:
@@ -168,9 +168,9 @@ class Rollout:
 
 class StepGradient(NamedTuple):
     """Gradient of ⟨adjoint, next state⟩ of a step: in the state along its tangent (..., n_tangent), in the input (..., nu), in all parameters
-    of the model (..., n), named by `Model.parameter_names`, in the friction of each point of contact (..., points), and in all parameters of the
-    simulator (..., n), named by `Simulator.parameter_names`: those of the model first, then motors, dry friction, joint limits, constraints,
-    contact points and models, ground, forces, time step. The last three have no numbers if they are not wanted, the last one is None on GPUs."""
+    of the model (..., n), named by `Model.parameter_names`, in the friction of each contact point (..., points), and in all parameters of the simulator
+    (..., n), named by `Simulator.parameter_names`: those of the model first, then motors, dry friction, joint limits, constraints,
+    contact points and models, ground, forces, time step. The last three are empty if not requested; the last one is None on GPUs."""
 
     state: Array
     input: Array
@@ -181,8 +181,8 @@ class StepGradient(NamedTuple):
 
 class RolloutGradient(NamedTuple):
     """Gradient of a cost of a rollout: in the start along its tangent (..., n_tangent), in the inputs (..., steps, nu), in all parameters of the
-    model (..., n) and in the friction of each point of contact (..., points); status as that of a Rollout. A trajectory that did not come
-    to its end has zeros. cost: the value, if the gradient is that of a function; else None. simulator_parameters (..., n): in all parameters of the
+    model (..., n) and in the friction of each contact point (..., points); status as of a Rollout. The gradient of an incomplete trajectory is zero. cost:
+    the value, if the gradient is that of a cost function; otherwise None. simulator_parameters (..., n): in all parameters of the
     simulator, named by `Simulator.parameter_names`."""
 
     start: Array

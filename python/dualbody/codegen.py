@@ -1,4 +1,4 @@
-"""Code made of a robot: its dynamics and its step as graphs of operations, and as C.
+"""Code generation: dynamics and step of a robot as expression graphs and as C.
 
 >>> import dualbody as db
 >>> graph = db.codegen.step(db.Simulator(db.samples.cartpole(), time_step=0.01))
@@ -6,8 +6,8 @@
 >>> "int cartpole_step(const cartpole_step_real *in, cartpole_step_real *out);" in text.header
 True
 
-The text is C99 without dependencies but math.h, for small computers and other languages. A graph is also evaluated as it is, and
-differentiated: `jacobian`, `gradient`, `adjoint`. A robot that changes is traced once more; `Graph.check_origin` says whether it must be.
+The text is C99 without dependencies except math.h, for small computers and other languages. A graph can also be evaluated directly and differentiated:
+`jacobian`, `gradient`, `adjoint`. Trace again after a change of the robot; `Graph.check_origin` detects changes.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Source:
     source: str
 
     def save(self, folder: str | PathLike[str]) -> None:
-        """Writes both files into a folder, which is made if it is not there."""
+        """Writes both files into a folder, which is created if necessary."""
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
         (path / f"{self.name}.h").write_text(self.header)
@@ -67,14 +67,14 @@ def mass_matrix(model: Model) -> Graph:
 
 
 def inverse_dynamics_derivatives(model: Model) -> Graph:
-    """Inputs q, v, a; outputs dq (tangent), dv, da: matrices, column after column."""
+    """Inputs q, v, a; outputs dq (tangent), dv, da: matrices in column-major order."""
     return _dualbody._trace_model("inverse_dynamics_derivatives", model)
 
 
 def step(simulator: Simulator) -> Graph:
-    """Inputs q, v, contact where there is a state of contact, u; outputs q_next, v_next, contact_next likewise.
+    """Inputs q, v, contact (if there is a contact state), u; outputs q_next, v_next, contact_next likewise.
 
-    A ValueError says where a step decides on values, as most contact does: such a step has no graph. `Graph.jacobian` gives its
-    derivatives, in coordinates.
+    Raises a ValueError with the location if a step depends on values by branches, as most contact does: such a step has no graph. `Graph.jacobian`
+    computes its derivatives, in coordinates.
     """
     return _dualbody._trace_step(simulator)

@@ -41,7 +41,7 @@ __all__ = [
 
 
 class Terrain:
-    """The ground: made by `flat`, `plane`, `incline`, or a `HeightField`."""
+    """The ground: from `flat`, `plane`, `incline`, or a `HeightField`."""
 
     @staticmethod
     def flat(height: float = 0.0) -> Plane:
@@ -62,10 +62,10 @@ class Terrain:
     ) -> HeightField:
         """The ground z = height(x, y), m: a function of NumPy arrays, sampled on a grid over the ranges x and y (m) at this spacing (m).
 
-        Between the nodes the ground is a spline with two continuous derivatives, so that slopes and normals come from the heights: within, heights
-        are off by the order of spacing⁴ and slopes by that of spacing³; near the border, where the spline is straight, by spacing² and spacing. The
-        function is called once, here; a MemoryError says where the grid would not fit. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each
-        step that touches it. Beyond the ranges the ground is level at the height of the border.
+        Between the nodes the ground is a spline with two continuous derivatives. Errors of heights are of order spacing⁴ and those of slopes of order
+        spacing³; near the border, where the spline is straight, spacing² and spacing. The function is called once, here; a MemoryError reports a grid that
+        is too large. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each step in contact. Beyond
+        the ranges the ground is level at the height of the border.
         """
         import numpy as np
 
@@ -110,7 +110,7 @@ class Plane(Terrain):
 
 @dataclass(frozen=True)
 class HeightField(Terrain):
-    """Heights (m) on a grid: heights[i][j] at origin + (i, j) · spacing; smooth in between."""
+    """Heights (m) on a grid: heights[i][j] at origin + (i, j) · spacing; a smooth spline between the nodes."""
 
     origin: tuple[float, float]
     spacing: tuple[float, float]
@@ -145,10 +145,10 @@ class HuntCrossley:
 
 @dataclass(frozen=True)
 class SoftContact:
-    """Compliant contact: a normal force after Hunt and Crossley (see `HuntCrossley`), friction by bristles, which have a state: `contact` of steps and
-    rollouts. Stiff: steps of 0.1 ms to 1 ms as a rule, or integrator="implicit_velocity".
+    """Compliant contact: a Hunt–Crossley normal force (see `HuntCrossley`), friction by bristles, which have a state: `contact` of steps and rollouts. It
+    is stiff: use steps of 0.1 ms to 1 ms, or integrator="implicit_velocity".
 
-    With a damping exponent of 1 + the stiffness exponent, as by default, derivatives through an impact are right in steps of a fiftieth of it."""
+    With a damping exponent of 1 + the stiffness exponent, as by default, derivatives through an impact are correct if it lasts fifty steps."""
 
     friction: float
     stiffness: float
@@ -158,21 +158,21 @@ class SoftContact:
 
     @staticmethod
     def estimate(mass: float, points: int, depth: float) -> SoftContact:
-        """A contact in which a mass (kg) on so many points sinks in by a depth (m)."""
+        """Parameters with which a mass (kg) on a number of points penetrates by a depth (m)."""
         return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
 
     def with_restitution(self, restitution: float, speed: float) -> SoftContact:
-        """The contact with a restitution of 0 to 1 at a speed of impact (m/s) in free motion; the restitution is
-        lower for faster impacts. Sets damping and its exponent."""
+        """The contact with a coefficient of restitution (0 to 1) at an impact speed (m/s) in free motion; it is lower for faster impacts. Sets damping and
+        its exponent."""
         normal = _dualbody._with_restitution(self._normal(), restitution, speed)
         return SoftContact(self.friction, *normal)
 
     def restitution(self, speed: float) -> float | None:
-        """Part of a speed of impact (m/s) with which a body leaves; None where the damping exponent is not 1 + the stiffness exponent."""
+        """Coefficient of restitution at an impact speed (m/s); None if the damping exponent is not 1 + the stiffness exponent."""
         return _dualbody._restitution(self._normal(), speed)
 
     def impact_time(self, mass: float, speed: float) -> float:
-        """Time of contact of an impact, s, of a mass (kg) at a speed (m/s), without damping; steps of a fiftieth resolve it."""
+        """Contact time of an impact, s, of a mass (kg) at a speed (m/s), without damping; steps of a fiftieth of it resolve the impact."""
         return _dualbody._impact_time(self._normal(), mass, speed)
 
     def _normal(self) -> tuple[float, float, float, float]:
@@ -190,8 +190,8 @@ class SoftContact:
 
 @dataclass(frozen=True)
 class RelaxedRigid:
-    """Contact of MuJoCo's kind: a reference acceleration by time constant (s) and damping ratio, or by stiffness and damping if these
-    are given; an impedance that grows with the depth."""
+    """Regularised (MuJoCo-style) rigid contact: a reference acceleration by time constant (s) and damping ratio, or by stiffness and damping; an impedance
+    that grows with the depth."""
 
     friction: float = 0.5
     time_constant: float = 0.02
@@ -211,9 +211,9 @@ class RelaxedRigid:
 
 @dataclass(frozen=True)
 class Rigid:
-    """Rigid contact: Coulomb's friction exactly, restitution, and the time (s) in which depth is undone.
+    """Rigid contact: exact Coulomb friction, restitution, and the recovery time (s) of a penetration.
 
-    Jacobians of a step are exact, but a chain of them through impacts is that of impacts at fixed times: gradients of what comes after are biased.
+    Jacobians of a step are exact. Chained through impacts over whole steps they are those of impacts at fixed times, so later gradients are biased.
     """
 
     friction: float = 0.5
@@ -226,7 +226,7 @@ class Rigid:
 
 @dataclass(frozen=True)
 class Smoothing:
-    """Smoothing of rigid contact: kappa (larger is smoother), and how far it reaches above the ground, m."""
+    """Smoothing of rigid contact: kappa (a larger value is smoother), and its reach above the ground, m."""
 
     kappa: float
     reach: float | None = None
@@ -245,7 +245,7 @@ class SolverOptions:
 
 @dataclass(frozen=True)
 class Material:
-    """Friction of a surface, and the part of the normal velocity that comes back from an impact, 0 to 1: of a surface against its like.
+    """Friction and coefficient of restitution (0 to 1) of a material against itself.
 
     Restitution is for rigid contact only.
     """
@@ -256,9 +256,9 @@ class Material:
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh of triangles that bodies touch from outside: vertices (n, 3), m, and indices (k, 3), counter-clockwise as seen from outside.
+    """A triangle mesh that bodies touch from outside: vertices (n, 3), m, and indices (k, 3), counter-clockwise as seen from outside.
 
-    What slides or rolls over it feels no sides between its triangles. It has no inside: a body that is too deep falls through.
+    Bodies slide and roll over inner edges without bumps. The mesh has no volume: a body that is too deep falls through.
     """
 
     vertices: Sequence[Vector3] | Array
@@ -288,13 +288,13 @@ class Surface:
 
 @dataclass(frozen=True)
 class Collisions:
-    """Bodies that touch each other, by their collision shapes; of meshes the convex hulls.
+    """Contact between bodies, by their collision shapes; meshes are replaced by their convex hulls.
 
-    Robots and objects of a world collide; links of one robot with self_collision, except those that a joint connects. law: of all bodies, that of the ground if
-    left out, and of its kind. Soft contact has no bristles between bodies: friction is that of the damper, and what it holds creeps. excluded: pairs of links
-    that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a b / (a + b). surfaces: meshes of
-    triangles on links that are fixed to the world, by name. speculative: relaxed rigid contact meets what would arrive within a step, so that nothing passes
-    through thin walls; rigid contact always does.
+    Robots and objects of a world collide; with self_collision also links of one robot, except those connected by a joint. law: contact model of all pairs,
+    of the same kind as that of the ground (its default). Soft contact has no bristles between bodies: friction is that of the damper, and loaded contacts
+    creep. excluded: pairs of links that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a
+    b / (a + b). surfaces: triangle meshes on links that are fixed to the world, by name. speculative: regularised rigid contact acts on points that would
+    arrive within a step, so bodies do not pass through thin walls; rigid contact always does.
     """
 
     law: SoftContact | RelaxedRigid | Rigid | Literal["rigid", "relaxed", "soft"] | None = None
@@ -308,9 +308,9 @@ class Collisions:
 def pairs_of_srdf(
     model: Model, description: str | PathLike[str], prefix: str = ""
 ) -> tuple[list[tuple[str, str]], list[str]]:
-    """The pairs of links of <disable_collisions> in an SRDF, a text or a path, for `Collisions.excluded`; and remarks on what else it holds.
+    """The pairs of links of <disable_collisions> in an SRDF file (text or path), for `Collisions.excluded`; and remarks on its other content.
 
-    prefix: in front of the names of links, as in World.add.
+    prefix: of link names, as in World.add.
 
     >>> import dualbody as db
     >>> text = '<robot><disable_collisions link1="link1" link2="link3"/></robot>'
@@ -322,7 +322,7 @@ def pairs_of_srdf(
 
 
 class Nearest(NamedTuple):
-    """The nearest points of two links; with the axes of a batch first."""
+    """The nearest points of two links; batch axes come first."""
 
     #: m; not positive where the links overlap: the least translation that separates them, negative
     distance: Any
@@ -335,8 +335,8 @@ class Nearest(NamedTuple):
 
 
 def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
-    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,), or with the
-    axes of a batch first: then all results have these axes too.
+    """The nearest points of two links, by their collision shapes, and the gradient of their distance. q (nq,), or with leading batch axes, which all
+    results then have.
 
     >>> import dualbody as db
     >>> world = db.World()
@@ -353,11 +353,11 @@ def nearest(model: Model, q: ArrayLike, first: str, second: str) -> Nearest:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts of a robot's collision shapes with a terrain, under a law.
+    """Contacts of a robot's collision shapes with a terrain, with a contact model.
 
-    law: an object, or its kind by name: "rigid" and "relaxed" with their default numbers, "soft" as SoftContact.estimate(mass of the robot, 4, 1e-3).
-    links: only those links touch the ground; laws: other laws for some links; mesh_points: most points of a mesh; smoothing and solver: of rigid contact.
-    collisions: bodies that touch each other, True for the defaults of `Collisions`.
+    law: a contact model, or its kind by name: "rigid" and "relaxed" with their default parameters, "soft" as SoftContact.estimate(mass of the robot, 4,
+    1e-3). links: only these links have contact points; laws: other contact models for some links; mesh_points: maximum number of points of a mesh;
+    smoothing and solver: of rigid contact. collisions: contact between bodies, True for the defaults of `Collisions`.
     """
 
     terrain: Terrain = field(default_factory=Terrain.flat)

@@ -18,7 +18,7 @@ __all__ = ["ComputedTorque", "Equilibrium", "EquilibriumLqr", "FiniteHorizonLqr"
 
 @dataclass(frozen=True)
 class Lqr:
-    """Regulator u = -gain x of least cost: gain (nu, nx), cost_to_go (nx, nx), eigenvalues of the closed loop, the least stable first."""
+    """Regulator u = -gain x with least cost: gain (nu, nx), cost_to_go (nx, nx), eigenvalues of the closed loop, the least stable first."""
 
     gain: Array
     cost_to_go: Array
@@ -73,7 +73,7 @@ class Lqr:
 
 @dataclass(frozen=True)
 class FiniteHorizonLqr:
-    """Regulator over stages: gains (stages, nu, nx), costs_to_go (stages + 1, nx, nx)."""
+    """Finite-horizon regulator: gains (stages, nu, nx), costs_to_go (stages + 1, nx, nx)."""
 
     gains: Array
     costs_to_go: Array
@@ -95,7 +95,7 @@ class FiniteHorizonLqr:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """An equilibrium, a pose in which a robot stays: q (nq,), contact (the state of soft contact, empty without), and the input u (nu,) that holds it.
+    """An equilibrium: a pose q (nq,), contact (the state of soft contact, otherwise empty), and the input u (nu,) that holds the robot at rest.
 
     >>> import dualbody as db
     >>> sim = db.Simulator(db.samples.cartpole(), actuated=["linear"])
@@ -123,10 +123,10 @@ class Equilibrium:
         contact: ArrayLike | None = None,
         check: bool = True,
     ) -> Equilibrium:
-        """Near the pose q (nq,) and the input u (nu,), zero if it is left out: pose, input and bristles of soft contact, all at once.
+        """Finds an equilibrium near the pose q (nq,) and the input u (nu,; zero by default): pose, input and bristles of soft contact together.
 
-        A floating robot with contacts is first put on the ground; points within a centimetre of it then carry it. Many poses are equilibria as a rule; the
-        one found is near the guess. A ValueError if there is none near it; with check=False that is its `status`."""
+        A floating robot with contacts is first moved to the ground; points within a centimetre of the ground then support it. Usually many poses are
+        equilibria; the result is one near the guess. Raises a ValueError if none is found; with check=False `status` reports it."""
         found = Equilibrium(simulator, *simulator._equilibrium(q, u, contact))
         if check and not found.is_found:
             raise ValueError(f"no equilibrium: {found.status} (check=False returns what was found)")
@@ -135,8 +135,8 @@ class Equilibrium:
     def lqr(self, q: ArrayLike, r: ArrayLike, *, check: bool = True) -> EquilibriumLqr:
         """Regulator at the cost Σ δx' q δx + δu' r δu, δx = (δq, δv): q (2 nv, 2 nv), r (nu, nu).
 
-        Bristles of soft contact follow their points, and directions that no input reaches are dropped. A ValueError if what is left cannot be stabilised, or
-        what was dropped falls; with check=False that is its `status`."""
+        Bristles of soft contact follow their points, and unreachable directions are dropped. Raises a ValueError if the reachable part cannot be
+        stabilised or the dropped part is unstable; with check=False `status` reports it."""
         out = self.simulator._equilibrium_lqr([self.q, self.contact, self.u], q, r)
         gain, pairs, status, stabilized, bristles, directions, names, own = out
         eigenvalues, dropped_eigenvalues = (x[:, 0] + 1j * x[:, 1] for x in (pairs, own))
@@ -150,7 +150,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class EquilibriumLqr:
-    """Regulator u = u₀ - gain (q ⊖ q₀, v - v₀) about an Equilibrium, of that part of the state which inputs reach: gain (nu, 2 nv)."""
+    """Regulator u = u₀ - gain (q ⊖ q₀, v - v₀) about an Equilibrium, for the part of the state that is reachable from the inputs: gain (nu, 2 nv)."""
 
     at: Equilibrium
     gain: Array
@@ -174,12 +174,12 @@ class EquilibriumLqr:
 
     @property
     def spectral_radius(self) -> float:
-        """Largest modulus of the eigenvalues of what is regulated: below one, it is stable."""
+        """Largest modulus of the eigenvalues of the regulated part: below one, it is stable."""
         return float(max(abs(self.closed_loop_eigenvalues), default=float("nan")))
 
 
 class ComputedTorque:
-    """Inverse dynamics as a controller: the errors of all joints obey  ë + velocity_gain ė + position_gain e = 0."""
+    """Inverse dynamics as a controller: the errors of all joints satisfy  ë + velocity_gain ė + position_gain e = 0."""
 
     def __init__(self, model: Model, position_gain: ArrayLike, velocity_gain: ArrayLike) -> None:
         """The gains are numbers, or vectors (nv,)."""
@@ -190,7 +190,7 @@ class ComputedTorque:
         self.velocity_gain = np.ascontiguousarray(np.broadcast_to(np.asarray(velocity_gain, float), (model.nv,)))
 
     def torque(self, q: ArrayLike, v: ArrayLike, target_q: ArrayLike, target_v: ArrayLike | None = None) -> Array:
-        """Joint forces (..., nv) in the state (q, v) for the target (target_q, target_v), at rest if the velocity is left out."""
+        """Joint forces (..., nv) in the state (q, v) for the target (target_q, target_v), at rest by default."""
         import numpy as np
 
         target_v = np.zeros(self.model.nv) if target_v is None else target_v

@@ -1,13 +1,12 @@
 """Many states of a robot, or of variants of it, on an NVIDIA GPU: steps, rollouts, Jacobians and gradients, in double or single precision.
 
-The step is recorded for the robot, written as CUDA, compiled by NVRTC, and kept in a folder of the user's caches. Arrays are those of
-`dualbody.Simulator`, with one row for each state. Ctrl-C ends compilation before the next kernel: NVRTC cannot be interrupted. Needs a package
-that is built with it,
+The step is recorded for the robot, written as CUDA, compiled by NVRTC, and stored in the user's cache folder. Arrays are those of `dualbody.Simulator`,
+with one row for each state. Ctrl-C ends compilation before the next kernel: NVRTC cannot be interrupted. Needs a package that is built with this feature,
 
     MATURIN_PEP517_ARGS="--features cuda" pip install ./python
 
-and, where it runs, NVIDIA's driver and NVRTC (`pip install nvidia-cuda-nvrtc-cu12`). Nothing of both is needed to build it. It was written without a GPU
-at hand: errors and texts of kernels are tested, launches are not.
+and, where it runs, NVIDIA's driver and NVRTC (`pip install nvidia-cuda-nvrtc-cu12`). Neither is needed to build it. It was written without a GPU at hand:
+errors and texts of kernels are tested, launches are not.
 """
 
 from __future__ import annotations
@@ -36,9 +35,9 @@ __all__ = ["Rollout", "Simulator"]
 
 @dataclass(frozen=True)
 class Rollout:
-    """Trajectories from a GPU. q (count, kept, nq), v (count, kept, nv), contact (count, kept, n_contact): the states that were kept, the first
-    one among them, NaN where a trajectory did not come; last: (q, v, contact) of the last right state of each, (count, ·); interval: s
-    from one that was kept to the next. A `Status` of the kind "broken_condition" is that of a step outside of what was recorded."""
+    """Trajectories from a GPU. q (count, kept, nq), v (count, kept, nv), contact (count, kept, n_contact): the stored states, including the first, NaN
+    after the end of a trajectory; last: (q, v, contact) of the last valid state of each, (count, ·); interval: between stored states, s. A `Status` of the
+    kind "broken_condition" means that a step violated a condition of the recorded graph."""
 
     q: Array
     v: Array
@@ -54,7 +53,7 @@ class Rollout:
 
     @property
     def times(self) -> Array:
-        """Times of the states that were kept, (kept,), s."""
+        """Times of the stored states, (kept,), s."""
         times: Array = np.arange(self.q.shape[1], dtype=np.float64) * self.interval
         return times
 

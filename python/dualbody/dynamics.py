@@ -147,7 +147,7 @@ class ForwardDynamicsDerivatives(NamedTuple):
 
 
 class StateDerivatives(NamedTuple):
-    """Derivatives of something that depends on q and v, (..., rows, nv) each."""
+    """Derivatives of a quantity in q and v, (..., rows, nv) each."""
 
     dq: Array
     dv: Array
@@ -196,7 +196,7 @@ def sum_of_frame_forces(
 
 
 def external_forces(model: Model, q: ArrayLike, forces: Mapping[str, ArrayLike], representation: RepresentationName = "mixed") -> Array:
-    """Forces on the bodies in their frames, (..., n_bodies, 6), from forces on frames and links by name: what `external` of the dynamics takes.
+    """Forces on the bodies in their frames, (..., n_bodies, 6), from forces on frames and links by name: the argument `external` of the dynamics.
 
     q (..., nq); forces {name: (..., 6)}: [linear; angular] (N, N·m) in a representation.
     """

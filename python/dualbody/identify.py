@@ -1,4 +1,4 @@
-"""System identification: a robot's numbers from logged motion.
+"""System identification: parameters of a robot from logged motion.
 
 >>> import numpy as np, dualbody as db
 >>> from dualbody import identify
@@ -12,16 +12,16 @@
 
 | question | answer |
 |---|---|
-| what was logged? | `Experiment`, or `Experiment.from_rollout` |
-| smooth motion and its derivatives, without delay | `Preparation` |
-| which forces depend on which unknowns? | `Regressor` |
-| which combinations can be known at all? | `Regressor.base_parameters` |
-| their values, and how certain they are | `estimate`, `Estimate.intervals` |
-| a robot that can be, for simulation | `Estimate.consistent` |
-| which motion tells most? | `excite` |
-| does it predict other motions? | `Robot.validate` |
-| numbers in which forces are not linear, and friction on the ground | `shoot` |
-| all of it in words, and as a page | `Estimate.report` |
+| logged channels | `Experiment`, or `Experiment.from_rollout` |
+| filtered motion and its derivatives, without delay | `Preparation` |
+| forces as a linear function of unknowns | `Regressor` |
+| identifiable combinations of unknowns | `Regressor.base_parameters` |
+| their values and uncertainty | `estimate`, `Estimate.intervals` |
+| a physically consistent robot, for simulation | `Estimate.consistent` |
+| the most informative motion | `excite` |
+| prediction of other motions | `Robot.validate` |
+| parameters in which forces are not linear, and friction on the ground | `shoot` |
+| a report as text and as an HTML page | `Estimate.report` |
 
 Arrays of samples have a row for each sample. [Atkeson, An, Hollerbach 1986]
 """
@@ -83,8 +83,8 @@ DryFriction = tuple[Literal["smooth", "sign"], float]
 
 @dataclass(frozen=True)
 class Channel:
-    """Numbers of one quantity of one joint, sample after sample: (samples,), or (samples, n) for joints of several numbers; NaN where a
-    sample is missing. unit: a name, or the SI units in one unit of the channel."""
+    """Samples of one quantity of one joint: (samples,), or (samples, n) for joints with several coordinates; NaN for a missing sample. unit: a name, or
+    the SI value of one unit of the channel."""
 
     joint: str
     quantity: QuantityName
@@ -97,7 +97,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A logged motion: channels over one clock, of a rate (samples a second) or of times (samples,), s; `passive` joints have no force."""
+    """A logged motion: channels on a common clock, with a rate (samples per second) or times (samples,), s; `passive` joints have no force."""
 
     name: str
     channels: Sequence[Channel]
@@ -107,9 +107,9 @@ class Experiment:
 
     @staticmethod
     def from_rollout(name: str, simulator: Simulator, rollout: Rollout) -> Experiment:
-        """An experiment of one trajectory: positions, velocities and the inputs that acted at the joints.
+        """An experiment of one trajectory: positions, velocities and joint inputs.
 
-        Without inputs on frames, contact and external forces. The last state, after which there is no input, is left out.
+        Inputs on frames, contact and external forces are not included. The last state, which has no input, is omitted.
         """
         model, samples = simulator.model, rollout.u.shape[0]
         if rollout.q.ndim != 2:
@@ -138,11 +138,11 @@ def _joints(model: Model) -> list[tuple[str, slice, slice]]:
 
 @dataclass(frozen=True)
 class Preparation:
-    """The way from experiments to data: a polynomial of a degree about each sample, fitted to `half_width` samples on either side, smooths and
-    differentiates. [Savitzky, Golay 1964]
+    """Filters experiments: a polynomial of a given degree about each sample, fitted to `half_width` samples on either side, smooths and differentiates.
+    [Savitzky, Golay 1964]
 
-    low_pass: (order, cutoff in Hz) of a Butterworth filter that all channels go through before, forwards and backwards.
-    decimation: one sample in so many is kept.
+    low_pass: (order, cutoff in Hz) of a Butterworth filter that is applied first to all channels, forwards and backwards. decimation: keeps one sample in
+    this number.
     """
 
     half_width: int
@@ -151,7 +151,7 @@ class Preparation:
     decimation: int = 1
 
     def prepare(self, model: Model, experiments: Sequence[Experiment]) -> Dataset:
-        """Data of experiments for a robot. A ValueError or KeyError names the experiment and the channel that cannot be used."""
+        """Data of experiments for a robot. Raises a ValueError or KeyError that names the experiment and the invalid channel."""
         segments, left_out = _dualbody._prepare(model, self, list(experiments))
         return Dataset(
             [Segment(name, start, rate, *arrays) for name, start, rate, arrays in segments],
@@ -161,8 +161,8 @@ class Preparation:
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of motion without gaps: q (samples, nq), v and a (samples, nv), joint forces tau (samples, nv; N·m or N); start in s, rate in
-    samples a second."""
+    """A segment of motion without gaps: q (samples, nq), v and a (samples, nv), joint forces tau (samples, nv; N·m or N); start in s, rate in samples per
+    second."""
 
     experiment: str
     start: float
@@ -184,7 +184,7 @@ class Segment:
 
 
 class LeftOut(NamedTuple):
-    """A stretch that was too short for the filters."""
+    """A segment that was too short for the filters."""
 
     experiment: str
     start: float
@@ -193,7 +193,7 @@ class LeftOut(NamedTuple):
 
 @dataclass(frozen=True)
 class Dataset:
-    """Data that are ready to be used."""
+    """Prepared data."""
 
     segments: Sequence[Segment]
     left_out: Sequence[LeftOut] = ()
@@ -204,7 +204,7 @@ class Dataset:
         return sum(len(segment) for segment in self.segments)
 
     def hold_back(self, share: float) -> tuple[Dataset, Dataset]:
-        """What to learn from, and the last share of each segment, for validation."""
+        """Training data, and the last share of each segment for validation."""
         if not 0 < share < 1:
             raise ValueError(f"share is {share}, expected a number between 0 and 1")
         kept, held = [], []
@@ -217,8 +217,8 @@ class Dataset:
 
 
 class BaseParameters(NamedTuple):
-    """The combinations of unknowns that forces tell: unknown[independent] + combination @ unknown[dependent], with their meanings; the unknowns
-    `without_effect` change no force."""
+    """The identifiable combinations of unknowns: unknown[independent] + combination @ unknown[dependent], with their meanings; the unknowns
+    `without_effect` do not change any force."""
 
     independent: list[int]
     dependent: list[int]
@@ -231,8 +231,8 @@ class BaseParameters(NamedTuple):
 class Regressor:
     """Joint forces as a linear function of unknowns: tau = Y(q, v, a) x + known(q, v, a).
 
-    Unknown are the inertial parameters of all bodies but those of `known_links`, and what is asked for beside: viscous damping, rotor
-    inertia, dry friction ("smooth", slip velocity) or ("sign", dead zone), constant offsets of the measured forces.
+    Unknowns are the inertial parameters of all bodies except those of `known_links`, and optionally viscous damping, rotor inertia, dry friction
+    ("smooth", slip velocity) or ("sign", dead zone), and constant offsets of the measured forces.
     """
 
     model: Model
@@ -257,12 +257,12 @@ class Regressor:
         return _dualbody._regressor_matrix(self, q, v, a)
 
     def base_parameters(self) -> BaseParameters:
-        """The combinations of unknowns that forces tell at all."""
+        """The identifiable combinations of unknowns."""
         return BaseParameters(*_dualbody._base_parameters(self))
 
 
 class Interval(NamedTuple):
-    """A number with its confidence interval."""
+    """An estimate with its confidence interval."""
 
     name: str
     value: float
@@ -272,7 +272,7 @@ class Interval(NamedTuple):
 
 
 class ForceError(NamedTuple):
-    """Error of the predicted force along a velocity coordinate, N·m or N: measured less predicted; `measured` is the size of the force itself."""
+    """Error of the predicted force along a velocity coordinate, N·m or N: measured minus predicted; `measured` is the root mean square of the force itself."""
 
     rms: float
     mean: float
@@ -302,7 +302,7 @@ class Robot:
         return _dualbody._predict(self, q, v, a)
 
     def validate(self, data: Dataset) -> Validation:
-        """Compares predicted with measured forces of data, which should be others than those that were learnt from."""
+        """Compares predicted with measured forces of data. Use other data than for the identification."""
         errors, predicted = _dualbody._validate(self, data)
         return Validation([ForceError(*own) for own in errors], predicted)
 
@@ -313,8 +313,8 @@ def _robot(regressor: Regressor, numbers: Sequence[Array]) -> Robot:
 
 
 class ConsistentEstimate(NamedTuple):
-    """The physically consistent robot nearest to the estimate: all unknowns (n,), the robot, by how much the weighted squares are larger than the least, by how
-    much the cost is above its least at most, and iterations."""
+    """The physically consistent robot nearest to the estimate: all unknowns (n,), the robot, the increase of the weighted squares over the unconstrained
+    estimate, the upper bound of the distance of the cost from its minimum, and iterations."""
 
     unknowns: Array
     robot: Robot
@@ -325,7 +325,7 @@ class ConsistentEstimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Report:
-    """Report of an identification; notebooks show its page."""
+    """Report of an identification; notebooks show it as an HTML page."""
 
     text: str
     html: str = field(repr=False)
@@ -356,19 +356,19 @@ class Estimate:
         return [Interval(*own) for own in self._own.intervals(level)]
 
     def robot(self) -> Robot:
-        """The robot with these numbers. It predicts forces as well as any; simulated, it may be impossible."""
+        """The robot with these values. Use it to predict forces; for simulation it may be physically inconsistent."""
         return _robot(self.regressor, self._own.robot())
 
     def consistent(self, regularization: float | None = None, gap: float | None = None) -> ConsistentEstimate:
-        """The nearest physically consistent robot: inertias that some mass distribution has, friction that is not negative.
+        """The nearest physically consistent robot, with nonnegative friction.
 
-        regularization: weight of the distance from the nominal robot; gap: by how much the cost may be above the least.
+        regularization: weight of the distance from the nominal robot; gap: maximum difference of the cost from its minimum.
         """
         unknowns, robot, excess, above, iterations = self._own.consistent(regularization, gap)
         return ConsistentEstimate(unknowns, _robot(self.regressor, robot), excess, above, iterations)
 
     def report(self, robot: Robot, validation: Dataset, level: float = 0.95) -> Report:
-        """The report of this estimate, with the errors of a robot on data that were held back."""
+        """The report of this estimate, with the errors of a robot on validation data."""
         return Report(*self._own.report(robot, validation, level))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -388,7 +388,7 @@ def _restored(regressor: Regressor, *numbers: Any) -> Estimate:
 def estimate(regressor: Regressor, data: Dataset) -> Estimate:
     """Estimates the base parameters of a robot from data, by weighted least squares.
 
-    Raises ValueError if data belong to another robot, or if the motion leaves unknowns open; the error names them.
+    Raises ValueError if data belong to another robot, or if the motion does not determine some unknowns; the error names them.
     """
     return Estimate(regressor, _dualbody._estimate(regressor, data))
 
@@ -424,10 +424,10 @@ def excite(
     starts: int | None = None,
     seed: int | None = None,
 ) -> Excitation:
-    """Finds a periodic motion within the limits of joints that tells as much as possible of the unknowns. [Swevers et al. 1997]
+    """Finds the most informative periodic motion within joint limits. [Swevers et al. 1997]
 
-    period (s), harmonics, range (share of the position limits), reach, speed, acceleration (where a joint has no limit), force_deviations (nv,),
-    max_iterations, starts, seed; None stands for the default.
+    period (s), harmonics, range (share of the position limits), reach, speed, acceleration (for joints without a limit), force_deviations (nv,),
+    max_iterations, starts, seed; None means the default.
     """
     options = given(
         period=period,
@@ -446,7 +446,7 @@ def excite(
 
 @dataclass(frozen=True)
 class Inertia:
-    """`shoot` adjusts the inertia of the body that a link is on: ten numbers."""
+    """`shoot` adjusts the ten inertial parameters of the body of a link."""
 
     link: str
 
@@ -456,7 +456,7 @@ class Inertia:
 
 @dataclass(frozen=True)
 class LinkMass:
-    """`shoot` adjusts the mass of the body that a link is on, kg, and its first moment and moments of inertia in proportion."""
+    """`shoot` adjusts the mass of the body of a link, kg, and its first moment and moments of inertia in proportion."""
 
     link: str
 
@@ -466,10 +466,10 @@ class LinkMass:
 
 @dataclass(frozen=True)
 class Parameter:
-    """`shoot` adjusts the parameter with a name, as in `Simulator.parameter_names`: "elbow: damping".
+    """`shoot` adjusts a parameter by name, as in `Simulator.parameter_names`: "elbow: damping".
 
-    All others stay: "pole: mass" holds the first moment and the inertia, so that the mass that is found is that of another body. `LinkMass` scales
-    all of them, `Inertia` finds all ten.
+    All other parameters are fixed: with "pole: mass", first moment and inertia are fixed, so centre of mass and shape of the body change. `LinkMass`
+    scales all of them, `Inertia` adjusts all ten.
     """
 
     name: str
@@ -480,7 +480,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Friction:
-    """`shoot` adjusts one coefficient of friction for these points of contact, by their index in `Simulator.contact_points`."""
+    """`shoot` adjusts one coefficient of friction for these contact points, by their index in `Simulator.contact_points`."""
 
     points: Sequence[int]
 
@@ -489,8 +489,8 @@ class Friction:
 
 
 class ShootingEstimate(NamedTuple):
-    """What `shoot` found: values (n,), their intervals (None if some number changes no state), standard deviation of the residuals, how the
-    solver ended, and the robot with these numbers."""
+    """Result of `shoot`: values (n,), their intervals (None if some parameter changes no state), standard deviation of the residuals, status of the
+    solver, and the robot with these values."""
 
     values: Array
     intervals: list[Interval] | None
@@ -514,7 +514,7 @@ def shoot(
     regularization: float | None = None,
     max_iterations: int | None = None,
 ) -> ShootingEstimate:
-    """Adjusts parameters of a simulator until its motion agrees with the data, by Levenberg and Marquardt's method. [Bock 1987]
+    """Adjusts parameters of a simulator until its motion agrees with the data, by the Levenberg–Marquardt method. [Bock 1987]
 
     samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations; None stands for the
     default.

@@ -7,17 +7,17 @@
 4.905
 
 All functions of `dualbody.dynamics` are here by their names, with `integrate` and `difference` of configurations, and of a simulator `step`, `rollout`,
-`acceleration`, `contact_forces`, `contact_kinematics`, `contact_frames`, `contact_jacobians` and their rates. Arguments are those of the functions of NumPy.
-Each takes `parameters` (..., n) besides: those of the robot, instead of `model.parameters`, and differentiable like the rest; points of contact stay where
-they are on their bodies, as in `Simulator.with_parameters`. Steps and rollouts take and give the state of soft contact where it is given.
+`acceleration`, `contact_forces`, `contact_kinematics`, `contact_frames`, `contact_jacobians` and their rates. Arguments are those of the NumPy functions.
+Each function also takes `parameters` (..., n): those of the robot, instead of `model.parameters`, and differentiable; contact points are fixed on their
+bodies, as in `Simulator.with_parameters`. Steps and rollouts take and return the state of soft contact if it is given.
 
-Values and derivatives are the library's own, exact ones. On the CPU compiled programs call the library through JAX's foreign-function interface,
+Values and derivatives are those of the library, exact to rounding. On the CPU compiled programs call the library through JAX's foreign-function interface,
 without the interpreter; elsewhere they call it on the host (`pure_callback`), which costs some tens of microseconds more. `vmap` is one call for the
-batch, `jacfwd` and `jacrev` are one for all directions. First derivatives only; of functions that are derivatives themselves, all but
-`inverse_dynamics_second_derivatives` have them, too. Arrays are float64 if JAX is told so (`jax_enable_x64`), else their results are rounded to float32.
-Changes of q are changes of its coordinates, quaternions included.
+batch, `jacfwd` and `jacrev` are one call for all directions. Only first derivatives exist, also for functions that are derivatives themselves, except
+`inverse_dynamics_second_derivatives`. Arrays are float64 with the option `jax_enable_x64`; otherwise results are rounded to float32. Derivatives in q are
+those in its coordinates, including quaternions.
 
-A program names its robot by a digest of what the robot is, and the process keeps each robot that a program was made of.
+A compiled program refers to its robot by a digest, and the process keeps all robots of its programs.
 """
 
 from __future__ import annotations

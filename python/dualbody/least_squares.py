@@ -1,4 +1,4 @@
-"""Nonlinear least squares: min ½ Σ ρ(r(x)²) within bounds, by Levenberg and Marquardt's method, of functions of Python.
+"""Nonlinear least squares: min ½ Σ ρ(r(x)²) within bounds, by the Levenberg–Marquardt method, for Python functions.
 
 >>> import numpy as np
 >>> from dualbody import least_squares
@@ -10,8 +10,8 @@
 >>> np.round(least_squares.solve(valley, slopes, [-1.2, 1.0], bounds=(None, [0.5, 2.0])).x, 9)
 array([0.5 , 0.25])
 
-A step d solves min ½ |J d + r|² + ½ λ |D d|² within the bounds, with D the largest lengths that the columns of J have had, so that the units of
-variables do not matter. A call of a function costs what Python takes for it, microseconds; the library's own fits (`dualbody.identify`) call none.
+A step d solves min ½ |J d + r|² + ½ λ |D d|² within the bounds, with D the largest norms of the columns of J so far, so the units of the variables do not
+matter. A call of a Python function costs microseconds; the fits of `dualbody.identify` call none.
 [Levenberg 1944; Marquardt 1963; Moré 1978]
 """
 
@@ -34,9 +34,9 @@ __all__ = ["Loss", "Solution", "solve"]
 
 @dataclass(frozen=True)
 class Loss:
-    """Cost ρ(s) of the square s = r² of a residual: made by `square`, `huber`, `soft_l1` or `cauchy`.
+    """Loss ρ(s) of the square s = r² of a residual: `square`, `huber`, `soft_l1` or `cauchy`.
 
-    delta: the residual from which on it counts less, positive, in the unit of the residual. [Huber 1964; Triggs et al. 2000]
+    delta: the residual above which the loss grows more slowly, positive, in the unit of the residual. [Huber 1964; Triggs et al. 2000]
     """
 
     kind: Literal["square", "huber", "soft_l1", "cauchy"] = "square"
@@ -49,7 +49,7 @@ class Loss:
 
     @staticmethod
     def huber(delta: float) -> Loss:
-        """Up to delta the square, then linear. Convex."""
+        """The square up to delta, then linear. Convex."""
         return Loss("huber", delta)
 
     @staticmethod
@@ -59,7 +59,7 @@ class Loss:
 
     @staticmethod
     def cauchy(delta: float) -> Loss:
-        """ρ = δ² ln(1 + s/δ²): outliers do next to nothing, and there may be several minima."""
+        """ρ = δ² ln(1 + s/δ²): outliers have almost no influence, and there may be several minima."""
         return Loss("cauchy", delta)
 
     def value(self, s: ArrayLike) -> Array:
@@ -73,11 +73,11 @@ class Loss:
 
 @dataclass(frozen=True)
 class Solution:
-    """The best point that was found, and how the run went.
+    """The best point found, and the course of the run.
 
-    x (n,); residuals (m,) there; cost ½ Σ ρ(r²); history: the cost of the start, then after each iteration; held: directions that a bound holds
-    back; normal_matrix Jᵀ W J with the weights of the loss; variance of a residual and covariance of the variables to first order, None where
-    there are not more residuals than free directions, or one changes nothing. [Bard 1974, section 7.5]
+    x (n,); residuals (m,) there; cost ½ Σ ρ(r²); history: the cost of the start, then after each iteration; held: directions with an active bound;
+    normal_matrix Jᵀ W J with the weights of the loss; variance of a residual and covariance of the variables to first order, None if there are not more
+    residuals than free directions, or a direction has no effect. [Bard 1974, section 7.5]
     """
 
     x: Array
@@ -114,12 +114,12 @@ def solve(
 ) -> Solution:
     """Minimises from a start (n,).
 
-    residuals(x) gives (m,), jacobian(x) their derivatives (m, n); what is not finite is taken for a point that cannot be. bounds: (lower, upper),
-    (n,) each, infinite where there is none. manifold: (number of directions, retract(x, d) -> x moved by d) where the variables are points of a
-    curved space, such as quaternions; the Jacobian is then that in directions. report(iteration, cost, gradient, damping) is called after each
-    iteration. max_iterations is 100 if left out; None stands for the default of each of the others.
+    residuals(x) returns (m,), jacobian(x) their derivatives (m, n); a point with values that are not finite is rejected. bounds: (lower, upper), (n,)
+    each, infinite for no bound. manifold: (number of directions, retract(x, d) -> x moved by d) for variables on a manifold, such as quaternions; the
+    Jacobian is then that in directions. report(iteration, cost, gradient, damping) is called after each iteration. max_iterations is 100 by default; None
+    means the default of the other options.
 
-    What a function raises ends the run, and is raised.
+    An exception of a function ends the run and is raised.
     """
     own = loss or Loss()
     options = given(

@@ -44,7 +44,7 @@ ORIGIN: Any = (0.0, 0.0, 0.0)
 
 
 class Limits(NamedTuple):
-    """Limits of a joint; None where there is none. Positions in rad or m, velocity in rad/s or m/s, effort in N·m or N."""
+    """Limits of a joint; None for no limit. Positions in rad or m, velocity in rad/s or m/s, effort in N·m or N."""
 
     lower: float | None = None
     upper: float | None = None
@@ -53,7 +53,7 @@ class Limits(NamedTuple):
 
 
 class Mimic(NamedTuple):
-    """A joint follows another:  q = multiplier · q_leader + offset."""
+    """Coupling of a mimic joint: q = multiplier · q_leader + offset."""
 
     leader: str
     multiplier: float = 1.0
@@ -104,7 +104,7 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Capsule(Shape):
-    """Cylinder along z with half balls at its ends; length is that of the cylinder, m."""
+    """Cylinder along z with hemispheres at its ends; length without the hemispheres, m."""
 
     radius: float
     length: float
@@ -126,8 +126,7 @@ class Mesh(Shape):
 
 @dataclass(frozen=True)
 class LinkSpec:
-    """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), shapes that are seen and that touch, and whether
-    gravity acts on it."""
+    """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), visual and collision shapes, and whether gravity acts on it."""
 
     name: str
     mass: float = 0.0
@@ -139,19 +138,19 @@ class LinkSpec:
 
     @staticmethod
     def solid_box(name: str, size: Vector3, mass: float) -> LinkSpec:
-        """A solid box, seen and touching: moments m (y² + z²) / 12, …"""
+        """A solid box with visual and collision shape: moments m (y² + z²) / 12, …"""
         x, y, z = (length * length for length in size)
         return LinkSpec._solid(name, mass, (y + z, x + z, x + y), mass / 12.0, Box(size))
 
     @staticmethod
     def solid_sphere(name: str, radius: float, mass: float) -> LinkSpec:
-        """A solid ball, seen and touching: moments 2 m r² / 5."""
+        """A solid ball with visual and collision shape: moments 2 m r² / 5."""
         square = radius * radius
         return LinkSpec._solid(name, mass, (square, square, square), 0.4 * mass, Sphere(radius))
 
     @staticmethod
     def solid_cylinder(name: str, radius: float, length: float, mass: float) -> LinkSpec:
-        """A solid cylinder along z, seen and touching: moments m (3 r² + l²) / 12 and m r² / 2."""
+        """A solid cylinder along z with visual and collision shape: moments m (3 r² + l²) / 12 and m r² / 2."""
         across = 3.0 * radius * radius + length * length
         return LinkSpec._solid(
             name, mass, (across, across, 6.0 * radius * radius), mass / 12.0, Cylinder(radius, length)
@@ -218,7 +217,7 @@ class ModelBuilder:
         return self
 
     def build(self) -> Model:
-        """The robot. A ValueError names what is wrong."""
+        """Builds the robot. Raises a ValueError that names the defect."""
         return _dualbody._build_model(
             self.name,
             self.gravity,
@@ -231,9 +230,9 @@ class ModelBuilder:
 
 
 class ScaledLink(NamedTuple):
-    """Numbers of a link that are parameters: of "x", "y", "z" (edges of a box, scales of a mesh), "radius", "length" and "density".
+    """Design parameters of a link: of "x", "y", "z" (edges of a box, scales of a mesh), "radius", "length" and "density".
 
-    masses: "described" (every particle moves with the shape) or "homogeneous" (a solid of the mass of the description).
+    masses: "described" (all particles move with the shape) or "homogeneous" (a solid with the mass of the description).
     """
 
     name: str
@@ -243,9 +242,9 @@ class ScaledLink(NamedTuple):
 
 @dataclass(frozen=True)
 class Hardware:
-    """A robot whose links can have other sizes and densities: those of `links`, or of all links with a shape.
+    """A robot with sizes and densities of links as design parameters: of `links`, or of all links with a shape.
 
-    Joints, frames, shapes and inertias move along. names and nominal (n,) are the parameters: m, kg/m³, and scales of meshes.
+    Joints, frames, shapes and inertias move with the sizes. names and nominal (n,) are those of the parameters: m, kg/m³, and scales of meshes.
     """
 
     model: Model
@@ -258,7 +257,7 @@ class Hardware:
 
     @property
     def names(self) -> list[str]:
-        """Name of each parameter: link and number, as in "forearm: length"."""
+        """Name of each parameter: link and quantity, as in "forearm: length"."""
         return _dualbody._hardware(self.model, self._links())[0]
 
     @property
@@ -271,8 +270,8 @@ class Hardware:
         return _dualbody._hardware_model(self.model, self._links(), x)
 
     def parameter_jacobian(self, x: ArrayLike) -> Array:
-        """Derivatives (parameters of the model, n) of all `Model.parameters` in those of the hardware at x (n,).
+        """Derivatives (parameters of the model, n) of all `Model.parameters` in the design parameters at x (n,).
 
-        With the gradient g of anything in the parameters of the model at x, that in sizes and densities is J.T @ g.
+        For a gradient g in the parameters of the model at x, the gradient in sizes and densities is J.T @ g.
         """
         return _dualbody._hardware_jacobian(self.model, self._links(), x)

@@ -1,4 +1,4 @@
-"""Generated C, compiled by the system's C compiler and loaded: steps and functions as straight-line code that knows the robot's numbers.
+"""Generated C, compiled by the system's C compiler and loaded: steps and functions as straight-line code with the parameters of the robot as constants.
 
 >>> import dualbody as db
 >>> simulator = db.Simulator(db.samples.cartpole(), time_step=0.01)
@@ -6,10 +6,9 @@
 >>> bool(abs(fast.step([0.1, 0.2], [0.0, 0.0])[1] - simulator.step([0.1, 0.2], [0.0, 0.0])[1]).max() < 1e-12)
 True
 
-What is compiled is kept in a folder of the user's caches, and found again by its text, the compiler and the machine: nothing is compiled
-twice. Ctrl-C, and the end of the program, end the compiler with all that it has started. Whoever may write to that folder may change what
-the program does. It pays for small robots whose steps are taken one by one, or many at once in other loops than those of
-`Simulator.rollout`, which runs on vector registers.
+Compiled code is stored in the user's cache folder and found again by its text, the compiler and the machine, so nothing is compiled twice. Ctrl-C and the
+end of the program end the compiler and its child processes. A user with write access to that folder can change the behaviour of the program. Native code
+is useful for small robots that are stepped one by one, or in other loops than `Simulator.rollout`, which runs on vector registers.
 """
 
 from __future__ import annotations
@@ -30,10 +29,10 @@ __all__ = ["Compiler", "NativeFunction", "NativeSimulator"]
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler that takes flags as GCC and Clang do.
+    """A C compiler with the flags of GCC and Clang.
 
-    command: None is what the variable CC names, or `cc`. flags: those for optimisation, None for -O2 and this very machine. cache: the folder for
-    what it compiles, None for `dualbody-native` among the user's caches.
+    command: None for the variable CC, or `cc`. flags: for optimisation, None for -O2 and the instructions of this machine. cache: the folder for compiled
+    code, None for `dualbody-native` in the user's cache folder.
     """
 
     command: str | None = None

@@ -1,8 +1,8 @@
 """Distributed work over a Ray cluster: rollouts, gradients, the evolution of policies, and any other function.
 
-States go out in shards, and results return shard by shard, in the order of the states. Each state has its own random numbers, by its index, so
-results do not depend on the number of workers; with different robots, the size of shards changes the last digits. Lost workers are replaced (Ray's
-retries). At most `in_flight` shards are in progress, so that memory is bounded.
+States go out in shards, and results return shard by shard, in the order of the states. Each state has its own random numbers, by its index, so results do
+not depend on the number of workers; with different robots, the size of shards changes the last digits. Lost workers are replaced (Ray's retries). At most
+`in_flight` shards are in progress, which bounds the memory.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ Array = NDArray[np.float64]
 
 
 def generator(seed: int, index: int) -> np.random.Generator:
-    """The random numbers of a state: the same wherever it is computed."""
+    """The random numbers of a state, independent of the worker."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
 
 
 @dataclass(frozen=True)
 class Work:
-    """What is done with each state. The functions are called on workers; each state brings its own generator."""
+    """The work for each state. The functions are called on workers; each state has its own generator."""
 
     simulator: Simulator
     steps: int
@@ -122,8 +122,8 @@ def rollouts(
 ) -> Iterator[tuple[int, Any]]:
     """Rollouts of `count` states: (index of the first state, kept part) of one shard after the other.
 
-    parameters (count, p): of the control, a row for each state. shard: states of a task; in_flight: tasks that are away at most, twice the
-    cluster's cores by default; threads: cores of a task; retries: of a task whose worker is lost; progress(states done).
+    parameters (count, p): of the control, one row per state. shard: states of a task; in_flight: maximum number of tasks in progress, twice the cores of
+    the cluster by default; threads: cores of a task; retries: of a task whose worker is lost; progress(states done).
     """
     if parameters is not None and len(parameters) != count:
         raise ValueError(f"parameters has {len(parameters)} rows, expected {count}")
@@ -172,7 +172,7 @@ def gradients(
 ) -> Iterator[tuple[int, RolloutGradient]]:
     """Gradients of a cost of the rollout of each state under its inputs (count, steps, nu), a RolloutGradient of one shard after the other.
 
-    cost(rollout) gives the value and the slopes, as for `sim.rollout_gradient`; steps, control and keep of the work are not used. The other
+    cost(rollout) returns the value and the gradient, as for `sim.rollout_gradient`; steps, control and keep of the work are not used. The other
     arguments are those of `rollouts`.
     """
     inputs = np.asarray(inputs, np.float64)
@@ -197,7 +197,7 @@ def each(
 ) -> Iterator[Any]:
     """function(item) for each item, on workers, in the order of the items: identification of many robots or from many starts, sweeps, plans.
 
-    Items are asked for as their turn comes, so that memory is bounded however many there are. The other arguments are those of `rollouts`.
+    Items are read lazily, so memory is bounded for any number of items. The other arguments are those of `rollouts`.
     """
     _start()
     shared = ray.put(function)
@@ -206,7 +206,7 @@ def each(
 
 @dataclass(frozen=True)
 class Evolution:
-    """How a policy evolved: mean (p,) and spread (p,) of its parameters, best points of each generation."""
+    """Result of `evolve`: mean (p,) and spread (p,) of the parameters, best score of each generation."""
 
     mean: Array
     spread: Array
@@ -230,8 +230,8 @@ def evolve(
 ) -> Evolution:
     """Cross-entropy search for the parameters of `work.control(k, q, v, parameters)`, one state for each candidate.
 
-    points(rollout) (n,) tells how well the candidates of a shard did; the next generation is drawn around the mean of the elite. It ends when
-    the mean of the elite's points is enough. The result depends on the seed only, not on shards or workers.
+    points(rollout) (n,) returns the scores of the candidates of a shard; the next generation is drawn around the mean of the elite. It ends when the mean
+    score of the elite reaches `enough`. The result depends on the seed only, not on shards or workers.
     """
     scored = Work(work.simulator, work.steps, work.start, work.control, work.model, points)
     center, width, history = np.asarray(mean, float), np.asarray(spread, float), []

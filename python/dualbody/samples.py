@@ -65,5 +65,5 @@ def arm() -> Model:
 
 
 def random_tree(n: int, seed: int) -> Model:
-    """A tree of n random bodies on random joints, the same for the same seed."""
+    """A tree of n random bodies on random joints; equal seeds give equal robots."""
     return _dualbody._sample("random_tree", n, seed)

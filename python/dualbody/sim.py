@@ -1,4 +1,4 @@
-"""Simulation: what acts on a robot, steps, rollouts, their gradients."""
+"""Simulation: actuation, constraints, steps, rollouts and their gradients."""
 
 from __future__ import annotations
 
@@ -103,8 +103,8 @@ def rollout_gradient(
 ) -> RolloutGradient:
     """Gradient of a cost of the rollout in its start, its inputs and the model's parameters.
 
-    cost(rollout) returns the value, (...), and its slopes {"q": (..., steps + 1, nq), "v": …, "contact": …, "u": (..., steps, nu)} in the
-    numbers of states and inputs; what is left out is zero. The other arguments are those of `Simulator.rollout_vjp`.
+    cost(rollout) returns the value, (...), and its gradient {"q": (..., steps + 1, nq), "v": …, "contact": …, "u": (..., steps, nu)} in the entries of
+    states and inputs; missing entries are zero. The other arguments are those of `Simulator.rollout_vjp`.
     """
     rollout = simulator.rollout(q, v, inputs=inputs, contact=contact)
     value, slopes = cost(rollout)

@@ -5,7 +5,7 @@
 >>> (turn @ Transform(translation=(0.0, 0.0, 2.0))).translation
 (1.0, 0.0, 2.0)
 
-A pose X of frame B in frame A maps what is expressed in B to A. Wherever a pose (4, 4) is taken, a Transform can be given.
+A pose X of frame B in frame A maps quantities expressed in B to A. A Transform can be used for any argument that is a pose (4, 4).
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Quaternion:
         return _quaternion("exp", _numbers("a rotation vector", vector, (3,)))
 
     def log(self) -> Array:
-        """The rotation vector (3,), rad, of at most half a turn."""
+        """The rotation vector (3,), rad, of length at most π."""
         return np.array(_dualbody._rotation("log", list(self.numbers)))
 
     @property
@@ -88,7 +88,7 @@ class Quaternion:
 
     @property
     def matrix(self) -> Array:
-        """The rotation matrix, (3, 3): its columns are the turned axes."""
+        """The rotation matrix, (3, 3): its columns are the rotated axes."""
         return np.array(_dualbody._rotation("to_matrix", list(self.numbers))).reshape(3, 3)
 
     @property
@@ -98,17 +98,17 @@ class Quaternion:
         return (roll, pitch, yaw)
 
     def inverse(self) -> Quaternion:
-        """The rotation back."""
+        """The inverse rotation."""
         return Quaternion(self.w, -self.x, -self.y, -self.z)
 
     def __matmul__(self, other: Quaternion) -> Quaternion:
-        """This rotation after another one."""
+        """The product: this rotation after another one."""
         if not isinstance(other, Quaternion):
             return NotImplemented
         return _quaternion("times", (*self.numbers, *other.numbers))
 
     def rotate(self, vectors: ArrayLike) -> Array:
-        """Turned vectors, (..., 3)."""
+        """Rotated vectors, (..., 3)."""
         return np.asarray(vectors, dtype=float) @ self.matrix.T
 
 
@@ -145,12 +145,12 @@ class Transform:
 
     @staticmethod
     def exp(motion: ArrayLike) -> Transform:
-        """Where a constant velocity [linear; angular] (6,), in the moving frame, leads in one unit of time."""
+        """The pose after unit time with a constant velocity [linear; angular] (6,) in the moving frame."""
         found = _dualbody._pose("exp", _numbers("a motion", motion, (6,)).tolist())
         return Transform(_quaternion("times", (*found[:4], 1.0, 0.0, 0.0, 0.0)), cast("Vector3", tuple(found[4:])))
 
     def log(self) -> Array:
-        """The constant velocity (6,) that leads here in one unit of time: the inverse of `exp`."""
+        """The constant velocity (6,) that reaches this pose in unit time: the inverse of `exp`."""
         return self._ask("log")
 
     @property

@@ -1,4 +1,4 @@
-"""States by the names of their parts: pose and velocity of the base, random states within bounds."""
+"""Pose and velocity of the base in a state, and random states within bounds."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _ONE = (-1.0, 1.0)
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Bounds (lower, upper) of a random state, part by part; each number is uniform between them. Those of the base are for floating ones.
+    """Bounds (lower, upper) of a random state; each coordinate is uniformly distributed between them. Bounds of the base are for floating bases.
 
-    base_position (m), base_linear_velocity (m/s) and base_angular_velocity (rad/s) are in axes of the world; base_roll_pitch_yaw (rad) is None for every
-    rotation with the same probability. joint_position (rad or m) holds for joints of one degree of freedom, within their own limits;
-    joint_velocity (rad/s or m/s) along every degree of freedom, within the speed limits of the joints.
+    base_position (m), base_linear_velocity (m/s) and base_angular_velocity (rad/s) are in axes of the world; base_roll_pitch_yaw (rad) is None for
+    uniformly distributed rotations. joint_position (rad or m) applies to joints of one degree of freedom, within their limits; joint_velocity (rad/s or
+    m/s) to each degree of freedom, within the speed limits of the joints.
     """
 
     base_position: ThreeBounds = (_ONE, _ONE, _ONE)
@@ -41,7 +41,7 @@ class StateBounds:
 
 
 def random_state(model: Model, seed: int, bounds: StateBounds | None = None) -> tuple[Array, Array]:
-    """A random (q, v) within bounds, the same for the same seed.
+    """A random (q, v) within bounds; equal seeds give equal states.
 
     >>> import dualbody as db
     >>> q, v = db.state.random_state(db.samples.cartpole(), 1, db.state.StateBounds(joint_position=(0.1, 0.2)))
@@ -63,7 +63,7 @@ def base_pose(model: Model, q: ArrayLike) -> Array:
 
 
 def with_base_pose(model: Model, q: ArrayLike, pose: ArrayLike) -> Array:
-    """Configurations (..., nq) with another pose (..., 4, 4) of the floating base; q (..., nq). The velocity keeps its numbers in axes of the base."""
+    """Configurations (..., nq) with another pose (..., 4, 4) of the floating base; q (..., nq). The velocity coordinates in the base frame are unchanged."""
     _check(model)
     own, given = np.asarray(q, dtype=float), np.asarray(pose, dtype=float)
     if own.shape[-1:] != (model.nq,) or given.shape[-2:] != (4, 4):

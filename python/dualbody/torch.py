@@ -11,10 +11,10 @@
 
 The functions are those of `dualbody.jax`, with the same arguments: all of `dualbody.dynamics`, and of a simulator steps, rollouts, accelerations and contact.
 
-Values and slopes are the library's own, exact ones: a rollout is one call, and so is its gradient in start, inputs and the parameters
-of the robot. They are computed on the CPU in float64, whatever tensors come in; results have the device of the first and the type of all tensors.
-`vmap` is one call for the batch, a Jacobian one for all directions. First derivatives only: no `hessian`. Changes of q are changes of its coordinates,
-quaternions included.
+Values and derivatives are those of the library, exact to rounding: a rollout is one call, and so is its gradient in start, inputs and the parameters of
+the robot. They are computed on the CPU in float64 for all input tensors; results have the device of the first tensor and the common type of all tensors.
+`vmap` is one call for the batch, a Jacobian one call for all directions. Only first derivatives exist: no `hessian`. Derivatives in q are those in its
+coordinates, including quaternions.
 """
 
 from __future__ import annotations

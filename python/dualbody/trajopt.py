@@ -2,9 +2,8 @@
 
 A state is x = (q, v, contact). A cost is a list of terms, weight · activation(residual); a residual is a small class of this module.
 
-Dynamics and residuals may be functions of Python too, `Dynamics` and `Residual`, with their Jacobians. Their price: each call of one takes the
-interpreter lock and some microseconds besides what the function itself takes, one thread at a time, and second derivatives of them are those of
-Gauss and Newton.
+Dynamics and residuals may also be Python functions with their Jacobians, `Dynamics` and `Residual`. Each call takes the interpreter lock and some
+additional microseconds, one thread at a time, and second derivatives of these functions are replaced by Gauss–Newton.
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Activation:
-    """What a cost makes of a residual r: made by `quadratic` (½ Σ r²), `weighted`, `smooth_abs`, `flat` or `barrier`."""
+    """The cost function of a residual r: `quadratic` (½ Σ r²), `weighted`, `smooth_abs`, `flat` or `barrier`."""
 
     kind: str = "quadratic"
     x: Sequence[float] = ()
@@ -80,7 +79,7 @@ class Activation:
 
     @staticmethod
     def flat(width: float) -> Activation:
-        """Σ 1 - exp(-½ r² / width²): outliers do not pull."""
+        """Σ 1 - exp(-½ r² / width²): outliers have no influence."""
         return Activation("flat", (width,))
 
     @staticmethod
@@ -128,7 +127,7 @@ class FrameOrientation:
 
 @dataclass(frozen=True)
 class FramePose:
-    """Motion that leads from a frame to a pose (4, 4)."""
+    """Displacement of a frame from a target pose (4, 4)."""
 
     frame: str
     target: ArrayLike
@@ -156,10 +155,11 @@ class FrameDistance:
 
 @dataclass(frozen=True)
 class LinkDistances:
-    """Distances of pairs of links by their collision shapes, m: to keep clear of obstacles, which are links too (fixed objects of a world), and of oneself.
+    """Distances of pairs of links by their collision shapes, m: for collision avoidance with obstacles, which are links of fixed objects of a world, and
+    for self-collision avoidance.
 
-    One number a pair; with `samples_between` as many again for each configuration between a node and the one before it, evenly spaced on the way q ⊕ (-s v) with the
-    velocity of the node. The way to the last node is looked at by a final constraint. Negative where links overlap.
+    One entry per pair; with `samples_between` the same number again for each configuration between a node and the previous one, evenly spaced on the path
+    q ⊕ (-s v) with the velocity of the node. The interval before the last node needs a final constraint. Negative if links overlap.
 
     >>> import dualbody as db
     >>> clear = db.trajopt.LinkDistances([("hand", "shelf"), ("hand", "upper_arm")], samples_between=2)
@@ -175,11 +175,11 @@ class LinkDistances:
         return [distance] * n, [float("inf")] * n
 
     def at_least(self, distance: float) -> Constraint:
-        """The constraint that every distance is at least so many m."""
+        """The constraint that all distances are at least `distance`, m."""
         return Constraint(self, self._bounds(distance))
 
     def barrier(self, distance: float) -> Activation:
-        """The activation of the soft form: ½ Σ of the squares of what is missing."""
+        """The activation of the soft form: ½ the sum of squared shortfalls."""
         return Activation.barrier(*self._bounds(distance))
 
 
@@ -201,9 +201,9 @@ class CentroidalMomentum:
 
 @dataclass(frozen=True)
 class Residual:
-    """A residual that is a function: value(x, u) gives (dim,), jacobians(x, u) gives its derivatives (dim, ndx) and (dim, nu).
+    """A residual as a Python function: value(x, u) returns (dim,), jacobians(x, u) its derivatives (dim, ndx) and (dim, nu).
 
-    x (nx,) and u (nu,), which has no numbers at the end of the horizon; the derivative in x is that along tangent directions of the state.
+    x (nx,) and u (nu,), which is empty at the end of the horizon; the derivative in x is along tangent directions of the state.
     """
 
     dim: int
@@ -214,7 +214,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Dynamics that are a function: step(x, u) gives the next state (nx,), jacobians(x, u) gives its derivatives (nx, nx) and (nx, nu).
+    """Dynamics as a Python function: step(x, u) returns the next state (nx,), jacobians(x, u) its derivatives (nx, nx) and (nx, nu).
 
     time_step: the factor of running costs, s.
     """
@@ -228,7 +228,7 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class Term:
-    """weight · activation(residual); in the stages (first, end) only, if they are given."""
+    """weight · activation(residual); optionally only in the stages (first, end)."""
 
     weight: float
     residual: Any
@@ -246,7 +246,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Problem:
-    """Least cost over `horizon` steps of a simulator, or of dynamics that are functions, from a start x = (q, v, contact)."""
+    """Minimises a cost over `horizon` steps of a simulator, or of Python dynamics, from a start x = (q, v, contact)."""
 
     simulator: Simulator | Dynamics
     horizon: int
@@ -269,7 +269,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Solution:
-    """x (horizon + 1, nx), u (horizon, nu), gains (horizon, nu, ndx) of the feedback δu = gain δx, and how the solver ended."""
+    """x (horizon + 1, nx), u (horizon, nu), gains (horizon, nu, ndx) of the feedback δu = gain δx, and the status of the solver."""
 
     x: Array
     u: Array
@@ -328,15 +328,15 @@ class Ddp(_Solver):
         guess: tuple[ArrayLike | None, ArrayLike] | None = None,
         report: Callable[[int, float, float, float], object] | None = None,
     ) -> Solution:
-        """Solves the problem from a guess (x, u) of the states and inputs (x None: rolled out); from zero inputs if there is none.
+        """Solves the problem from a guess (x, u) of the states and inputs (x None: rolled out); without a guess from zero inputs.
 
-        report(iteration, cost, violation, gap) is called after each iteration; where it returns True the solver stops with the best so far.
+        report(iteration, cost, violation, gap) is called after each iteration; if it returns True the solver stops with the best trajectory so far.
         """
         return Solution(*_dualbody._ddp(self.problem, self.options, guess, report))
 
 
 class ShootingSolution(NamedTuple):
-    """x (horizon + 1, nx), u (horizon, nu), the variables (n,) that give them, and how the minimiser ended."""
+    """x (horizon + 1, nx), u (horizon, nu), its variables (n,), and the status of the minimiser."""
 
     x: Array
     u: Array
@@ -352,9 +352,9 @@ class ShootingSolution(NamedTuple):
 class SingleShooting(_Solver):
     """The cost of a rollout as a function of its inputs, with exact first and second derivatives, and its minimisers.
 
-    Variables (n,) are the inputs, stage after stage, through a transform where they have bounds; and the start if it is free. options: minimizer
-    ("lbfgs", "steepest_descent", "newton_cg", "trust_region"), max_iterations, tolerance, memory, radius, exact_curvature (True: the exact
-    Hessian; False: that of Gauss and Newton), constraint_tolerance, penalty. For problems of a simulator.
+    Variables (n,) are the inputs, stage by stage, transformed if they have bounds, and the start if it is free. options: minimizer
+    ("lbfgs", "steepest_descent", "newton_cg", "trust_region"), max_iterations, tolerance, memory, radius, exact_curvature (True: the exact Hessian; False:
+    Gauss–Newton), constraint_tolerance, penalty. For problems of a simulator.
     """
 
     def __init__(
@@ -387,7 +387,7 @@ class SingleShooting(_Solver):
         guess: tuple[ArrayLike | None, ArrayLike] | None = None,
         report: Callable[[int, float, float, float], object] | None = None,
     ) -> ShootingSolution:
-        """Minimises from the inputs of a guess (x, u); from zero inputs if there is none. report as that of `Ddp.solve`."""
+        """Minimises from the inputs of a guess (x, u); without a guess from zero inputs. report as for `Ddp.solve`."""
         *found, _ = _dualbody._single_shooting(self.problem, self.options, guess, report)  # shooting leaves no gap
         return ShootingSolution(*found)
 
@@ -401,7 +401,7 @@ class SingleShooting(_Solver):
         return x, u
 
     def value(self, z: ArrayLike) -> float:
-        """The cost, with the penalties of constraints; infinite where the rollout is not finite."""
+        """The cost, with the penalties of constraints; infinite if the rollout is not finite."""
         return float(_dualbody._shooting_at(self.problem, self.options, "value", z))
 
     def gradient(self, z: ArrayLike) -> Array:
@@ -419,8 +419,8 @@ class SingleShooting(_Solver):
 class Curve:
     """A trajectory in continuous time: on each interval the state is a cubic, the input a parabola.
 
-    states (horizon + 1, nx) and inputs (horizon + 1, nu) at the nodes, middle_states (horizon, nx) and middle_inputs (horizon, nu) between them. At
-    these points it obeys the dynamics of the problem; elsewhere to the fourth order in the time step.
+    states (horizon + 1, nx) and inputs (horizon + 1, nu) at the nodes, middle_states (horizon, nx) and middle_inputs (horizon, nu) between them. At these
+    points it satisfies the dynamics of the problem; elsewhere to fourth order in the time step.
     """
 
     problem: Problem
@@ -437,18 +437,18 @@ class Curve:
         return self.states, self.middle_states, self.inputs, self.middle_inputs
 
     def at(self, times: ArrayLike) -> tuple[Array, Array]:
-        """States (..., nx) and inputs (..., nu) at times (...,), s; before the start and after the end those there."""
+        """States (..., nx) and inputs (..., nu) at times (...,), s; before the start and after the end the first and last ones."""
         times = np.asarray(times, dtype=float)
         x, u = _dualbody._curve_at(self.problem, self._points, times.reshape(-1))
         return x.reshape(times.shape + x.shape[1:]), u.reshape(times.shape + u.shape[1:])
 
     def held(self) -> tuple[Array, Array]:
-        """States at the nodes and the mean input over each interval: a guess for solvers whose inputs are constant over a step."""
+        """States at the nodes and the mean input over each interval: a guess for solvers with constant inputs over a step."""
         return self.states, (self.inputs[:-1] + 4.0 * self.middle_inputs + self.inputs[1:]) / 6.0
 
 
 class TranscriptionSolution(NamedTuple):
-    """x (horizon + 1, nx) and u (horizon, nu) at the nodes, the curve through them, and how the solver ended; gap: the largest defect of the rate."""
+    """x (horizon + 1, nx) and u (horizon, nu) at the nodes, the curve through them, and the status of the solver; gap: the largest defect of the rate."""
 
     x: Array
     u: Array
@@ -463,7 +463,7 @@ class TranscriptionSolution(NamedTuple):
 
 
 class Transcription(_Solver):
-    """Direct transcription: states and inputs at all nodes and middles at once, by Hermite–Simpson collocation.
+    """Direct collocation (Hermite–Simpson): states and inputs at all nodes and midpoints are variables.
 
     An interval lasts one time step of the simulator, which may be long. options: max_iterations, tolerance, gap_tolerance (of the rate of the
     state, in its unit), threads, line_search_steps, constraint_tolerance, penalty. For problems of a simulator that has a rate.
@@ -497,9 +497,9 @@ class Transcription(_Solver):
         guess: tuple[ArrayLike | None, ArrayLike] | Curve | None = None,
         report: Callable[[int, float, float, float], object] | None = None,
     ) -> TranscriptionSolution:
-        """Solves the problem from a guess (x, u), which need not obey the dynamics, or from the curve of a former solution.
+        """Solves the problem from a guess (x, u), which need not satisfy the dynamics, or from the curve of an earlier solution.
 
-        x None: rolled out; without a guess from zero inputs. report as that of `Ddp.solve`.
+        x None: rolled out; without a guess from zero inputs. report as for `Ddp.solve`.
         """
         points = None
         if isinstance(guess, Curve):
@@ -516,5 +516,5 @@ def plan(controller: RecedingHorizon) -> Solution:
 
 
 def position_bounds(simulator: Simulator) -> tuple[list[float], list[float]]:
-    """Bounds of the state's deviation from neutral by the joints' position limits, infinite where there is none."""
+    """Bounds of the deviation of the state from neutral by the position limits of joints, infinite for no limit."""
     return _dualbody._position_bounds(simulator)

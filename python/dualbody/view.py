@@ -1,4 +1,4 @@
-"""Recordings, pages, pictures, plots."""
+"""Recordings, HTML viewer, pictures, plots."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Live", "Page", "Pictures", "Plot", "Recording"]
 
 
 class Page:
-    """A page in a frame of a size; notebooks show it inline, offline too."""
+    """An HTML viewer in a frame of given size; notebooks show it inline, also offline."""
 
     def __init__(self, html: str, width: str = "100%", height: str = "480") -> None:
         self.html, self.width, self.height = html, width, height

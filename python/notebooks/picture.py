@@ -1,4 +1,4 @@
-"""Writes a page of the executed notebook, from which `tests/browser/notebook.mjs` takes the picture of the README.
+"""Writes a page of the executed notebook, from which `tests/browser/notebook.mjs` takes the picture of python/README.md.
 
     pip install nbclient nbconvert ipykernel ./python
     python python/notebooks/picture.py && bash tests/browser/install.sh && node tests/browser/notebook.mjs

@@ -74,25 +74,25 @@ pub(crate) fn each_row<'py>(
 
 #[pymethods]
 impl PyGraph {
-    /// Inputs, one after the other in the array that is evaluated: [(name, rows, columns, unit)].
+    /// Inputs, in the order of the input array: [(name, rows, columns, unit)].
     #[getter]
     fn inputs(&self) -> Vec<PortNumbers> {
         ports(self.graph.inputs())
     }
 
-    /// Outputs, likewise; matrices column after column.
+    /// Outputs, likewise; matrices in column-major order.
     #[getter]
     fn outputs(&self) -> Vec<PortNumbers> {
         ports(self.graph.outputs())
     }
 
-    /// Number of numbers of all inputs.
+    /// Number of entries of all inputs.
     #[getter]
     fn n_inputs(&self) -> usize {
         self.graph.n_inputs()
     }
 
-    /// Number of numbers of all outputs.
+    /// Number of entries of all outputs.
     #[getter]
     fn n_outputs(&self) -> usize {
         self.graph.n_outputs()
@@ -104,7 +104,7 @@ impl PyGraph {
         self.graph.counts().operations()
     }
 
-    /// What is taken for granted, in words: where one does not hold, evaluation raises a ValueError.
+    /// Conditions of the graph, as text: if one is violated, evaluation raises a ValueError.
     #[getter]
     fn conditions(&self) -> Vec<String> {
         let all = self.graph.conditions().iter();
@@ -128,7 +128,7 @@ impl PyGraph {
         })
     }
 
-    /// Graph of the gradient of an output that is one number: an output dy_dx for each of the inputs x.
+    /// Graph of the gradient of a scalar output: an output dy_dx for each of the inputs x.
     fn gradient(&self, output: &str, inputs: Vec<String>) -> PyResult<Self> {
         let graph = guarded(|| self.graph.gradient(output, &texts(&inputs)))?;
         Ok(Self {
@@ -136,7 +136,7 @@ impl PyGraph {
         })
     }
 
-    /// Graph of products of weights with the Jacobian: an input y_weight more for each output y, an output x_weight for each of the inputs x.
+    /// Graph of products of weights with the Jacobian: an additional input y_weight for each output y, an output x_weight for each of the inputs x.
     fn adjoint(&self, inputs: Vec<String>) -> PyResult<Self> {
         let graph = guarded(|| self.graph.adjoint(&texts(&inputs)))?;
         Ok(Self {
@@ -144,7 +144,7 @@ impl PyGraph {
         })
     }
 
-    /// Raises a ValueError unless the graph was made of this robot as it is.
+    /// Raises a ValueError unless the graph was recorded from this robot with its current parameters.
     fn check_origin(&self, model: &Bound<'_, PyModel>) -> PyResult<()> {
         check_origin(&self.graph, &*model.get().model).or_raise()
     }

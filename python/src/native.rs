@@ -17,7 +17,7 @@ pub(crate) struct PyNativeFunction {
 
 #[pymethods]
 impl PyNativeFunction {
-    /// Compiles a Graph under a name, an identifier of C, or finds it compiled. An OSError says why it cannot be. Ctrl-C ends the compiler.
+    /// Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler.
     #[new]
     #[pyo3(signature = (graph, name, compiler=None))]
     fn new(
@@ -33,13 +33,13 @@ impl PyNativeFunction {
         })
     }
 
-    /// Number of numbers of all inputs.
+    /// Number of entries of all inputs.
     #[getter]
     fn n_inputs(&self) -> usize {
         self.function.n_inputs()
     }
 
-    /// Number of numbers of all outputs.
+    /// Number of entries of all outputs.
     #[getter]
     fn n_outputs(&self) -> usize {
         self.function.n_outputs()

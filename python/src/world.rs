@@ -230,7 +230,7 @@ impl PyWorld {
         self.note(py, name, "add_cylinder", (name, radius, length), object)
     }
 
-    /// Adds a capsule about z; radius, and length between the half balls, in m.
+    /// Adds a capsule about z; radius, and length without the hemispheres, in m.
     #[pyo3(signature = (name, radius, length, **object))]
     fn add_capsule<'py>(
         &mut self,

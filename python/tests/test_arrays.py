@@ -148,7 +148,7 @@ zeros = np.zeros(NV)
         (lambda: db.inverse_dynamics(ARM, zeros, "seven", zeros), TypeError, "^v holds"),
         (lambda: db.inverse_dynamics(ARM, zeros, zeros, [None] * 7), TypeError, "^a holds object"),
         (lambda: db.inverse_dynamics(ARM, zeros + 1j, zeros, zeros), TypeError, "^q holds complex128"),
-        (lambda: db.inverse_dynamics(ARM, [[1.0], [1.0, 2.0]], zeros, zeros), ValueError, "^q is no array"),
+        (lambda: db.inverse_dynamics(ARM, [[1.0], [1.0, 2.0]], zeros, zeros), ValueError, "^q is not an array"),
         (lambda: db.inverse_dynamics("arm", zeros, zeros, zeros), TypeError, "model"),
         (lambda: db.inverse_dynamics(ARM, zeros, zeros), TypeError, "a"),
         (lambda: db.inverse_dynamics(ARM, zeros, zeros, zeros, external=np.zeros((3, 6))), ValueError, "^external has the shape"),

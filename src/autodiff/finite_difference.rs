@@ -1,13 +1,12 @@
 //! Derivatives by finite differences: slower and less exact, but independent of dual numbers.
 //!
-//! An input is moved up and down on a ladder of steps that starts below the input's own size, so that nothing that must
-//! be positive changes its sign, and ends where rounding has taken over. The central differences are extrapolated to
-//! step zero as in Ridders' method, from any rungs that follow each other: near a nonsmooth point or a pole those are the small
-//! ones. Each entry keeps the extrapolation with the least estimated error, and the error is part of
+//! Each input is varied up and down by decreasing steps. The first step is smaller than the input itself, so positive inputs stay positive; the last
+//! is where rounding dominates. The central differences are extrapolated to step zero as in Ridders' method, from any consecutive steps: near a
+//! nonsmooth point or a pole those are the small ones. Each entry keeps the extrapolation with the least estimated error, and the error is part of
 //! the result.
 //!
-//! At a nonsmooth point, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the
-//! two sides are extrapolated as well, and where they differ the error says so.
+//! At a nonsmooth point, the central difference is the mean of the slopes of both sides, for all steps. One-sided slopes are extrapolated as well; if
+//! they differ, the error estimate contains half the difference.
 //!
 //! # References
 //! [Ridders 1982].
@@ -29,7 +28,7 @@ const SMOOTH: usize = 7;
 /// Slopes of two sides differ where their difference is so many times its own error.
 const KINK: f64 = 8.0;
 
-/// The sizes of inputs that differences step by.
+/// Scales of the inputs for difference steps.
 ///
 /// # Examples
 /// ```
@@ -45,12 +44,10 @@ const KINK: f64 = 8.0;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Size below which an input counts as zero and steps do not follow it; default 1e-6. A larger one gains digits
-    /// where small inputs are angles or lengths that happen to be small, a smaller one is for parameters as small as
-    /// that which must stay positive.
+    /// Size below which an input counts as zero and does not scale its steps; default 1e-6. A larger value gains digits for angles or lengths that
+    /// happen to be small; a smaller value is for positive parameters of that size.
     pub zero: f64,
-    /// The size that inputs which count as zero are taken to have; default 1/32. A larger one gains digits where the
-    /// function is smooth over such a distance. Positive and finite.
+    /// Scale of inputs that count as zero; default 1/32. A larger value gains digits if the function is smooth over such a distance. Positive and finite.
     pub size_of_zero: f64,
 }
 
@@ -67,7 +64,7 @@ impl Options {
     /// The largest step of an input: a power of two, so that most steps are taken without rounding.
     fn first_step(&self, x: f64) -> f64 {
         let size = x.abs();
-        // Not `<`, for an input that is not a number shall not make the step one.
+        // Not `<`, for an input that is NaN shall not make the step one.
         let size = if size >= self.zero.max(f64::MIN_POSITIVE) {
             size
         } else {
@@ -77,21 +74,20 @@ impl Options {
     }
 }
 
-/// A Jacobian by finite differences, and how far it can be trusted.
+/// A Jacobian by finite differences, with error estimates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// The Jacobian, outputs × inputs.
     pub jacobian: DMatrix<f64>,
-    /// The estimated error of each entry, not negative: what extrapolations differ by and what rounding makes, with
-    /// half the difference of the slopes on both sides where they differ. An estimate: it may be too small by a factor
-    /// of two.
+    /// The estimated error of each entry, not negative: the difference of extrapolations, the rounding error, and half the difference of the
+    /// one-sided slopes. It may be too small by a factor of two.
     pub error: DMatrix<f64>,
 }
 
 /// Computes the Jacobian at `x`, outputs × inputs, by central differences extrapolated to step zero.
 ///
-/// Takes the arguments of [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input;
-/// [`estimate`] says how many they are. Allocates.
+/// Takes the arguments of [`super::jacobian`]. It has about eleven digits for smooth functions, at 23 evaluations per input; [`estimate`] returns the
+/// error. Allocates.
 ///
 /// * `x` – the inputs, as many as `f` takes
 pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {

@@ -56,7 +56,7 @@ pub fn gradient<F: VectorFunction>(f: &F, x: &[f64]) -> DVector<f64> {
     assert_eq!(
         f.n_outputs(),
         1,
-        "a gradient is that of a function of one output"
+        "a gradient needs a function with one output"
     );
     DVector::from_column_slice(jacobian(f, x).as_slice())
 }
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a gradient is that of a function of one output")]
+    #[should_panic(expected = "a gradient needs a function with one output")]
     fn gradient_of_two_outputs_is_refused() {
         gradient(&ProductAndSquares, &[1.0]);
     }

@@ -1,16 +1,15 @@
-//! Derivatives of functions that are written over the scalar, exact by dual numbers, and their finite-difference twin.
+//! Derivatives of functions that are generic over the scalar: exact by dual numbers, and by finite differences as a check.
 //!
-//! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`]
-//! seed dual numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against, and
-//! [`finite_difference::estimate`] says how exact it is. Directions are worked off in chunks of fixed width, so there
-//! may be any number of them.
+//! A driver evaluates a [`VectorFunction`] on the scalar that it needs: [`jacobian`], [`gradient`] and [`hessian`] seed dual numbers.
+//! [`finite_difference::jacobian`] has the same signature and uses `f64` only, as a check; [`finite_difference::estimate`] also returns its error.
+//! Directions are evaluated in chunks of fixed width; their number is arbitrary.
 //!
 //! # Choosing a method
-//! Three ways lead through a motion: dual numbers that go along with the steps; the Jacobians A and B of each step
-//! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards; and vector-Jacobian products of the
-//! steps ([`vjp`](crate::Simulator::vjp)), from the last to the first. All are exact, and give the same numbers.
+//! There are three methods to differentiate a motion: steps over dual numbers; products of the Jacobians A and B of each step
+//! ([`linearize`](crate::Simulator::linearize)); and vector-Jacobian products of the steps ([`vjp`](crate::Simulator::vjp)), from the last to the
+//! first. All are exact and give the same results.
 //!
-//! | robot | step with 4 directions | all Jacobians of the step | they cost as much as |
+//! | robot | step with 4 directions | all Jacobians of the step | same cost as |
 //! |---|---|---|---|
 //! | cart-pole (2) | 7.6 | 5.8 | 3 directions |
 //! | UR5 (6) | 4.2 | 3.5 | 3 |
@@ -18,28 +17,22 @@
 //! | quadruped (18) | 6.5 | 9.8 | 6 |
 //! | humanoid (35) | 6.3 | 8.9 | 6 |
 //! | quadruped on four feet, soft contact | 5.7 | 12 | 9 |
-//! | the same, relaxed rigid contact | 4.9 | 7.6 | 6 |
+//! | the same, regularised rigid contact | 4.9 | 7.6 | 6 |
 //! | the same, rigid contact | 4.5 | 5.8 | 5 |
 //!
-//! In times of a step on plain numbers, on a busy machine; `cargo bench --bench derivatives -- '^(step|linearize)'`
-//! measures them.
+//! In units of a step on plain numbers, measured on a busy machine by `cargo bench --bench derivatives -- '^(step|linearize)'`.
 //!
-//! * Few directions, fewer than in the last column, or up to four in any case: dual numbers, [`jacobian`] of a function
-//!   that steps over the scalar; in parameters (masses, lengths, damping) of the many numbers of a whole trajectory by
+//! * Few directions, fewer than in the last column, or up to four in any case: dual numbers, [`jacobian`] of a function that steps over the scalar; for the derivatives of a whole trajectory in parameters (masses, lengths, damping), with
 //!   [`Model::with_some_parameters`](crate::Model::with_some_parameters).
-//! * All of state and input, for feedback or for a solver that wants A and B: `linearize`.
-//! * One number of a trajectory, a cost, in its start, all inputs and all parameters at once:
-//!   [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient), some rollouts however many they are, less than
-//!   dual numbers take for four directions; inside an optimiser
-//!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient), which does the same.
+//! * All directions of state and input, for feedback or for a solver that needs A and B: `linearize`.
+//! * The gradient of one cost of a trajectory in its start, all inputs and all parameters: [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient), which costs a few rollouts, less than dual numbers for four directions; inside an optimiser
+//!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient).
 //! * Second derivatives of a trajectory: [`Simulator::rollout_hessian_product`](crate::Simulator::rollout_hessian_product).
 //! * Other second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its
 //!   digits at 2 n.
 //!
-//! # How it is done
-//! Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere. The derivatives of the
-//! [dynamics](crate::dynamics) use what is known of a robot instead: each body and joint runs on dual numbers by
-//! itself, and the tree between them is eliminated.
+//! # Implementation Drivers use [`Dual`]; the types of num-dual give the same results. The derivatives of the [dynamics](crate::dynamics) use the
+//! structure of the robot instead: each body and joint is evaluated on dual numbers separately, and the tree between them is eliminated.
 
 pub mod finite_difference;
 mod forward;
@@ -53,7 +46,7 @@ pub(crate) use tangent_point::{TangentPoint, seed};
 
 use crate::scalar::Scalar;
 
-/// A function ℝⁿ → ℝᵐ, written once over the scalar.
+/// A function ℝⁿ → ℝᵐ, generic over the scalar.
 ///
 /// # Examples
 /// ```

@@ -43,7 +43,7 @@ pub fn hessian<F: VectorFunction>(f: &F, x: &[f64]) -> SecondOrder {
     assert_eq!(
         f.n_outputs(),
         1,
-        "a Hessian is that of a function of one output"
+        "a Hessian needs a function with one output"
     );
     let n = x.len();
     let mut seeded: Vec<HyperDual64> = x.iter().map(|&x| x.into()).collect();
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a Hessian is that of a function of one output")]
+    #[should_panic(expected = "a Hessian needs a function with one output")]
     fn hessian_of_two_outputs_is_refused() {
         hessian(&Pair, &[1.0]);
     }

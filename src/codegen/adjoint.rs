@@ -8,15 +8,15 @@ use crate::scalar::traced::{Graph, Port, trace};
 use crate::sim::{Simulator, State};
 
 /// Traces the gradient of λᵀ x⁺ of the step, in tangent coordinates: inputs as those of [`step_of_variants`](super::step_of_variants) and `lambda`,
-/// outputs `dx`, `du`, and `dp` if parameters are named. It costs a few steps, whatever the number of parameters.
+/// outputs `dx`, `du`, and `dp` if parameters are named. It costs a few steps, independent of the number of parameters.
 ///
 /// * `lambda` – λ, length `n_tangent`
 ///
 /// # Errors
-/// If there is no parameter of a name.
+/// If there is no parameter with this name.
 ///
 /// # Panics
-/// If the step decides on values: see [what can be traced](crate::scalar::traced).
+/// If the step depends on values by branches: see [what can be traced](crate::scalar::traced).
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn step_adjoint(simulator: &Simulator, parameters: &[&str]) -> Result<Graph, UnknownName> {
     let varied = Varied::new(simulator, parameters)?;

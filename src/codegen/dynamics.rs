@@ -1,6 +1,6 @@
 //! Dynamics as graphs.
 //!
-//! Marked to be inlined, so that programs that trace compile what is recorded, and others do not; with the feature `graphs` the library does it once.
+//! These functions are marked `#[inline]`: only programs that trace compile the recorded code; with the feature `graphs` it is compiled once with the library.
 
 use super::origin::trace_of;
 use super::ports::{ACCELERATION, FORCE, POSITION, motion};
@@ -22,7 +22,7 @@ pub fn inverse_dynamics(model: &Model) -> Graph {
 /// Traces [`dynamics::forward_dynamics`]: inputs `q`, `v`, `tau`, output `a`.
 ///
 /// # Panics
-/// If the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
+/// If the mass matrix is singular: [`Model::check_mass_matrix`] checks this beforehand.
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn forward_dynamics(model: &Model) -> Graph {
     trace_of(model, |t| {

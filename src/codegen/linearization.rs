@@ -13,10 +13,10 @@ use crate::sim::{Simulator, State, StepScratch};
 /// Traces the Jacobians of the step, δx⁺ = A δx + B δu in tangent coordinates: inputs as those of [`step`](super::step()), outputs `A`
 /// and `B`, those of [`Simulator::linearize`].
 ///
-/// Where no solver finds forces, [`Simulator::linearize`] itself is recorded, which differentiates along the tree. Otherwise, and for
-/// [variants](linearization_of_variants), dual numbers go along with the step, some directions at a time; through the solver of contact and constraints in
-/// its last step alone. [`Graph::jacobian`], which knows operations only, is for graphs of other functions. Operations of the three ways, the latter two with
-/// masses and dampings as parameters where a number is in brackets:
+/// Without a force solver, it records [`Simulator::linearize`], which differentiates along the tree. With a solver, and for
+/// [variants](linearization_of_variants), it records the step over dual numbers, several directions at a time, with derivatives of the solver only in
+/// its last step. [`Graph::jacobian`], which uses only operations, is for graphs of other functions. The table shows the number of operations of the
+/// three methods; numbers in brackets are those of parameters (masses and dampings) in the last two:
 ///
 /// | | along the tree | dual numbers | [`Graph::jacobian`] of the step |
 /// |---|---|---|---|
@@ -25,10 +25,10 @@ use crate::sim::{Simulator, State, StepScratch};
 /// | quadruped (31) | 23,216 | 46,565 | 151,556 |
 /// | UR5 (12), [`RungeKutta4`](crate::Integrator::RungeKutta4) | 21,076 | 105,275 | 79,276 |
 /// | quadruped (31), the same | 238,700 | 679,401 | 567,186 |
-/// | ball on a slope, relaxed rigid contact | – | 22,597 | 161,324 |
+/// | ball on a slope, regularised rigid contact | – | 22,597 | 161,324 |
 ///
 /// # Panics
-/// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
+/// If the step depends on values by branches; the message contains the location: see [what can be traced](crate::scalar::traced).
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn linearization(simulator: &Simulator) -> Graph {
     trace_of(simulator.model(), |t| {
@@ -49,15 +49,15 @@ pub fn linearization(simulator: &Simulator) -> Graph {
 
 /// Traces A and B of the step of variants of a robot: inputs and outputs as those of [`linearization`], with the input `parameters` at the end.
 ///
-/// Dual numbers go along with the step: see the table of [`linearization`].
+/// It records the step over dual numbers: see the table of [`linearization`].
 ///
 /// * `parameters` – names in [`Simulator::parameter_layout`]; all others are constants of the graph. Without any it is [`linearization`].
 ///
 /// # Errors
-/// If there is no parameter of a name.
+/// If there is no parameter with this name.
 ///
 /// # Panics
-/// If the step decides on values: see [what can be traced](crate::scalar::traced).
+/// If the step depends on values by branches: see [what can be traced](crate::scalar::traced).
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn linearization_of_variants(
     simulator: &Simulator,
@@ -81,10 +81,10 @@ fn output_jacobians(t: &mut Tracer, simulator: &Simulator, columns: &[Traced]) {
     t.output(Port::matrix("B", n, nu), b);
 }
 
-/// A number with its derivatives in some directions, to be recorded.
+/// A value with its derivatives in some directions, to be recorded.
 type Number = Dual<Traced, CHUNK>;
 
-/// A and B, column after column, of the step on dual numbers. Inlined as what calls it, or the library would compile the step over these.
+/// A and B, column by column, of the step on dual numbers. Inlined as what calls it, or the library would compile the step over these.
 #[cfg_attr(not(feature = "graphs"), inline)]
 fn columns_of_step(
     simulator: &Simulator<Traced>,

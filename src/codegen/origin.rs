@@ -1,16 +1,16 @@
-//! Of which robot a graph was made.
+//! The robot of a graph.
 
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::scalar::traced::{Graph, Origin, Tracer, trace};
 
-/// Error for a graph of another robot, or of one that has changed since.
+/// Error for a graph of another robot, or of a robot that has changed since.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the graph was made of {}, not of \"{model}\" as it is (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
 pub struct OtherRobot {
     /// The robot of which the graph was recorded; `None` if unknown.
     pub origin: Option<Origin>,
-    /// Name of the robot that it was to be of.
+    /// Name of the expected robot.
     pub model: String,
     /// Its fingerprint.
     pub fingerprint: u64,
@@ -57,10 +57,10 @@ pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), Ot
     check_made_of(graph.origin(), model)
 }
 
-/// Checks the same of code that was made of a graph with this origin.
+/// [`check_origin`] for code that was generated from a graph with this origin.
 ///
 /// # Errors
-/// As those of [`check_origin`].
+/// As [`check_origin`].
 pub fn check_made_of<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result<(), OtherRobot> {
     let now = origin(model);
     if own == Some(&now) {

@@ -23,7 +23,7 @@ pub(super) fn motion<P: Scalar>(t: &mut Tracer, model: &Model<P>) -> [Vec<Traced
     ]
 }
 
-/// Declares a state and an input: `q`, `v`, `contact` where there is a state of contact, `u`.
+/// Declares a state and an input: `q`, `v`, `contact` where there is a contact state, `u`.
 pub(super) fn state_and_input<P: Scalar>(
     t: &mut Tracer,
     simulator: &Simulator<P>,
@@ -33,7 +33,7 @@ pub(super) fn state_and_input<P: Scalar>(
     (state, u)
 }
 
-/// Declares a state: `q`, `v`, `contact` where there is a state of contact.
+/// Declares a state: `q`, `v`, `contact` where there is a contact state.
 pub(super) fn state<P: Scalar>(t: &mut Tracer, simulator: &Simulator<P>) -> State<Traced> {
     let [q, v] = motion(t, simulator.model());
     let mut state = simulator.state(&q, &v);
@@ -44,7 +44,7 @@ pub(super) fn state<P: Scalar>(t: &mut Tracer, simulator: &Simulator<P>) -> Stat
     state
 }
 
-/// Takes a step, and outputs the next state: `q_next`, `v_next`, and `contact_next` where there is a state of contact.
+/// Takes a step, and outputs the next state: `q_next`, `v_next`, and `contact_next` where there is a contact state.
 pub(super) fn output_step<P: Scalar>(
     t: &mut Tracer,
     simulator: &Simulator<P>,

@@ -8,11 +8,10 @@ use crate::error::UnknownName;
 use crate::scalar::traced::{Graph, Port};
 use crate::sim::Simulator;
 
-/// Traces [`Simulator::step_into`]: inputs `q`, `v`, `contact` where there is a state of contact, and `u`; outputs
-/// `q_next`, `v_next`, and `contact_next` likewise.
+/// Traces [`Simulator::step_into`]: inputs `q`, `v`, `contact` (if there is a contact state), and `u`; outputs `q_next`, `v_next`, and `contact_next` likewise.
 ///
 /// # Panics
-/// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
+/// If the step depends on values by branches; the message contains the location: see [what can be traced](crate::scalar::traced).
 ///
 /// # Examples
 /// ```
@@ -37,7 +36,7 @@ pub fn step(simulator: &Simulator) -> Graph {
 /// * `parameters` – names in [`Simulator::parameter_layout`]; all others are constants of the graph. Without any it is [`step`].
 ///
 /// # Errors
-/// If there is no parameter of a name.
+/// If there is no parameter with this name.
 ///
 /// # Panics
 /// If the step decides on values: see [what can be traced](crate::scalar::traced).
@@ -54,15 +53,15 @@ pub fn step_of_variants(simulator: &Simulator, parameters: &[&str]) -> Result<Gr
     }))
 }
 
-/// Traces the step under linear feedback, u = u₀ − K (x ⊖ x₀): inputs `q`, `v`, `contact` where there is a state of contact, `parameters` if
-/// some are named, and `x0`, `u0`, `K`; outputs as those of [`step`].
+/// Traces the step under linear feedback, u = u₀ − K (x ⊖ x₀): inputs `q`, `v`, `contact` (if there is a contact state), `parameters` (if some are
+/// named), and `x0`, `u0`, `K`; outputs as those of [`step`].
 ///
-/// * `x0` – the reference state, the numbers of a state
+/// * `x0` – the reference state
 /// * `u0` – input at the reference, length `nu`
 /// * `K` – gain, `nu` × `n_tangent`, on the deviation in tangent coordinates
 ///
 /// # Errors
-/// If there is no parameter of a name.
+/// If there is no parameter with this name.
 ///
 /// # Panics
 /// If the step decides on values: see [what can be traced](crate::scalar::traced).

@@ -1,4 +1,4 @@
-//! Boxes along the axes of the world in which shapes lie.
+//! Axis-aligned bounding boxes of shapes in the world.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -8,7 +8,7 @@ use super::shape::Shape;
 use super::solid::Solid;
 use crate::spatial::Transform;
 
-/// A box along the axes of the world.
+/// An axis-aligned bounding box in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Least coordinates, m.
@@ -29,7 +29,7 @@ impl Shape {
 }
 
 impl Bounds {
-    /// The smallest box about a shape at a pose `X_WS`, widened by a margin, m. That of a half-space is all of space.
+    /// The smallest box around a shape at a pose `X_WS`, widened by a margin, m. For a half-space it is unbounded.
     pub fn of(shape: &Shape, X_WS: &Transform<f64>, margin: f64) -> Self {
         if let Shape::HalfSpace = shape {
             let all = Vector3::from_element(f64::INFINITY);
@@ -47,12 +47,12 @@ impl Bounds {
         }
     }
 
-    /// Whether two boxes have a point in common. One with a coordinate that is not a number has none with any.
+    /// Whether two boxes overlap. A box with a NaN coordinate overlaps none.
     pub fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
-    /// The smallest box about two.
+    /// The smallest box around two boxes.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Pairs of boxes that overlap, by a tree of boxes that is kept from step to step.
+//! Pairs of overlapping boxes, by a tree of boxes that is reused from step to step.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ const MAX_PAIRS: usize = 1 << 16;
 /// Pairs that may be found besides for each box: far more than bodies have neighbours that do not overlap.
 const MAX_PAIRS_OF_A_BOX: usize = 256;
 
-/// Error for boxes of which too many overlap.
+/// Error for too many overlapping boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooManyPairs {
     /// Number of pairs at which the search ended.
@@ -37,9 +37,9 @@ impl std::error::Error for TooManyPairs {}
 
 /// Finds the pairs of shapes whose boxes overlap.
 ///
-/// The boxes are the leaves of a balanced tree, built by medians in O(n log n). Each call fits it to the boxes as they are now, in O(n), and builds it again where
-/// it has become loose. A search costs O(log n) for each box and one step for each pair. After the first call memory is allocated only where there are more boxes
-/// or pairs than ever before. Use one for each state of a batch.
+/// The boxes are the leaves of a balanced tree, built by medians in O(n log n). Each call fits the tree to the current boxes in O(n), and rebuilds it
+/// if it has become loose. A search costs O(log n) for each box and one step for each pair. After the first call it allocates only for more boxes or
+/// pairs than before. Use one for each state of a batch.
 ///
 /// # Examples
 /// ```
@@ -99,12 +99,12 @@ impl Node {
 }
 
 impl BroadPhase {
-    /// The pairs `[i, j]`, i < j, in order, of which the boxes overlap and `may_touch(i, j)` is true.
+    /// Returns the pairs `[i, j]`, i < j, in order, whose boxes overlap and for which `may_touch(i, j)` is true.
     ///
-    /// * `bounds` – a box for each shape; one with a coordinate that is not a number overlaps none
+    /// * `bounds` – one box for each shape; a box with a NaN coordinate overlaps none
     ///
     /// # Errors
-    /// If there are more than 65,536 pairs and 256 for each box: all shapes in one place, for example.
+    /// If there are more than 65,536 pairs and more than 256 for each box, for example if all shapes are at one position.
     pub fn pairs(
         &mut self,
         bounds: &[Bounds],

@@ -1,20 +1,21 @@
-//! The features of two shapes that are nearest to each other, as plain values.
+//! The nearest features of two shapes, as plain values.
 
 use nalgebra::Vector3;
 
-/// The most points of a [`Manifold`].
+/// Maximum number of points of a [`Manifold`].
 pub const MAX_POINTS: usize = 8;
 
 /// A feature of a shape.
 ///
-/// Vertices are numbered: those of a box by the sides on which they lie (bit k set: the positive side along axis k), those of a hull as in
-/// [`Hull::vertices`](super::Hull::vertices); a sphere has its centre; an ellipsoid too, and then the ends of its axes, x below and above first; a capsule and a cylinder the ends of their axis (below, above).
-/// Further vertices of a cylinder are fixed points on its rims, in turn below and above, a sixteenth turn apart.
+/// Numbers of vertices: of a box by its sides (bit k set: the positive side along axis k); of a hull as in [`Hull::vertices`](super::Hull::vertices);
+/// of a sphere its centre; of an ellipsoid its centre, then the ends of its axes, x below and above first; of a capsule and a cylinder the ends of
+/// their axis (below, above). Further vertices of a cylinder are fixed points on its rims, alternately below and above, a sixteenth of a revolution
+/// apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Feature {
     /// A vertex.
     Vertex(u32),
-    /// The line through two vertices; that of the axis of a cylinder stands for its side.
+    /// The line through two vertices; the axis of a cylinder represents its side.
     Edge([u32; 2]),
     /// A rim of a cylinder: 0 below, 1 above.
     Rim(u32),
@@ -40,13 +41,13 @@ pub enum Face {
 pub enum NormalSource {
     /// The features themselves: the direction in which they are nearest.
     Features,
-    /// A face of the first shape. The first feature is on that face; two edges are taken where they cross as seen along the normal.
+    /// A face of the first shape. The first feature is on that face; for two edges, the points are where they cross as seen along the normal.
     First(Face),
     /// A face of the second shape, likewise.
     Second(Face),
 }
 
-/// What a pair of nearest features is made of: its identity from step to step.
+/// Identity of a pair of nearest features from step to step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FeatureId {
     /// The feature of each shape.
@@ -60,12 +61,12 @@ pub struct FeatureId {
 pub struct PairFeature {
     /// The features.
     pub id: FeatureId,
-    /// Unit normal from the first shape to the second in the world, without derivatives: where Newton's method starts on curved shapes, and the normal
-    /// where the features coincide.
+    /// Unit normal from the first shape to the second in the world, without derivatives: the start of Newton's method on curved shapes, and the
+    /// normal if the features coincide.
     pub seed: Vector3<f64>,
 }
 
-/// The pairs of features at which two shapes touch: up to eight.
+/// The contact manifold of two shapes: up to eight pairs of features.
 #[derive(Clone, Copy, Debug)]
 pub struct Manifold {
     pairs: [PairFeature; MAX_POINTS],

@@ -1,6 +1,6 @@
 //! Groups of shapes that may touch.
 
-/// Groups that a shape is in, and groups whose shapes it may touch, a bit each.
+/// Collision groups of a shape, and the groups that it may touch, as bit masks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Groups {
     /// Groups that the shape is in.

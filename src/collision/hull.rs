@@ -4,10 +4,9 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
-/// The vertices of a convex hull, in a frame of their own, m.
+/// The vertices of a convex hull, in their own frame, m.
 ///
-/// They are all that distances need: the edge or the face that lies farthest in a direction is made of those vertices that do. Points inside are harmless,
-/// but cost time.
+/// Distances need only vertices: the support edge or face in a direction consists of the farthest vertices. Interior points are allowed, but cost time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     vertices: Vec<Vector3<f64>>,
@@ -19,12 +18,12 @@ pub struct Hull {
 pub enum HullError {
     /// There is no point.
     Empty,
-    /// A coordinate is infinite or not a number.
+    /// A coordinate is infinite or NaN.
     NotFinite {
         /// Index of the point.
         point: usize,
     },
-    /// There are more points than numbers for them.
+    /// There are too many points.
     TooMany {
         /// Number of points.
         points: usize,
@@ -57,10 +56,10 @@ impl std::error::Error for HullError {}
 const MAX_VERTICES: usize = 1 << 24;
 
 impl Hull {
-    /// Makes a hull of points, of which those inside need not be left out.
+    /// Makes a hull of points; interior points are allowed.
     ///
     /// # Errors
-    /// If there are none, more than 2²⁴, or one that is not finite.
+    /// If there are no points, more than 2²⁴, or a coordinate is not finite.
     pub fn new(vertices: Vec<Vector3<f64>>) -> Result<Self, HullError> {
         let points = vertices.len();
         if points == 0 {

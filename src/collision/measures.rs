@@ -16,7 +16,7 @@ use crate::spatial::{Inertia, Transform};
 const ELLIPSOID: f64 = 4.0 / 3.0 * PI;
 
 impl Shape {
-    /// The volume, m³; `None` of a half-space, and of a hull, whose faces are not kept: see [`Hardware`](crate::model::Hardware) for meshes.
+    /// The volume, m³; `None` for a half-space, and for a hull, which has no faces: see [`Hardware`](crate::model::Hardware) for meshes.
     pub fn volume(&self) -> Option<f64> {
         match self {
             Self::Ellipsoid {
@@ -26,7 +26,7 @@ impl Shape {
         }
     }
 
-    /// The inertia of a homogeneous solid of the shape in its own frame; `None` where there is no [`volume`](Self::volume).
+    /// The inertia of a homogeneous solid of the shape in its own frame; `None` if there is no [`volume`](Self::volume).
     ///
     /// # Examples
     /// ```
@@ -49,8 +49,8 @@ impl Shape {
         }
     }
 
-    /// The distance of a point from the shape at a pose `X_WS`, with the nearest point of the shape first and the normal from it; negative inside. `None`
-    /// where a number is not finite.
+    /// The distance of a point from the shape at a pose `X_WS`, with the nearest point of the shape first and the normal from it; negative inside.
+    /// `None` if an argument is not finite.
     ///
     /// * `point` – in the world, m
     pub fn distance_to_point(

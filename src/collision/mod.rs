@@ -1,21 +1,21 @@
 //! Distances of convex shapes: which features are nearest, then distance, points and normal over the scalar.
 //!
-//! The work is in two parts. [`nearest_features`] and [`features`] decide on plain values which vertex, edge, face, rim or surface of each shape takes part.
-//! [`witness`] computes from these features, by a few closed forms over the scalar, distance, points and normal: exact in poses and sizes, with derivatives of
-//! any order that the scalar carries.
+//! There are two stages. [`nearest_features`] and [`features`] select a vertex, edge, face, rim or surface of each shape, on plain values.
+//! [`witness`] computes distance, points and normal from these features by closed forms over the scalar: exact in poses and sizes, with derivatives
+//! of any order that the scalar carries.
 //!
-//! Points are in the world, the first shape's first; the normal is from the first shape to the second; a distance is negative where shapes overlap, and is then
-//! the least translation that separates them.
+//! Points are in the world, the first shape's first; the normal is from the first shape to the second; the distance of overlapping shapes is the
+//! negative length of the shortest translation that separates them.
 //!
 //! | question | answer |
 //! |---|---|
 //! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space |
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
-//! | how far, where, along which normal? | [`witness`] |
-//! | ground of any shape, fixed to the world? | [`Surface`], a mesh of triangles |
-//! | how far from a point, how large, how heavy? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] |
-//! | which pairs can touch at all? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
+//! | distance, points, normal? | [`witness`] |
+//! | ground of arbitrary shape, fixed to the world? | [`Surface`], a triangle mesh |
+//! | distance from a point, volume, inertia? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] |
+//! | which pairs can touch? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
 //!
 //! # References
 //! [Gilbert, Johnson, Keerthi 1988]; [van den Bergen 2001].

@@ -13,11 +13,12 @@ use super::shape::Shape;
 use super::solid::Solid;
 use crate::spatial::Transform;
 
-/// Finds the nearest features of two shapes, of overlapping ones those of the least translation that separates them.
+/// Finds the nearest features of two shapes; for overlapping shapes those of the shortest translation that separates them.
 ///
-/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and where a number is not finite or a length above 10¹⁰⁰ m.
+/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and if an argument is not finite or a
+/// length is above 10¹⁰⁰ m.
 ///
-/// Where several pairs are equally near, one of them, always the same. Where points coincide, the normal is across both cores, or z of the world.
+/// If several pairs are equally near, it returns one of them, always the same. If points coincide, the normal is perpendicular to both cores, or z of the world.
 ///
 /// * `X_WA`, `X_WB` – poses of the shapes in the world
 pub fn nearest_features(
@@ -57,11 +58,11 @@ pub fn nearest_features(
     }
 }
 
-/// Finds the features at which two shapes touch: at most eight pairs, of which the first is the nearest. None where the shapes are farther apart than a margin.
+/// Finds the features at which two shapes touch: at most eight pairs, the nearest first; no pair if the distance of the shapes exceeds the margin.
 ///
-/// Pairs keep their [identity](PairFeature::id) from step to step. No memory of the heap.
+/// Pairs keep their [identity](PairFeature::id) from step to step. Does not allocate.
 ///
-/// * `margin` – greatest distance of a pair, m
+/// * `margin` – maximum distance of a pair, m
 /// * `out` – output
 pub fn features(
     a: &Shape,

@@ -11,7 +11,8 @@ use crate::scalar::Scalar;
 
 /// A convex shape in its own frame, centred at the origin, axes along z; lengths in m.
 ///
-/// Sizes are data of type `P`: over dual numbers, distances are differentiable in them. A size may be zero: a sphere is then a point, a box a rectangle.
+/// Sizes are data of type `P`: over dual numbers, distances are differentiable in them. A size may be zero: a sphere of radius zero is a point, a box
+/// with one zero extent is a rectangle.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape<P = f64> {
@@ -20,7 +21,7 @@ pub enum Shape<P = f64> {
         /// Radius.
         radius: P,
     },
-    /// A cylinder about z with half spheres on its ends.
+    /// A cylinder about z with hemispheres at its ends.
     Capsule {
         /// Radius.
         radius: P,
@@ -39,7 +40,7 @@ pub enum Shape<P = f64> {
         /// Half the length.
         half_length: P,
     },
-    /// An ellipsoid with its axes along those of the frame.
+    /// An ellipsoid along the axes of the frame.
     Ellipsoid {
         /// Semi-axes.
         semi_axes: [P; 3],
@@ -51,7 +52,7 @@ pub enum Shape<P = f64> {
         /// Scale along the axes.
         scale: [P; 3],
     },
-    /// A flat triangle, as of a mesh; its vertices have no derivatives.
+    /// A flat triangle, for example of a mesh; its vertices have no derivatives.
     Triangle {
         /// The vertices.
         vertices: [Vector3<f64>; 3],

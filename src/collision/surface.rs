@@ -1,16 +1,16 @@
-//! Meshes of triangles that bodies touch from outside, as ground of any shape.
+//! Triangle meshes as ground of arbitrary shape, which bodies touch from outside.
 
 use std::collections::HashMap;
 use std::fmt;
 
 use nalgebra::Vector3;
 
-/// A mesh of triangles, counter-clockwise as seen from outside. It need not be closed or convex.
+/// A triangle mesh, counter-clockwise as seen from outside. It need not be closed or convex.
 ///
-/// Bodies touch each triangle as a convex shape of its own. A normal of contact that leans over a side at which the mesh is flat or hollow is left out, since the
-/// triangle beyond that side is touched there, so that what slides or rolls over sides feels none of them.
+/// Bodies touch each triangle as a separate convex shape. A contact normal that leans over an edge at which the mesh is flat or concave is dropped,
+/// because the neighbouring triangle has the contact there. So bodies slide and roll over inner edges without bumps.
 ///
-/// What lies behind a triangle does not touch it: a body that is deeper than the middle of its shape in an open mesh falls through.
+/// A body behind a triangle does not touch it: a body that is deeper in an open mesh than the middle of its shape falls through.
 ///
 /// # Examples
 /// ```
@@ -45,12 +45,12 @@ pub(crate) struct TriangleSides {
 pub enum SurfaceError {
     /// There is no triangle with an area.
     Empty,
-    /// A coordinate is infinite or not a number.
+    /// A coordinate is infinite or NaN.
     NotFinite {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// A triangle has a vertex that there is not.
+    /// A triangle refers to a vertex that does not exist.
     NoVertex {
         /// Index of the triangle.
         triangle: usize,
@@ -59,7 +59,7 @@ pub enum SurfaceError {
         /// Number of vertices.
         vertices: usize,
     },
-    /// A grid has too few points, or another number of heights than points.
+    /// A grid has too few points, or the number of heights differs from that of points.
     Grid {
         /// Points along x and y.
         points: [usize; 2],
@@ -110,7 +110,7 @@ impl TriangleSides {
 }
 
 impl Surface {
-    /// Makes a mesh of triangles, without those that have no area. Allocates.
+    /// Makes a triangle mesh; drops triangles without area. Allocates.
     ///
     /// * `vertices` – in the frame of the mesh, m
     /// * `triangles` – indices of vertices, counter-clockwise as seen from outside
@@ -149,12 +149,12 @@ impl Surface {
 
     /// Makes a grid of heights, touched from above: two triangles for each cell. Allocates.
     ///
-    /// * `origin`, `spacing` – first point, and way between points, along x and y, m
+    /// * `origin`, `spacing` – first point, and distance between points, along x and y, m
     /// * `points` – number of points along x and y, at least two
     /// * `heights` – m, row by row along x
     ///
     /// # Errors
-    /// If there are fewer than two points along an axis, not a height for each, or a number is not finite or a spacing zero.
+    /// If there are fewer than two points along an axis, the number of heights is wrong, a value is not finite, or a spacing is zero.
     pub fn grid(
         origin: [f64; 2],
         spacing: [f64; 2],

@@ -26,15 +26,15 @@ pub struct Witness<T> {
 
 /// Computes distance, points and normal of a pair of features.
 ///
-/// Exact in poses and sizes: closed forms of points, lines and planes with radii; on rims of cylinders and on ellipsoids steps of Newton's method over the
-/// scalar from the seed, which give derivatives of first and second order. d = n · (p₂ − p₁). Constant time, no memory of the heap.
+/// Exact in poses and sizes: closed forms for points, lines and planes with radii; Newton steps over the scalar from the seed for rims of cylinders
+/// and ellipsoids, with derivatives of first and second order. d = n · (p₂ − p₁). Constant time, no allocation.
 ///
 /// * `X_WA`, `X_WB` – poses of the shapes in the world
 ///
-/// Where features coincide, the normal is the seed, as a constant: the derivative is the one-sided one of the motion along it. Never NaN.
+/// If features coincide, the normal is the constant seed: the derivative is one-sided, for motion along it. Never NaN.
 ///
 /// # Panics
-/// If a feature names a vertex that the shape does not have.
+/// If a feature refers to a vertex that the shape does not have.
 pub fn witness<P: Scalar, T: Over<P>>(
     pair: &PairFeature,
     a: &Shape<P>,

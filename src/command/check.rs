@@ -10,7 +10,7 @@ use super::robot::Robot;
 use super::setup::Setup;
 use crate::sim::SimulatorRemark;
 
-/// Check a description: what the model does not use of it, inertias that no body has, steps that are too long.
+/// Check a description: unused content, physically inconsistent inertias, steps that are too long.
 ///
 /// The exit status is 0 where nothing is wrong, 1 for inertias that no body can have, a singular mass matrix, or a step
 /// that is too long, and 2 for a file that cannot be loaded.

@@ -9,16 +9,16 @@ use clap::Args;
 use super::output::{Outcome, complain, heading};
 use super::robot::{Format, Robot};
 
-/// Write a robot in another format, and say what is lost.
+/// Write a robot in another format, and list lost content.
 ///
 /// URDF, SDF and MJCF are read; URDF and MJCF are written.
 #[derive(Args, Debug)]
 pub(super) struct Convert {
     #[command(flatten)]
     robot: Robot,
-    /// The file to write, `-` for the standard output; its ending says the format: .urdf, or .xml or .mjcf for MJCF.
+    /// The file to write, `-` for the standard output; its extension selects the format: .urdf, or .xml or .mjcf for MJCF.
     output: PathBuf,
-    /// Format to write, where the ending does not say.
+    /// Format to write, if the extension does not select it.
     #[arg(long, value_name = "FORMAT")]
     to: Option<Format>,
 }
@@ -57,7 +57,7 @@ impl Convert {
     }
 }
 
-/// Comments of a written file on what it has no place for; of what stands before the joint that it is about, with its name.
+/// Comments of a written file on content that it cannot represent, with the name of the joint that follows.
 fn left_out(text: &str) -> impl Iterator<Item = String> {
     let comments = text
         .split("<!--")

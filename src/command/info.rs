@@ -20,7 +20,7 @@ pub(super) struct Info {
     json: bool,
 }
 
-/// What JSON holds of a robot.
+/// JSON content for a robot.
 #[derive(Serialize)]
 struct Summary<'m> {
     name: &'m str,

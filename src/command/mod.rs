@@ -1,21 +1,20 @@
-//! The program `dualbody`: robots checked, shown, simulated and converted from a terminal.
+//! The program `dualbody`: checks, shows, simulates and converts robots in a terminal.
 //!
 //! `cargo install --path . --features cli` installs it; `python -m dualbody` is the same program.
 //!
-//! | words | what they do |
+//! | command | result |
 //! |---|---|
-//! | `dualbody check FILE` | what the file holds that the model does not use, impossible inertias, steps that are too long |
+//! | `dualbody check FILE` | unused content of the file, physically inconsistent inertias, steps that are too long |
 //! | `dualbody info FILE` | the tree, masses and limits, also as JSON |
-//! | `dualbody view FILE` | a page with a slider for each joint, opened in the browser |
-//! | `dualbody live FILE` | a simulation in the browser while it runs: pulled with the mouse, steered by sliders |
-//! | `dualbody simulate FILE` | a motion as a table, JSON, a page or an animated picture |
-//! | `dualbody convert FROM TO` | the robot in another format, and what is lost |
+//! | `dualbody view FILE` | an HTML viewer with a slider for each joint, opened in the browser |
+//! | `dualbody live FILE` | a running simulation in the browser: pull bodies with the mouse, move joints by sliders |
+//! | `dualbody simulate FILE` | a motion as a table, JSON, an HTML viewer or an animated picture |
+//! | `dualbody convert FROM TO` | the robot in another format, and a list of lost content |
 //! | `dualbody bench FILE` | times of the dynamics, the step and its Jacobians on this machine |
-//! | `dualbody completions SHELL` | completions of these words for a shell |
+//! | `dualbody completions SHELL` | completions of these commands for a shell |
 //!
-//! What a subcommand finds goes to the standard output, remarks and progress to the standard error, both in colour where
-//! they are a terminal. The exit status is 0, 1 where `check` or `simulate` finds a flaw, and 2 for words or files that
-//! cannot be used.
+//! Results are written to the standard output, remarks and progress to the standard error, in colour on a terminal. The exit status is 0; 1 if
+//! `check` or `simulate` finds a flaw; 2 for invalid arguments or files.
 
 mod bench;
 mod check;
@@ -58,8 +57,7 @@ enum Command {
     },
 }
 
-/// Runs the program with the arguments of a process, of which the first is the name of the program, and returns its exit
-/// status.
+/// Runs the program with the arguments of a process (the first is the program name) and returns its exit status.
 ///
 /// # Examples
 /// ```

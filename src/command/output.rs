@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Write};
 
 use clap::builder::styling::{AnsiColor, Style, Styles};
 
-/// Exit status of a command that did what it was asked for.
+/// Exit status of a successful command.
 pub(super) const SUCCESS: u8 = 0;
 /// Exit status of one that found a flaw.
 pub(super) const FLAWED: u8 = 1;
@@ -49,7 +49,7 @@ impl Outcome {
         self
     }
 
-    /// Prints it and returns the exit status. A reader that closed its end has seen what it wanted.
+    /// Prints it and returns the exit status. A reader that closed its end is not an error.
     pub(super) fn print(self) -> u8 {
         let mut out = anstream::stdout();
         match out
@@ -72,7 +72,7 @@ pub(super) fn complain(kind: &str, text: &str) {
         "warning" => DOUBTFUL,
         _ => HEADING,
     };
-    // Where the standard error is closed nobody listens.
+    // The standard error may be closed.
     let _ = writeln!(anstream::stderr(), "{style}{kind}:{style:#} {text}");
 }
 

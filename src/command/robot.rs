@@ -18,13 +18,13 @@ const HEAD_BYTES: u64 = 4096;
 pub(super) struct Robot {
     /// Description of the robot: URDF, SDF or MJCF.
     file: PathBuf,
-    /// Format of the file; by default as its ending says, or its first element.
+    /// Format of the file; by default from its extension or its first element.
     #[arg(long)]
     format: Option<Format>,
-    /// Base of the robot: as the file says, held, or floating.
+    /// Base of the robot: from the file, fixed, or floating.
     #[arg(long, default_value = "auto")]
     base: BaseWord,
-    /// Gravity, m/s²; by default as the file says.
+    /// Gravity, m/s²; by default that of the file.
     #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"], allow_negative_numbers = true)]
     gravity: Option<Vec<f64>>,
     /// Folder with packages and meshes; may be given several times.
@@ -61,7 +61,7 @@ enum BaseWord {
 pub(super) struct Loaded {
     pub(super) model: Model,
     pub(super) report: ImportReport,
-    /// What an MJCF holds besides.
+    /// Further content of an MJCF file.
     pub(super) scene: Option<MjcfScene>,
 }
 

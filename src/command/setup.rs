@@ -11,9 +11,9 @@ use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Ter
 use crate::model::Model;
 use crate::sim::{Actuation, Integrator, Simulator, State};
 
-/// Time step of files that say none, s.
+/// Time step for files without one, s.
 const TIME_STEP: f64 = 1e-3;
-/// Depth to which soft ground gives way under the robot at rest, m.
+/// Penetration of soft ground by the robot at rest, m.
 const SOFT_DEPTH: f64 = 2e-3;
 
 /// How a robot is simulated.
@@ -22,7 +22,7 @@ pub(super) struct Setup {
     /// Time step, s; by default that of the file, or 0.001.
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     time_step: Option<f64>,
-    /// Integration method; by default that of the file, or the one that fits the law of contact.
+    /// Integration method; by default that of the file, or the one that fits the contact model.
     #[arg(long)]
     integrator: Option<IntegratorWord>,
     /// Ground: none, flat, flat:HEIGHT (m) or incline:ANGLE (rad); by default that of the file, or flat for a robot that floats.
@@ -159,7 +159,7 @@ impl Setup {
         self.hold
     }
 
-    /// The simulator without ground, but for that of a file.
+    /// The simulator without ground, except for that of a file.
     fn in_free_space(&self, loaded: &Loaded) -> Result<Simulator, Box<dyn Error>> {
         let simulator = match &loaded.scene {
             Some(scene) => scene.simulator(),
@@ -222,7 +222,7 @@ impl Setup {
         Ok(simulator.with_contacts(contacts.with_laws(&laws)))
     }
 
-    /// The law of contact of a robot that stands on so many points.
+    /// The contact model of a robot with a given number of support points.
     fn law(&self, model: &Model, points: usize) -> Result<ContactLaw, Box<dyn Error>> {
         let friction = self.friction;
         Ok(match self.law.unwrap_or(LawWord::RelaxedRigid) {
@@ -258,7 +258,7 @@ impl Setup {
         })
     }
 
-    /// The start: that of the file, changed as the options say; a floating robot that no option places stands on the ground.
+    /// The start: that of the file, changed by the options; a floating robot without a placement option starts on the ground.
     fn start(&self, loaded: &Loaded, simulator: &Simulator) -> Result<State, Box<dyn Error>> {
         let model = simulator.model();
         let (q, v) = self.start_of_file(loaded)?;

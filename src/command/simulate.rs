@@ -21,7 +21,7 @@ const MOST_STEPS: f64 = 1e12;
 /// Most pixels along a side of a picture: all that has so many can be drawn.
 const MOST_PIXELS: u32 = 2048;
 
-/// Simulate a robot and write its motion as a table, JSON, a page or an animated picture.
+/// Simulate a robot and write its motion as a table, JSON, an HTML viewer or an animated picture.
 ///
 /// The exit status is 1 where the motion diverges.
 #[derive(Args, Debug)]
@@ -39,7 +39,7 @@ pub(super) struct Simulate {
     /// Write a recording as JSON.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write a page that shows the motion.
+    /// Write an HTML viewer of the motion.
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
     /// Write an animated picture, a GIF.
@@ -51,7 +51,7 @@ pub(super) struct Simulate {
     /// Size of pictures, pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x480", value_parser = size)]
     size: [u32; 2],
-    /// Open the page in the browser.
+    /// Open the HTML viewer in the browser.
     #[arg(long, requires = "page")]
     open: bool,
     /// Show no progress and no remarks.
@@ -155,7 +155,7 @@ fn warn(simulator: &Simulator, start: &State) {
     all.for_each(|remark| complain("warning", &remark));
 }
 
-/// How the motion ended, and how fast it was computed.
+/// Status and computing time of the motion.
 fn summary(simulator: &Simulator, rollout: &Rollout, elapsed: f64) -> String {
     let steps = rollout.states.len() - 1;
     let simulated = steps as f64 * rollout.time_step;

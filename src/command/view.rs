@@ -1,4 +1,4 @@
-//! `dualbody view`: a page with sliders.
+//! `dualbody view`: an HTML viewer with sliders.
 
 use std::error::Error;
 use std::ffi::OsStr;
@@ -16,10 +16,10 @@ use crate::view::model_page;
 pub(super) struct View {
     #[command(flatten)]
     robot: Robot,
-    /// The page; by default one in the folder for temporary files.
+    /// The HTML file; by default one in the folder for temporary files.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write the page only.
+    /// Write the file only.
     #[arg(long)]
     no_open: bool,
 }
@@ -40,7 +40,7 @@ impl View {
     }
 }
 
-/// A file in a new folder of this user's own among those for temporary files, where nobody else can have put a link.
+/// A file in a new private folder for temporary files, where no other user can place a link.
 fn temporary(stem: &str) -> Result<PathBuf, Box<dyn Error>> {
     for k in 0..1000 {
         let folder = std::env::temp_dir().join(format!("dualbody-{}-{k}", std::process::id()));
@@ -55,7 +55,7 @@ fn temporary(stem: &str) -> Result<PathBuf, Box<dyn Error>> {
     Err("no folder for temporary files: name a page with --output".into())
 }
 
-/// Opens a page or an address in the browser; where there is none a warning says so.
+/// Opens a file or a URL in the browser; warns if there is none.
 pub(super) fn open(path: impl AsRef<OsStr>) {
     if let Err(error) = open::that_detached(path) {
         complain("warning", &format!("no browser was started: {error}"));

@@ -1,4 +1,4 @@
-//! Certificate of a solution: residuals, and the mode of each block.
+//! Residuals of a solution, and the mode of each block.
 
 use super::Law;
 use super::interval::clamped;
@@ -15,23 +15,23 @@ pub enum Status {
     /// The residual is below the tolerance.
     #[default]
     Converged,
-    /// The residual is below the [acceptable](super::ConeOptions::acceptable) one, and the tolerance was not reached within some tens of
-    /// iterations.
+    /// The residual is below the [acceptable](super::ConeOptions::acceptable) one; the tolerance was not reached within a few tens of iterations.
     Acceptable,
-    /// No solution was found: mostly bilateral rows that contradict each other, or contacts that squeeze a body between things that do not
-    /// give way. The forces solve the problem with [`REGULARIZATION`](super::REGULARIZATION) of its diagonal as additional regularisation.
+    /// No solution was found: usually bilateral rows contradict each other, or contacts squeeze a body between rigid ones. The forces solve the
+    /// problem with [`REGULARIZATION`](super::REGULARIZATION) of its diagonal as additional regularisation.
     Regularized,
-    /// No solution was found within the limit, or only one whose residual is near the acceptable one, up to 1e-4, or more points ought to
-    /// take part than [may](crate::contact::SolverOptions::points); the forces are finite and inside their cones.
+    /// No solution was found within the iteration limit, or the residual is above the acceptable one (up to 1e-4), or more points should take part
+    /// than [allowed](crate::contact::SolverOptions::points). The forces are finite and inside their cones.
     IterationLimit,
-    /// Some number of the problem is not finite, or a force would not be; the forces are zero.
+    /// An entry of the problem is not finite, or a force would not be; the forces are zero.
     NotFinite,
 }
 
-/// Accuracy of a solution: its status, its residual, and how far it violates each condition.
+/// Accuracy of a solution: its status, its residual, and the violation of each condition.
 ///
-/// Every row is scaled by the root of its diagonal in G + diag R first (of the mean of three in a cone), so that forces and velocities
-/// have the same unit √J. Then distances are divided by  σ = max |f| + max |g|, products by σ². All numbers are the largest over blocks and lanes.
+/// Each row is scaled by the square root of its diagonal entry of G + diag R (in a cone, of the mean of the three entries), so that forces and
+/// velocities have the same unit √J. Distances are then divided by σ = max |f| + max |g|, and products by σ². All values are maxima over blocks and
+/// lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
@@ -44,7 +44,7 @@ pub struct Certificate {
     /// Distance of the force from its cone or its interval.
     pub cone_violation: f64,
     /// |fᵀ ŷ|; on the central path |fᵀ ŷ − κ|, with its ŷ. Of an interval |y| times the distance of the force from the bound at which that velocity is
-    /// allowed; 0 on the path, where the residual says all.
+    /// allowed; 0 on the path, where the residual contains this.
     pub complementarity: f64,
     /// Distance of the velocity ŷ from the dual cone; |y| of bilateral rows; 0 of intervals, which allow any.
     pub dual_violation: f64,
@@ -69,7 +69,7 @@ impl Certificate {
     }
 }
 
-/// Which part of its law a block is in: why a derivative is what it is.
+/// The active piece of the law of a block, which explains its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// Bilateral rows: the velocity is zero.
@@ -78,7 +78,7 @@ pub enum Mode {
     Separated,
     /// No force and no velocity; derivatives are zero, those of separation.
     Touching,
-    /// A ray that presses: no velocity.
+    /// A ray with a force: no velocity.
     Pressing,
     /// A force inside the cone: no velocity.
     Sticking,
@@ -88,9 +88,9 @@ pub enum Mode {
     Sliding,
     /// A force between its bounds: no velocity.
     Holding,
-    /// A force at a bound, which gives way.
+    /// A force at a bound: the row yields.
     Yielding,
-    /// A smoothed law: all derivatives are there, the smaller the farther from the next mode.
+    /// A smoothed law: all derivatives exist, and decrease with the distance from the next mode.
     Smoothed,
 }
 

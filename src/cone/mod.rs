@@ -1,31 +1,31 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral, bounded and frictional rows.
 //!
-//! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or y = 0 but for what a bounded force does not
-//! hold, or friction in a cone, either convex or after Coulomb with De Saxcé's correction. Six ideas:
+//! Find f with y = (G + diag R) f + g such that the law of each block holds: y = 0, or 0 ≤ f ⊥ y ≥ 0, or y = 0 within a force bound, or friction in a
+//! cone, either convex or Coulomb's law with De Saxcé's correction. The solver combines six ideas:
 //!
-//! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding; that on an
-//!   interval is on three as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last forces, needs few steps,
-//!   from a warm start often one.
-//! * **Proximal steps.** Where redundant contacts let the active set change in circles, springs between the forces and their last values make
-//!   the problem regular, and are weakened step by step.
-//! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
-//!   right active set can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
-//! * **Blocks.** A pile of bodies has many rows, each on two bodies. There G = Xᵀ X is never written: Newton's matrices are those of the bodies, in sparse
-//!   blocks. Where the active set is not found, descent with a line search in the coordinates of the bodies leads near to it.
-//! * **Recorded numbers.** A graph cannot decide: for a [traced](crate::scalar::traced) number the path is followed for a fixed number of
-//!   steps to its end, and whether that has been reached is a condition of the graph.
-//! * **Implicit derivatives.** All decisions are made on values in `f64`; over any scalar, steps with the one factorised matrix on the pieces
-//!   that hold give exact derivatives in G, R, g and μ, of any order.
+//! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding;
+//!   that on an interval has three pieces as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last
+//!   forces, needs few steps, and often one from a warm start.
+//! * **Proximal steps.** If the active set cycles because of redundant contacts, springs between the forces and their last values make the problem
+//!   regular; they are weakened step by step.
+//! * **Path.** If this fails too, an interior-point method follows the smooth problem f ∘ ŷ = κ e for decreasing κ until it identifies the active
+//!   set. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
+//! * **Blocks.** A pile of bodies has many rows, each on two bodies. G = Xᵀ X is then never formed: Newton's matrices are those of the bodies, in
+//!   sparse blocks. If the active set is not found, descent with a line search in the coordinates of the bodies leads near it.
+//! * **Recorded numbers.** A graph cannot branch: for [traced](crate::scalar::traced) numbers the solver follows the path for a fixed number of
+//!   steps, and convergence is a condition of the graph.
+//! * **Implicit derivatives.** All decisions use values in `f64`. Over any scalar, steps with the same factorised matrix on the active pieces give
+//!   exact derivatives in G, R, g and μ, of any order.
 //!
-//! The laws know no model: rows can be contacts, joint limits, loops.
+//! The laws do not depend on a model: rows can be contacts, joint limits, closed loops.
 //!
 //! | question | answer | cost for n rows | reference |
 //! |---|---|---|---|
 //! | which problem? | [`ConeProblem`] of [`Block`]s, each with a [`Law`] | G has n × n entries | [De Saxcé & Feng 1998] |
-//! | its forces, and their derivatives? | [`ConeSolver::solve`] | O(n³) a step; none from the solution, few from nearby, else some tens | [Alart & Curnier 1991] |
+//! | its forces, and their derivatives? | [`ConeSolver::solve`] | O(n³) per step; no step from the solution, few from nearby, otherwise a few tens | [Alart & Curnier 1991] |
 //! | with derivatives before touch-down? | [`ConeOptions::with_smoothing`] | the steps of the path | [Howell et al. 2022] |
-//! | how exact are they? | [`Certificate`], [`Status`] | | |
-//! | which piece of its law does each block hold? | [`ConeSolver::modes`], [`Mode`] | | |
+//! | how accurate are they? | [`Certificate`], [`Status`] | | |
+//! | active piece of each law? | [`ConeSolver::modes`], [`Mode`] | | |
 //!
 //! # References
 //! [De Saxcé & Feng 1998]; [Alart & Curnier 1991]; [Acary, Cadoux, Lemaréchal, Malick 2011]; [Tasora & Anitescu 2011];

@@ -1,19 +1,19 @@
-//! Problem of contact forces: blocks of rows, and the law between force and velocity of each.
+//! The force problem: blocks of rows, and the law between force and velocity of each.
 
 use super::blocks::Columns;
 use crate::scalar::Scalar;
 
-/// Rows that one law speaks of.
+/// A block of rows with one law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
-    /// So many bilateral rows:  y = 0.
+    /// The given number of bilateral rows: y = 0.
     Free(usize),
     /// One unilateral row:  f ≥ 0, y ≥ 0, f y = 0.
     Ray,
     /// Three rows (normal, tangent, tangent) with friction μ:  ‖fₜ‖ ≤ μ fₙ.
     Cone,
-    /// One row with a bounded force:  f = Π(f − y)  with the projection Π on [−b, b]. So y = 0 where |f| < b, y ≤ 0 at f = b, y ≥ 0 at f = −b. A bound of
-    /// zero leaves no force, an infinite one a bilateral row.
+    /// One row with a bounded force:  f = Π(f − y)  with the projection Π on [−b, b]. So y = 0 where |f| < b, y ≤ 0 at f = b, y ≥ 0 at f = −b. With a
+    /// bound of zero there is no force; with an infinite bound it is a bilateral row.
     Interval,
 }
 
@@ -40,18 +40,18 @@ pub enum Law {
 
 /// Find f with the law of every block between f and  y = (G + diag R) f + g.
 ///
-/// In n rows, one block after the other. Units: f in N s, y in m/s, or N and m/s²; whichever, κ has the unit of their product.
+/// In n rows, one block after the other. Units: f in N s and y in m/s, or N and m/s²; κ has the unit of their product.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeProblem<'a, T> {
     /// The law of all cones.
     pub law: Law,
     /// The kind of every block; their rows add up to n.
     pub blocks: &'a [Block],
-    /// μ ≥ 0 of every cone, and b ≥ 0 of every interval, in the unit of f; not read for other blocks.
+    /// μ ≥ 0 of every cone, and b ≥ 0 of every interval, in the unit of f; ignored for other blocks.
     pub friction: &'a [T],
     /// G by columns, n × n, symmetric and positive semidefinite; singular where rows are redundant.
     pub matrix: &'a [T],
-    /// R ≥ 0, length n; a block with an infinite one takes no part and has no force.
+    /// R ≥ 0, length n; a block with an infinite R has no force.
     pub regularization: &'a [T],
     /// g, the free velocity: y without forces, length n.
     pub free_velocity: &'a [T],

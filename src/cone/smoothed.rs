@@ -2,7 +2,7 @@
 
 use super::system::Kind;
 
-/// Which laws of a problem are smoothed.
+/// The laws of a problem that are smoothed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Smoothed {
     /// Those of rays, cones and intervals.

@@ -8,28 +8,29 @@ use super::smoothed::Smoothed;
 use super::transposed::Transposed;
 use crate::scalar::{Scalar, is_more_than_values};
 
-/// Tikhonov regularisation of a problem without solution, relative to its diagonal: bilateral rows that contradict each other then share
-/// the contradiction with forces at most so many times stronger than consistent ones.
+/// Tikhonov regularisation of a problem without solution, relative to its diagonal. Bilateral rows that contradict each other then share the error,
+/// and the inverse of this value bounds the ratio of their forces to consistent ones.
 pub const REGULARIZATION: f64 = 1e-4;
 
 /// Options of a [`ConeSolver`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ConeOptions {
-    /// Largest residual, scaled as in [`Certificate`]; default 1e-12. A larger one saves at most a step, as the last steps gain many digits each.
+    /// Largest residual, scaled as in [`Certificate`]; default 1e-12. A larger tolerance saves at most one step, because each of the last steps gains
+    /// many digits.
     pub tolerance: f64,
-    /// Most matrices that are factorised for one lane; default 200. With fewer a problem that is hard to solve may end with the best forces
-    /// so far, and [`Status::IterationLimit`].
+    /// Maximum number of matrix factorisations for one lane; default 200. With fewer, a hard problem may end with the best forces so far and
+    /// [`Status::IterationLimit`].
     pub iterations: usize,
-    /// Residual that is taken from a search that goes on for long, with [`Status::Acceptable`]; default 0, none. Where many contacts press
-    /// against each other, as those of a robot that lies, forces drift towards their last digits while the motion has long been found. A
-    /// larger one ends more of these searches early. Problems with bilateral rows are not concerned.
+    /// Residual at which a long search ends, with [`Status::Acceptable`]; default 0 (never). If many contacts press against each other, for example
+    /// those of a robot that lies on the ground, the last digits of the forces converge slowly when the motion has already converged. A larger value
+    /// ends more of these searches early. It has no effect on problems with bilateral rows.
     pub acceptable: f64,
-    /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. A larger one makes forces reach farther ahead of
-    /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
-    /// body squeezed between two others needs R.
+    /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. With a larger κ, forces begin earlier before contact and
+    /// friction sets in more smoothly. Smoothed forces exist only if some velocity opens all contacts at once, or R > 0: a body squeezed between two
+    /// others needs R > 0.
     pub smoothing: f64,
-    /// Laws that κ smooths; default all but bilateral rows, which have nothing to smooth.
+    /// Laws that κ smooths; by default all (bilateral rows need no smoothing).
     pub smoothed: Smoothed,
     /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
     pub(crate) measured: bool,
@@ -49,7 +50,7 @@ impl Default for ConeOptions {
 }
 
 impl ConeOptions {
-    /// These options with a κ.
+    /// Returns the options with smoothing κ.
     ///
     /// # Panics
     /// If it is negative or not finite.
@@ -63,7 +64,7 @@ impl ConeOptions {
         self
     }
 
-    /// These options with a say in what κ smooths.
+    /// Returns the options with a selection of smoothed laws.
     #[must_use]
     pub fn with_smoothed(mut self, smoothed: Smoothed) -> Self {
         self.smoothed = smoothed;
@@ -71,7 +72,7 @@ impl ConeOptions {
     }
 }
 
-/// Solves [`ConeProblem`]s; owns all working memory, which grows to the largest problem seen and then stays.
+/// Solves [`ConeProblem`]s. Its working memory grows to the size of the largest problem and is reused.
 ///
 /// # Examples
 /// ```
@@ -108,7 +109,7 @@ pub struct ConeSolver<T: Scalar = f64> {
 }
 
 impl<T: Scalar> ConeSolver<T> {
-    /// Working memory for problems of so many rows and blocks; larger ones will allocate once.
+    /// Makes a solver with memory for the given numbers of rows and blocks; larger problems allocate once.
     pub fn new(rows: usize, blocks: usize) -> Self {
         let mut solver = Self {
             options: ConeOptions::default(),
@@ -125,31 +126,30 @@ impl<T: Scalar> ConeSolver<T> {
         solver
     }
 
-    /// This solver with other options.
+    /// Returns the solver with other options.
     #[must_use]
     pub fn with_options(mut self, options: ConeOptions) -> Self {
         self.options = options;
         self
     }
 
-    /// Solves a problem, in f64 lane by lane, and differentiates the solution.
+    /// Solves a problem in `f64`, lane by lane, and differentiates the solution.
     ///
-    /// Costs O(n³) a step, without allocation: none from the solution itself, a few from forces nearby, some tens by proximal steps or the
-    /// path, and hundreds for the rare problem of Coulomb's law that is solved as a row of convex ones.
+    /// Costs O(n³) per step, without allocation. It takes no step from the solution itself, a few from forces nearby, a few tens by proximal steps or
+    /// the path, and hundreds for the rare Coulomb problem that is solved as a sequence of convex ones.
     ///
-    /// * `f` – on entry the values to start from, such as the forces of the last time step, or zeros; on return the forces, length n
+    /// * `f` – on entry the initial values, such as the forces of the last time step, or zeros; on return the forces, length n
     ///
-    /// Differentiable in G, R, g, μ and bounds on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
-    /// redundant, the forces are one of many solutions, near the one with least change from the start, and derivatives those of least size.
-    /// The values of `f` have the same bits for every scalar that can hold them. What a scalar of another kind holds besides its value goes
-    /// through the last step of the solution alone, which is linear in it.
+    /// Differentiable in G, R, g, μ and bounds on each piece of the laws; between pieces, derivatives are those of one side, and finite. If rows are
+    /// redundant, the forces are one of many solutions, near the one with the least change from the start, and derivatives are those of least norm.
+    /// The values of `f` are bit-identical for all scalars that can represent them. For other scalar types, everything except the value passes only
+    /// through the last step of the solution, which is linear in it.
     ///
-    /// For [traced](crate::scalar::traced) numbers a fixed number of steps along the path is recorded, and whether they have led to the forces is a
-    /// condition of the graph.
+    /// For [traced](crate::scalar::traced) numbers a fixed number of steps along the path is recorded; convergence is a condition of the graph.
     ///
     /// # Panics
-    /// If a length is wrong, friction or a bound negative, or a scalar has both lanes and derivatives; of traced numbers, if cones obey Coulomb's law, or are
-    /// smoothed beside rays or intervals that are not.
+    /// If a length is wrong, friction or a bound is negative, or a scalar has both lanes and derivatives. For traced numbers also if cones have
+    /// Coulomb's law, or are smoothed while rays or intervals are not.
     pub fn solve(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
         assert!(
             T::LANES == 1 || T::ORDER == 0,
@@ -179,7 +179,7 @@ impl<T: Scalar> ConeSolver<T> {
         certificate
     }
 
-    /// The mode of every block in the last solution, all those of the first lane first.
+    /// The mode of each block in the last solution, lane by lane.
     pub fn modes(&self) -> &[Mode] {
         &self.modes
     }

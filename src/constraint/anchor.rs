@@ -1,4 +1,4 @@
-//! Anchors: the places that constraints hold, and their motion.
+//! Anchors: attachment frames of constraints and forces.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -14,7 +14,7 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, lift_vector, rotate, rotate_back};
 use crate::spatial::{Force, Motion, Quaternion, Representation, Transform, rotation_vector};
 
-/// A place on a robot or in the world.
+/// An attachment frame: a frame on a robot or in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor<P = f64> {
     /// The frame that carries it; `None` is the world.
@@ -27,22 +27,22 @@ pub struct Anchor<P = f64> {
 
 numbers! { pub struct Anchor { frame: kept(), placement: part(Transform), structure: kept() } }
 
-/// Names of the axes of a place.
+/// Names of the axes of an attachment frame.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A number of a place.
+/// A parameter of an attachment frame.
 fn number(name: &dyn Display) -> Number<'_> {
     Number::new(name, &"number of an anchor's placement", Domain::Finite)
 }
 
 impl<P> Anchor<P> {
-    /// Makes an anchor in a frame of a robot, or in the world.
+    /// Makes an attachment frame in a frame of a robot, or in the world.
     ///
-    /// It knows no robot, so that a constraint or a force takes its frame for the one of that number;
-    /// [`frame`](Anchor::frame) gives an anchor that other robots refuse.
+    /// It carries no model identity: a constraint or a force uses the frame of this index. [`frame`](Anchor::frame) makes an attachment frame that
+    /// other robots refuse.
     ///
     /// * `frame` – the frame that carries it; `None` is the world
-    /// * `placement` – where it is in that frame
+    /// * `placement` – its pose in that frame
     pub fn new(frame: Option<FrameId>, placement: Transform<P>) -> Self {
         Self {
             frame,
@@ -58,8 +58,8 @@ impl Anchor<f64> {
         Self::new(None, Transform::identity())
     }
 
-    /// Makes an anchor on a frame or link of a robot. Constraints and forces that stand on it belong to that robot and
-    /// to its variants, which differ in numbers only; others refuse them.
+    /// Makes an attachment frame at a frame or link of a robot. Its constraints and forces belong to that robot and to variants of equal structure;
+    /// other robots refuse them.
     ///
     /// # Errors
     /// If the model has no frame of that name.
@@ -71,15 +71,15 @@ impl Anchor<f64> {
         })
     }
 
-    /// Returns the anchor moved along its own axes (m).
+    /// Returns the attachment frame moved along its own axes (m).
     #[must_use]
     pub fn moved(mut self, by: [f64; 3]) -> Self {
         self.placement = self.placement * Transform::from_translation(by.into());
         self
     }
 
-    /// Returns the anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both
-    /// holds them as they are then.
+    /// Returns the attachment frame moved to the pose of another one at a configuration `q` (length `nq`), so that a weld of both keeps their
+    /// relative pose at `q`.
     ///
     /// # Panics
     /// If `q` has the wrong length.
@@ -106,11 +106,11 @@ pub(super) struct AnchorMotion<T> {
     pub(super) V: Motion<T>,
     /// Acceleration while v̇ = 0.
     pub(super) A: Motion<T>,
-    /// Vector from the origin of what carries the anchor to it, in the world.
+    /// Vector from the origin of its frame or body to the attachment frame, in the world.
     arm: Vector3<T>,
 }
 
-/// Motion of what carries an anchor, a frame or a body.
+/// Motion of the frame or body of an attachment frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carrier<T> {
     /// Pose in the world.
@@ -122,7 +122,7 @@ pub(crate) struct Carrier<T> {
 }
 
 impl<T: Scalar> AnchorMotion<T> {
-    /// Motion of an anchor from that of what carries it.
+    /// Motion of an attachment frame from that of its frame or body.
     ///
     /// * `placement` – pose of the anchor on its carrier
     pub(super) fn on<P: Scalar>(placement: &Transform<P>, carrier: &Carrier<T>) -> Self
@@ -166,14 +166,14 @@ impl<T: Scalar> AnchorMotion<T> {
 }
 
 impl<P: Scalar> Anchor<P> {
-    /// Hands each coordinate of its origin in its frame to `each`, with a name that begins with its own.
+    /// Passes each coordinate of its origin in its frame to `each`, with a name that begins with its own.
     pub(crate) fn each_position(&mut self, name: &str, each: &mut Each<'_, P>) {
         for (axis, x) in AXES.iter().zip(&mut self.placement.translation) {
             each(number(&format_args!("{name}{axis}")), x);
         }
     }
 
-    /// Hands each component of a turn about its own axes, zero so far, to `each`, and turns by it.
+    /// Passes each component of a rotation about its own axes, initially zero, to `each`, and applies it.
     pub(crate) fn each_turn(&mut self, name: &str, each: &mut Each<'_, P>) {
         let mut turn = Vector3::zeros();
         for (axis, x) in AXES.iter().zip(&mut turn) {
@@ -200,7 +200,7 @@ impl<P: Scalar> Anchor<P> {
         self.structure.is_none_or(|structure| structure == own)
     }
 
-    /// Finds its place on the body that carries it.
+    /// Finds its pose on its body.
     pub(crate) fn mounted(&self, model: &Model<P>) -> Mounted<P> {
         let frame = self.frame.map(|frame| model.frame_of(frame));
         Mounted {
@@ -209,7 +209,7 @@ impl<P: Scalar> Anchor<P> {
         }
     }
 
-    /// Computes the pose of the anchor in the world at a configuration `q` (length `nq`).
+    /// Computes the pose of the attachment frame in the world at a configuration `q` (length `nq`).
     ///
     /// # Panics
     /// If the slice has the wrong length.

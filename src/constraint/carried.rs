@@ -1,7 +1,6 @@
-//! Rows of a constraint from the motions of the two bodies that carry its anchors.
+//! Rows of a constraint from the motions of the two bodies of its attachment frames.
 //!
-//! A row depends on poses, velocities and accelerations of its two bodies only, in any tree of joints. Sweeps along the tree give the derivatives
-//! of these.
+//! In any joint tree, a row depends only on poses, velocities and accelerations of its two bodies; sweeps along the tree give their derivatives.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -53,7 +52,7 @@ pub(crate) struct CarriedRow<T> {
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// Hands each row between anchors that bodies carry to `each`; constraints that tie joints have none.
+    /// Passes each row between anchors that bodies carry to `each`; constraints that tie joints have none.
     ///
     /// * `mounted` – poses of the anchors in the bodies
     #[inline(always)]

@@ -1,11 +1,11 @@
-//! How a constraint holds: rigidly, or as a spring and damper.
+//! Force law of a constraint: rigid, or a spring and damper.
 
 use crate::numbers::numbers;
 
 /// Means by which the rows of a constraint go back to zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Hold<P> {
-    /// No motion but what takes errors away.
+    /// No motion except the correction of errors.
     Rigid {
         /// T, s.
         time_constant: P,

@@ -11,7 +11,7 @@ pub(crate) struct TiedJoint<P> {
     pub(crate) coefficient: P,
 }
 
-/// Position and rate of a joint, rad or m, also of one that follows another.
+/// Position and rate of a joint, rad or m, including mimic joints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointMotion<T> {
     pub(crate) position: T,

@@ -6,16 +6,16 @@ use crate::numbers::{Domain, Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
-/// Kinds of constraints with their anchors and numbers.
+/// Kinds of constraints with their attachment frames and parameters.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ConstraintKind<P = f64> {
-    /// Two anchors coincide, position and orientation. Six rows: m, in the world's axes; then rad, in the world's axes, the rotation vector from
+    /// Two attachment frames coincide in position and orientation. Six rows: m, in the world's axes; then rad, in the world's axes, the rotation vector from
     /// the first to the second.
     Weld([Anchor<P>; 2]),
-    /// The origins of two anchors coincide: a ball joint. Three rows: m, in the world's axes, from the first to the second.
+    /// The origins of two attachment frames coincide: a ball joint. Three rows: m, in the world's axes, from the first to the second.
     Ball([Anchor<P>; 2]),
-    /// The origins of two anchors are this far from each other: a massless rod. One row, m.
+    /// The origins of two attachment frames keep a distance: a massless rod. One row, m.
     Distance {
         /// The two anchors at the ends of the rod.
         anchors: [Anchor<P>; 2],
@@ -31,7 +31,7 @@ pub enum ConstraintKind<P = f64> {
         /// Position of the first where that of the second is 0, rad or m.
         offset: P,
     },
-    /// Positions of joints add up to a length, Σ cᵢ qᵢ = length, as where a fixed tendon passes them. One row, in the unit of that sum.
+    /// A weighted sum of joint positions is constant, Σ cᵢ qᵢ = length: a fixed tendon. One row, in the unit of that sum.
     Tendon {
         /// The bodies that the joints move.
         joints: Vec<BodyId>,
@@ -67,7 +67,7 @@ impl<P: Scalar> ConstraintKind<P> {
         }
     }
 
-    /// Motions of the anchors at (q, v); identities at rest in place of missing ones, where it ties joints.
+    /// Motions of the attachment frames at (q, v); identities at rest for constraints between joints.
     pub(super) fn motions<T: Over<P>>(
         &self,
         model: &Model<P>,

@@ -1,4 +1,4 @@
-//! How constraints are made.
+//! Constructors of constraints.
 
 use super::hold::Hold;
 use super::{Anchor, Constraint, ConstraintKind};
@@ -6,21 +6,21 @@ use crate::error::UnknownName;
 use crate::model::{BodyId, Model};
 use crate::numbers::Domain;
 
-/// T where nothing else is said, s: ten steps of the usual millisecond.
+/// Default T, s: ten steps of the usual millisecond.
 const DEFAULT_TIME_CONSTANT: f64 = 0.01;
 
 impl Constraint<f64> {
-    /// Makes a constraint by which two anchors coincide, position and orientation: six rows.
+    /// Welds two attachment frames: they coincide in position and orientation. Six rows.
     pub fn weld(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Weld(anchors))
     }
 
-    /// Makes a constraint by which the origins of two anchors coincide: three rows.
+    /// Joins the origins of two attachment frames by a ball joint. Three rows.
     pub fn ball(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Ball(anchors))
     }
 
-    /// Makes a constraint by which the origins of two anchors keep a distance (m): one row.
+    /// Keeps the distance (m) of the origins of two attachment frames. One row.
     ///
     /// # Panics
     /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
@@ -29,13 +29,13 @@ impl Constraint<f64> {
         Self::of(ConstraintKind::Distance { anchors, length })
     }
 
-    /// Makes a constraint by which the first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both; one row.
+    /// Couples two joints: q₁ = ratio q₂ + offset (rad or m), with forces on both. One row.
     ///
     /// # Errors
-    /// If the model has no joint of a name.
+    /// If the model has no joint with this name.
     ///
     /// # Panics
-    /// If a joint has not one degree of freedom, or a number is not finite.
+    /// If a joint does not have one degree of freedom, or an argument is not finite.
     pub fn coupler(
         model: &Model,
         joints: [&str; 2],
@@ -57,16 +57,16 @@ impl Constraint<f64> {
         })
     }
 
-    /// Makes a constraint by which positions of joints add up to a length, Σ cᵢ qᵢ = length, with forces cᵢ f on all of them: a fixed tendon; one row.
+    /// Makes a fixed tendon: Σ cᵢ qᵢ = length, with forces cᵢ f on all its joints. One row.
     ///
     /// * `joints` – joints of one degree of freedom with their coefficients cᵢ, such as the radius of the pulley that it passes (m)
-    /// * `length` – in the unit of cᵢ qᵢ, in which error and force are too: with radii m and N, with numbers the unit of qᵢ
+    /// * `length` – in the unit of cᵢ qᵢ, which is also that of the error: m, with forces in N, if cᵢ are radii; the unit of qᵢ if they are dimensionless
     ///
     /// # Errors
-    /// If the model has no joint of a name.
+    /// If the model has no joint with this name.
     ///
     /// # Panics
-    /// If there is no joint, a joint has not one degree of freedom, or a number is not finite.
+    /// If the list of joints is empty, a joint does not have one degree of freedom, or an argument is not finite.
     ///
     /// # Examples
     /// ```
@@ -112,15 +112,15 @@ impl Constraint<f64> {
         }
     }
 
-    /// Makes a spring and damper of the constraint, f = −k φ − d φ̇ on each row, in place of what holds it rigidly. Stiffness k in N/m (N·m/rad for
-    /// rows of angles), damping d in N·s/m (N·m·s/rad); without both there is no force.
+    /// Makes the constraint a spring and damper, f = −k φ − d φ̇ on each row, instead of rigid. Stiffness k in N/m (N·m/rad for angular rows),
+    /// damping d in N·s/m (N·m·s/rad); if both are zero there is no force.
     ///
-    /// In steps of Euler the force is that of the end of the step, as at joint limits: stable at any stiffness and damping, and dissipative where the
-    /// step does not resolve the spring. Runge–Kutta takes it explicitly, so that it needs steps that are short compared with the period of the
-    /// spring. [`assemble`](crate::Simulator::assemble) does not close it: its force lets φ be what it is.
+    /// Euler steps use the force at the end of the step, as at joint limits: stable at any stiffness and damping, and dissipative if the step does
+    /// not resolve the spring. Runge–Kutta is explicit and needs steps that are short compared with the period of the spring.
+    /// [`assemble`](crate::Simulator::assemble) ignores spring constraints.
     ///
     /// # Panics
-    /// If a number is negative or not finite.
+    /// If an argument is negative or not finite.
     ///
     /// # Examples
     /// ```
@@ -147,11 +147,11 @@ impl Constraint<f64> {
         self
     }
 
-    /// Bounds the force of each row (N, or N·m for rows of angles): beyond it the constraint gives way, and keeps pulling with it until errors are
-    /// gone. A breakaway, a motor of limited force; with [a damper alone](Self::with_spring), dry friction.
+    /// Bounds the force of each row (N, or N·m for angular rows). At the bound the constraint yields, and pulls with this force until the errors
+    /// vanish. Use it for a breakaway joint or a motor of limited force, or with [a damper alone](Self::with_spring) for dry friction.
     ///
-    /// A zero leaves no force. Bounds act on each row by itself, the three axes of a ball joint, not on the length of its force. Where a bounded row
-    /// is between holding and giving way, derivatives are those of one side.
+    /// A zero bound removes the force. Bounds act on each row separately, for example on the three axes of a ball joint, not on the magnitude of its
+    /// force. At the transition between holding and yielding, derivatives are those of one side.
     ///
     /// # Panics
     /// If it is negative or not finite.
@@ -177,8 +177,9 @@ impl Constraint<f64> {
         self
     }
 
-    /// Sets the time in which errors go away, T (s; 10 ms otherwise), and holds the constraint rigidly. Below twice the time step it acts as if
-    /// it were that; a longer one is gentler with a start that is open, keeps the errors of the integrator longer, and takes more energy from fast loops in steps of Euler.
+    /// Sets the time constant T of the error decay (s; default 10 ms), and makes the constraint rigid. Values below twice the time step act as twice
+    /// the time step. A longer T closes an open start more gently, keeps integration errors longer, and dissipates more energy of fast loops in Euler
+    /// steps.
     ///
     /// # Panics
     /// If it is not positive and finite.

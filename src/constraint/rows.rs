@@ -1,4 +1,4 @@
-//! Rows of constraints at a state: errors, their rates, and Jacobians.
+//! Rows of constraints at a state: errors, rates and Jacobians.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -53,7 +53,7 @@ impl<T: Scalar> ConstraintRow<T> {
         stabilized(self.error, self.rate, self.bias, time_constant, dt)
     }
 
-    /// Stabilised bias of a rigid row over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
+    /// Stabilised bias of a rigid row over an Euler step, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
     /// T²,  with the bias b⁺ at the velocity after the step. A step moves along that velocity, so φ changed by Δt
     /// (φ̇ − ½ Δt b) in the one before.
     pub(crate) fn over_step<D: Scalar>(&self, after: T, time_constant: T, dt: D) -> T
@@ -91,7 +91,7 @@ fn stabilized<D: Scalar, T: Over<D>>(error: T, rate: T, bias: T, time_constant: 
 #[derive(Clone, Debug)]
 pub(crate) struct ConstraintRows<T> {
     pub(crate) rows: Vec<ConstraintRow<T>>,
-    /// J, row after row, `nv` numbers each.
+    /// J, row by row, `nv` numbers each.
     pub(crate) jacobian: Vec<T>,
     /// The rows at another velocity.
     after: Vec<ConstraintRow<T>>,
@@ -196,7 +196,7 @@ impl<T: Scalar> ConstraintRows<T> {
     }
 }
 
-/// Adds the rows of one constraint, without what the axes of joints turn.
+/// Adds the rows of one constraint, without the effect of rotating joint axes.
 fn push_rows<P: Scalar, T: Over<P>>(
     rows: &mut Vec<ConstraintRow<T>>,
     model: &Model<P>,
@@ -210,7 +210,7 @@ fn push_rows<P: Scalar, T: Over<P>>(
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; constraints that tie joints have
+    /// Passes each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; constraints that tie joints have
     /// none.
     #[inline(always)]
     pub(super) fn each_row_of_anchors<T: Over<P>>(
@@ -263,7 +263,7 @@ impl<P: Scalar> Constraint<P> {
     }
 }
 
-/// Subtracts from the biases what the axes of floating and planar joints turn, and keeps it.
+/// Subtracts the effect of rotating axes of floating and planar joints from the biases, and stores it.
 fn turn<P: Scalar, T: Over<P>>(
     rows: &mut [ConstraintRow<T>],
     model: &Model<P>,

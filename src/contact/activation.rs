@@ -7,8 +7,7 @@ use crate::spatial::linear::dot;
 /// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
 const LARGEST_APPROACH: f64 = 1e3;
 
-/// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). Derivatives of its numbers do not
-/// count.
+/// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). Derivatives are ignored.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ActivationMargin<D = f64> {
     /// Time in which a point may come down, s.
@@ -38,7 +37,7 @@ impl<D: Scalar> ActivationMargin<D> {
         }
     }
 
-    /// The part of the height of two shapes that is due to one of them, by its greatest speed, m/s, on plain values: the parts of both are no less than the height.
+    /// Contribution of one shape to the height of a pair, by its maximum speed, m/s, on plain values: the sum of both is an upper bound of the height.
     pub(crate) fn half_height(&self, speed: D) -> f64 {
         let approach = 0.5 * self.approach.value(0);
         let way = (speed.value(0) + approach) * self.duration.value(0);
@@ -52,7 +51,7 @@ impl<D: Scalar> ActivationMargin<D> {
         point.depth.detached() + height.max(T::constant(self.reach))
     }
 
-    /// Whether a point takes part in some lane, as one may whose place is not known yet.
+    /// Whether a point takes part in some lane; also true for a point whose position is not known yet.
     pub(crate) fn contains<T: Over<D>>(&self, point: &PointState<T>) -> bool {
         let inside = self.distance_inside(point);
         !inside.has_value() || (0..T::LANES).any(|lane| inside.value(lane) > 0.0)

@@ -1,4 +1,4 @@
-//! Contacts of a robot with the ground: points, laws, terrain and settings.
+//! Contacts of a robot: points, contact models, terrain and settings.
 
 use std::mem::discriminant;
 
@@ -17,7 +17,7 @@ use crate::model::{FrameId, Generation, Model, Structure};
 use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Cast, Over, Scalar};
 
-/// Places at which a robot can touch the ground, and the law that answers.
+/// The contact points of a robot, their contact models, and the terrain.
 #[derive(Clone, Debug)]
 pub struct Contacts<P = f64> {
     terrain: Terrain<P>,
@@ -48,12 +48,12 @@ pub(crate) enum ContactPart {
 }
 
 impl Contacts<f64> {
-    /// The points of all collision shapes of a robot on a terrain, under one law. Meshes are read with the feature `formats`. Allocates.
+    /// Makes contact points for all collision shapes of a robot on a terrain, with one contact model. Reads meshes with the feature `formats`. Allocates.
     ///
     /// # Panics
-    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an
-    /// impedance not within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a
-    /// height not finite. If the points would need more memory than the [limit](crate::memory).
+    /// If a parameter of the contact model or of the terrain is out of range: friction negative or NaN, restitution or an impedance outside 0..1, a
+    /// time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite. If the points would need more memory than
+    /// the [limit](crate::memory).
     ///
     /// # Examples
     /// ```
@@ -76,7 +76,7 @@ impl Contacts<f64> {
         ))
     }
 
-    /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
+    /// As [`with_options`](Self::with_options), with mesh vertices from the caller instead of files. Allocates.
     ///
     /// # Panics
     /// As [`new`](Self::new), and if the points would need more memory than the [limit](crate::memory): [`with_meshes`](Self::with_meshes).
@@ -128,10 +128,10 @@ impl Contacts<f64> {
         })
     }
 
-    /// Keeps the points of these links only.
+    /// Keeps only the points of these links.
     ///
     /// # Errors
-    /// If the model has no frame of a name.
+    /// If the model has no frame with this name.
     ///
     /// # Panics
     /// If the contacts are those of another robot.
@@ -142,7 +142,7 @@ impl Contacts<f64> {
         Ok(self.with_selection(|point| links.contains(&point.link)))
     }
 
-    /// Keeps the points for which `keep` holds; the others are switched off.
+    /// Keeps only the points for which `keep` returns `true`.
     #[must_use]
     pub fn with_selection(mut self, keep: impl Fn(&ContactPoint) -> bool) -> Self {
         let kept: Vec<bool> = self.points.iter().map(keep).collect();
@@ -153,12 +153,12 @@ impl Contacts<f64> {
         self
     }
 
-    /// Adds a point with a law of its own, after the others.
+    /// Adds a point with its own contact model, after the others.
     ///
     /// # Panics
-    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or one of
-    /// the point: a centre or an angle that is not finite, a radius that is not positive, an axis that is no unit vector. Whether
-    /// there are such a link and body is checked where a simulator takes the contacts.
+    /// If the contact model differs in kind from that of the other points, or a parameter is out of range, as in [`new`](Self::new). If a centre or
+    /// an angle of the point is not finite, a radius is not positive, or an axis is not a unit vector.
+    /// [`Simulator::with_contacts`](crate::Simulator::with_contacts) checks that link and body exist.
     #[must_use]
     pub fn with_point(mut self, point: ContactPoint, law: ContactLaw) -> Self {
         point.check();
@@ -168,14 +168,14 @@ impl Contacts<f64> {
         self
     }
 
-    /// Gives the points of a link a law of their own: friction, stiffness and so on of this link against the ground.
+    /// Sets the contact model of the points of a link: friction, stiffness and so on of this link against the ground.
     ///
     /// # Errors
     /// If the model has no frame of that name.
     ///
     /// # Panics
-    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or if the
-    /// contacts are those of another robot.
+    /// If the contact model differs in kind from that of the other points, if a parameter is out of range as in [`new`](Self::new), or if the
+    /// contacts belong to another robot.
     pub fn with_law(
         mut self,
         model: &Model,
@@ -195,9 +195,8 @@ impl Contacts<f64> {
         &self.shapes_without_points
     }
 
-    /// Remarks on how mesh files were read, a sentence each: on those that were
-    /// [turned](crate::model::UpAxis) so that z is up, seem to be cut off, or have so many points on their hull (more than 20,000) that some of
-    /// them stand for all: of a ball these lack at most 0.2 % of the radius.
+    /// Remarks on mesh files, one sentence each: files that were [rotated](crate::model::UpAxis) so that z points up, that seem to be truncated, or
+    /// whose hull has more than 20,000 points, of which a subset is used (for a ball the error is at most 0.2 % of the radius).
     pub fn mesh_remarks(&self) -> &[String] {
         &self.mesh_remarks
     }
@@ -228,7 +227,7 @@ impl<P: Scalar> Contacts<P> {
         &self.terrain
     }
 
-    /// The ground, to change a number of it.
+    /// The ground, mutable.
     pub(crate) fn terrain_mut(&mut self) -> &mut Terrain<P> {
         self.generation = Generation::next();
         &mut self.terrain
@@ -237,7 +236,7 @@ impl<P: Scalar> Contacts<P> {
     /// Replaces the ground.
     ///
     /// # Panics
-    /// If a number of it is not finite.
+    /// If one of its parameters is not finite.
     #[must_use]
     pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
         terrain.check_numbers();
@@ -246,10 +245,10 @@ impl<P: Scalar> Contacts<P> {
         self
     }
 
-    /// Smooths rigid or relaxed rigid contact, so that it has gradients before points touch; without this call it is exact.
+    /// Smooths rigid or regularised rigid contact, so that it has gradients before points touch; without this call contact is exact.
     ///
     /// # Panics
-    /// If contact is soft: that has its own gradients from touch-down on, and a softer law reaches farther.
+    /// If contact is soft: soft contact already has gradients from touch-down on; use a softer one instead.
     #[must_use]
     pub fn with_smoothing(mut self, smoothing: Smoothing) -> Self {
         if let Some(kind) = self.laws.kind() {
@@ -264,7 +263,7 @@ impl<P: Scalar> Contacts<P> {
         self
     }
 
-    /// Smoothing of rigid contact; `None` where it is exact, and for soft contact.
+    /// Smoothing of rigid contact; `None` for exact and for soft contact.
     pub fn smoothing(&self) -> Option<Smoothing> {
         let exact = self.laws.kind().is_some_and(|kind| !kind.can_be_smoothed);
         self.smoothing.filter(|_| !exact)
@@ -273,7 +272,7 @@ impl<P: Scalar> Contacts<P> {
     /// Sets the options of the solver of the contact forces.
     ///
     /// # Panics
-    /// If the tolerance is not positive and finite, or the iterations or points are none.
+    /// If the tolerance is not positive and finite, or the number of iterations or points is zero.
     #[must_use]
     pub fn with_solver_options(mut self, options: SolverOptions) -> Self {
         options.check();
@@ -286,14 +285,14 @@ impl<P: Scalar> Contacts<P> {
         self.solver
     }
 
-    /// Gives the ground and some links materials: the laws of these links take friction, and rigid ones restitution, from the pair of
-    /// theirs and the ground's. Other links keep their laws.
+    /// Sets the materials of the ground and of some links. The contact models of these links take friction, and for rigid contact restitution, from
+    /// the pair of materials. Other links keep their contact models.
     ///
     /// * `ground` – the material of the ground
     /// * `links` – name of link and material
     ///
     /// # Errors
-    /// If the model has no frame of a name, or the table no material of a name.
+    /// If the model has no frame, or the table no material, of a given name.
     ///
     /// # Panics
     /// If the contacts are those of another robot.
@@ -334,12 +333,11 @@ impl<P: Scalar> Contacts<P> {
         Ok(self)
     }
 
-    /// Checks that there is memory for the forces of as many points as may take part in a step, which a solver finds together: it grows with the square
-    /// of [`SolverOptions::points`], or of the number of points where there are fewer.
+    /// Checks the memory for the largest force problem of a step. It grows with the square of [`SolverOptions::points`], or of the number of points
+    /// if that is smaller.
     ///
     /// # Errors
-    /// If they would need more memory than the [limit](crate::memory). [`Simulator::with_contacts`](crate::Simulator::with_contacts) panics with the
-    /// message.
+    /// If it would need more memory than the [limit](crate::memory). [`Simulator::with_contacts`](crate::Simulator::with_contacts) panics with this message.
     ///
     /// # Examples
     /// ```
@@ -361,20 +359,20 @@ impl<P: Scalar> Contacts<P> {
         )
     }
 
-    /// The points, link after link.
+    /// The points, link by link.
     pub fn points(&self) -> &[ContactPoint<P>] {
         &self.points
     }
 
-    /// The law of each point.
+    /// The contact model of each point.
     pub fn laws(&self) -> &[ContactLaw<P>] {
         &self.laws.as_slice()[..self.points.len()]
     }
 
-    /// The law of bodies that touch each other, but for their materials.
+    /// The contact model between bodies, without their materials.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is no contact between bodies.
     pub(super) fn law_of_pairs(&self) -> &ContactLaw<P> {
         &self.laws.as_slice()[self.points.len()]
     }
@@ -384,12 +382,12 @@ impl<P: Scalar> Contacts<P> {
         &self.pairs
     }
 
-    /// Returns the contacts with other numbers of the points, one for each point, and the same laws and ground: over dual numbers, for
-    /// derivatives in where they are and how large, as in the length of a leg with a foot at its end.
+    /// Returns the contacts with other parameters of all points, and the same contact models and ground: over dual numbers, for derivatives in
+    /// positions and radii, for example in the length of a leg that moves its foot.
     ///
     /// # Panics
-    /// If there are not as many, if one is on another link or of another kind of feature, or if a number of one makes no sense, as in
-    /// [`new`](Self::new).
+    /// If the number of points differs, a point is on another link or has another kind of feature, or a parameter is out of range as in
+    /// [`with_point`](Self::with_point).
     pub fn with_points<Q: Over<P>>(&self, points: &[ContactPoint<Q>]) -> Contacts<Q> {
         let (given, own) = (points.len(), self.points.len());
         assert_eq!(given, own, "as many points as there are");
@@ -406,13 +404,17 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Returns the contacts with other laws, one for each point, and the same points and ground: over dual numbers, for derivatives in
+    /// Returns the contacts with other contact models, one for each point, and the same points and ground: over dual numbers, for derivatives in
     /// their parameters.
     ///
     /// # Panics
-    /// If there are not as many as points, if they are of different kinds, or if a number of one makes no sense, as in [`new`](Self::new).
+    /// If their number differs from that of the points, if they differ in kind, or if a parameter is out of range as in [`new`](Self::new).
     pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
-        assert_eq!(laws.len(), self.points.len(), "a law for each point");
+        assert_eq!(
+            laws.len(),
+            self.points.len(),
+            "a contact model for each point"
+        );
         let of_pairs = self.laws.as_slice()[self.points.len()..].iter();
         let of_pairs = of_pairs.map(|law| law.lift());
         Contacts {
@@ -421,12 +423,12 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Identity of the numbers of points, laws and ground: working memory that holds what follows from them is known by it.
+    /// Identity of the parameters of points, contact models and ground, for working memory with derived data.
     pub(crate) fn generation(&self) -> Generation {
         self.generation
     }
 
-    /// Hands each number of points, laws and ground with the part that it belongs to and its name to `each`.
+    /// Passes each parameter of points, contact models and ground with its owner and name to `each`.
     pub(crate) fn each_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
         self.generation = Generation::next();
         for (i, point) in self.points.iter_mut().enumerate() {
@@ -454,14 +456,14 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// # Panics
-    /// If they are those of another robot than `model`, or a point is on a link or body that there is not.
+    /// If they belong to another robot than `model`, or a point is on a link or body that there is not.
     pub(crate) fn check<M: Scalar>(&self, model: &Model<M>) {
         self.structure.check(model, "the contacts");
         for (i, point) in self.points.iter().enumerate() {
             let link = model.frame_of(point.link);
             assert!(
                 link.body == Some(point.body),
-                "point {i} of contact is on body {}, but its link \"{}\" is not",
+                "contact point {i} is on body {}, but its link \"{}\" is not",
                 point.body.0,
                 link.name
             );

@@ -1,7 +1,7 @@
-//! Frames at the points of contact: poses, Jacobians, their rates, and which links touch.
+//! Frames at the contact points: poses, Jacobians and their rates, and the links in contact.
 //!
-//! The frame C of a point has its origin where the point is now, and the axes of its link. It is fixed to the body: that of
-//! a point that rolls is left behind by the point, so that its Jacobian is that of the material of the body there.
+//! The frame C of a point has its origin at the current position of the point, and the axes of its link. It is fixed to the body and does not move
+//! with a rolling point: its Jacobian is that of the body material at the point.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -34,7 +34,7 @@ impl<P: Scalar> Contacts<P> {
     /// * `out` – output, one for each point
     ///
     /// # Panics
-    /// If a slice has not one entry for each point, or something belongs to another robot.
+    /// If a slice does not have one entry for each point, or an argument belongs to another robot.
     pub fn frames_into<T: Over<P>>(
         &self,
         model: &Model<P>,
@@ -142,7 +142,7 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Hands the motion of each coordinate's unit rate and the velocity of the body that it moves, both in the world, to
+    /// Passes the motion of each coordinate's unit rate and the velocity of the body that it moves, both in the world, to
     /// `column`, and adds the result to the columns of `out`.
     fn each_column<T: Over<P>>(
         &self,
@@ -211,16 +211,16 @@ impl<P: Scalar> Contacts<P> {
         let n = self.points().len();
         assert!(
             points.len() == n && outputs == n,
-            "there are {n} points of contact, and {} states for {outputs} outputs",
+            "there are {n} contact points, got {} states and {outputs} outputs",
             points.len()
         );
     }
 }
 
 impl Contacts<f64> {
-    /// Says of each link whether one of its points is below the ground, in the order of [`Model::links`]. Allocates.
+    /// Returns for each link whether one of its points is below the ground, in the order of [`Model::links`]. Allocates.
     ///
-    /// A question of geometry: whether a force acts there, a [report](crate::sim::Simulator::contact_report) says.
+    /// This is a geometric test; a [contact report](crate::sim::Simulator::contact_report) shows whether forces act.
     ///
     /// * `q` – configuration, length `nq`
     ///

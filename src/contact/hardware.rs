@@ -1,4 +1,4 @@
-//! Points of contact on links of other sizes.
+//! Contact points as functions of the sizes of links.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -12,19 +12,19 @@ use crate::scalar::{Cast, Scalar};
 use crate::spatial::linear::{lift_vector, rotate};
 
 impl Contacts<f64> {
-    /// Returns the contacts of the robot with other sizes of its links, over the scalar of the parameters: points move with their link, radii change with its shapes, and
-    /// laws and ground stay.
+    /// Returns the contacts of the robot with other link sizes (design parameters), over the scalar of the parameters. Points move with their link
+    /// and radii change with its shapes; contact models and ground stay unchanged.
     ///
-    /// They are those of the shapes of [`Hardware::model`] where these lie along the axes of the shape whose sizes change, or across; corners of shapes that are turned
-    /// against it move as points do, so that a turned box does not stay one.
+    /// The result equals the contacts of [`Hardware::model`] if the shapes are parallel or perpendicular to the axes of the shape whose sizes change.
+    /// Corners of rotated shapes move as points, so a rotated box does not remain a box.
     ///
-    /// * `x` – all parameters of the hardware, each positive
+    /// * `x` – all design parameters, each positive
     ///
     /// # Errors
     /// If one is not positive and finite; the error names it.
     ///
     /// # Panics
-    /// If there are not as many parameters as the hardware has, or if the contacts are those of another robot.
+    /// If `x` has the wrong length, or the contacts belong to another robot.
     pub fn with_hardware<T: Scalar>(
         &self,
         hardware: &Hardware,

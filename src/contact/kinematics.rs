@@ -1,4 +1,4 @@
-//! Positions, depths and velocities of the points of contact.
+//! Positions, depths and velocities of the contact points.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -15,18 +15,18 @@ use crate::spatial::linear::{cross, dot, rotate, rotate_back};
 use crate::spatial::{Motion, Transform};
 
 impl<P: Scalar> Contacts<P> {
-    /// Computes where all points are, from the poses and velocities of the bodies; does not allocate.
+    /// Computes the states of all points from the poses and velocities of the bodies. Does not allocate.
     ///
-    /// A point of a sphere or capsule is the nearest to the ground, and its depth is that along the normal there. On curved ground the nearest
-    /// point is found by Newton's method from the point below the centre on, and from places a radius away along x and y if the slope has jumped
-    /// on the way there; an outer edge is rolled over. There is one where the shape is curved more than the ground; where it is not, the
-    /// point that is lowest along the normal below the centre is taken, with the ground right under it. In an inner edge it touches the
-    /// side only in which it is deeper, so that the depth is continuous and the normal is not; steps in which a solver finds the forces take the
-    /// side that is deeper at the end. What lies in a fold trembles between its sides instead of resting on both, at steps of 1 ms
-    /// a ball of 0.1 m in a groove of slopes of ½ with 1 to 5 cm/s. What is higher above the ground than its radius counts as that
-    /// high where the place is sought, not in the depth. The lowest point of the rim of a cylinder is as exact where the circle is steeper
-    /// than 45° to the ground; where it lies flatter, the normal at its centre counts more and more. Capsules and cylinders touch with
-    /// their ends, not with what is between: humps that are shorter than they are not felt. A corner sees the ground right above or below it.
+    /// The point of a sphere or capsule is the one nearest to the ground; its depth is measured along the normal there. On curved ground Newton's
+    /// method finds it, starting below the centre, and also from positions one radius away along x and y if the slope jumps in between; shapes roll
+    /// over outer edges. A unique nearest point exists if the shape is curved more than the ground. Otherwise the point is the lowest one along the
+    /// normal below the centre, with the ground directly below it. In an inner edge the shape touches only the side in which it is deeper: the depth
+    /// is continuous, the normal is not. Steps with a force solver take the side that is deeper at the end of the step. So a body in a groove
+    /// trembles between both sides instead of resting on them: a ball of 0.1 m in a groove with slopes of ½ moves with 1 to 5 cm/s at steps of 1 ms.
+    /// For a shape that is higher than its radius above the ground, the search assumes that height; the depth does not. The lowest point of a
+    /// cylinder's rim is equally exact if its circle is steeper than 45° to the ground; for flatter circles the normal at its centre gets more and
+    /// more weight. Capsules and cylinders touch with their ends only: they do not feel humps between the ends. A corner uses the ground directly
+    /// above or below it.
     ///
     /// * `out` – output, one for each of [`points`](Self::points)
     ///
@@ -83,7 +83,7 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Computes where all points are at a configuration and velocity. Allocates.
+    /// Computes the states of all points at a configuration and velocity. Allocates.
     ///
     /// # Panics
     /// If a slice has the wrong length, or the contacts are those of another robot.
@@ -98,13 +98,16 @@ impl<P: Scalar> Contacts<P> {
 
     /// Computes the Jacobian of the velocity of a point, 3 × `nv`, in the world's axes:  v = J q̇.
     ///
-    /// That of the body at the point, which for a rolling point is not the rate of its position. Allocates.
+    /// This is the velocity of the body at the point; for a rolling point it is not the rate of the point's position. Allocates.
     ///
     /// # Panics
-    /// If the slice has the wrong length, there is no such point, or the contacts are those of another robot.
+    /// If the slice has the wrong length, there is no such point, or the contacts belong to another robot.
     pub fn jacobian<T: Over<P>>(&self, model: &Model<P>, q: &[T], point: usize) -> DMatrix<T> {
         let n = self.points().len();
-        assert!(point < n, "there is no point {point} of contact, but {n}");
+        assert!(
+            point < n,
+            "there is no contact point {point}: there are {n}"
+        );
         let mut kinematics = Kinematics::new(model);
         let v = vec![T::zero(); model.nv()];
         forward_kinematics_into(model, q, &v, &mut kinematics);
@@ -145,7 +148,7 @@ pub(crate) struct BodyPoint<'a, T> {
     pub(crate) in_body: &'a Vector3<T>,
 }
 
-/// Hands the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
+/// Passes the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
 pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,

@@ -1,4 +1,4 @@
-//! The pairs of link shapes that may touch: groups, excluded pairs, neighbours in the tree, and a broad phase.
+//! Pairs of link shapes that may touch: groups, excluded pairs, neighbours in the tree, and a broad phase.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::dynamics::{Kinematics, forward_kinematics};
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
 
-/// Memory for the pairs that may touch, kept from step to step.
+/// Pairs of shapes that may touch, with memory that is reused from step to step.
 #[derive(Clone, Debug, Default)]
 pub struct LinkPairs {
     bounds: Vec<Bounds>,
@@ -17,7 +17,7 @@ pub struct LinkPairs {
 }
 
 impl LinkShapes {
-    /// Excludes pairs of links: they never touch. A link without collision shapes may be among them.
+    /// Excludes pairs of links: they never touch. Links without collision shapes are allowed.
     ///
     /// # Errors
     /// If the model has no such link.
@@ -44,11 +44,11 @@ impl LinkShapes {
         Ok(())
     }
 
-    /// Whether two shapes, by their indices, may touch: on links that are not rigidly joined and that no joint connects, in groups that may, of links that are
-    /// not [excluded](Self::exclude). Joints on the link `world` that is the root, and floating ones, connect nothing.
+    /// Whether two shapes, by index, may touch: their links are neither rigidly joined nor connected by a joint, their groups may touch, and their
+    /// links are not [excluded](Self::exclude). Joints on a root link `world`, and floating joints, do not count as connections.
     ///
     /// # Panics
-    /// If there is no shape of an index.
+    /// If an index is out of range.
     pub fn may_touch(&self, first: usize, second: usize) -> bool {
         let (a, b) = (&self.shapes()[first], &self.shapes()[second]);
         let is_excluded = || {
@@ -62,15 +62,15 @@ impl LinkShapes {
             && !is_excluded()
     }
 
-    /// Whether two shapes may touch, those of one robot only where that is asked for.
+    /// Whether two shapes may touch, those of one robot only where that is requested.
     pub(super) fn may_collide(&self, first: usize, second: usize, self_collision: bool) -> bool {
         let [a, b] = [first, second].map(|k| self.shapes()[k].number);
         let is_asked_for = self_collision || !self.relations().are_of_one_robot(a, b);
         is_asked_for && self.may_touch(first, second)
     }
 
-    /// The pairs of shapes whose boxes overlap, widened by their margins, of those that [may touch](Self::may_touch). O(n log n) in the number of shapes; no
-    /// allocation but where there are more shapes or pairs than before.
+    /// Returns the pairs of shapes that [may touch](Self::may_touch) and whose bounding boxes, widened by their margins, overlap. O(n log n) in the
+    /// number of shapes; allocates only for more shapes or pairs than before.
     ///
     /// # Errors
     /// If too many pairs overlap.
@@ -94,7 +94,7 @@ impl LinkShapes {
             .pairs(&memory.bounds, |i, j| self.may_touch(i, j))
     }
 
-    /// The pairs of links that touch at a configuration though they may not be meant to: in the neutral one often neighbours of neighbours. They can be
+    /// Returns the pairs of links that touch at a configuration. At the neutral configuration these are often neighbours of neighbours, which can be
     /// [excluded](Self::exclude). Allocates.
     ///
     /// # Errors

@@ -19,25 +19,25 @@ pub struct LinkShape {
     pub link: FrameId,
     /// Place of the link in [`Model::links`].
     pub(super) number: usize,
-    /// Body that carries it; `None` for what is fixed to the world.
+    /// Body that carries it; `None` for a shape that is fixed to the world.
     pub body: Option<BodyId>,
     /// Pose `X_BS` of the shape in the body, or in the world.
     pub placement: Transform<f64>,
-    /// The shape; of a mesh its convex hull.
+    /// The shape; for a mesh its convex hull.
     pub shape: Shape,
     /// Groups of shapes that may touch it.
     pub groups: Groups,
-    /// Distance below which it counts as touching, m; that of a pair is the sum.
+    /// Distance below which it counts as touching, m; the margin of a pair is the sum.
     pub margin: f64,
-    /// Friction and restitution of its surface where bodies touch; `None` for those of their contact law.
+    /// Friction and restitution of its surface against other bodies; `None` for those of the contact model.
     pub material: Option<Material>,
-    /// Where it is a triangle of a surface: how it can be touched.
+    /// For a triangle of a surface: its allowed contact normals.
     pub(super) sides: Option<Box<TriangleSides>>,
 }
 
 /// The collision shapes of the links of a robot.
 ///
-/// [`LinkShapes::new`] reads the mesh files that they name; [`LinkShapes::with_meshes`] takes vertices from elsewhere.
+/// [`LinkShapes::new`] reads their mesh files; [`LinkShapes::with_meshes`] takes vertices from the caller.
 #[derive(Clone, Debug)]
 pub struct LinkShapes {
     shapes: Vec<LinkShape>,
@@ -49,9 +49,9 @@ pub struct LinkShapes {
 }
 
 impl LinkShapes {
-    /// The collision shapes of a robot, with the vertices of meshes from elsewhere than files. Allocates.
+    /// The collision shapes of a robot, with mesh vertices from the caller. Allocates.
     ///
-    /// Shapes that make no sense (a mesh that is not read, a scale of zero, a size that is negative or not finite) are [`missing`](Self::missing).
+    /// Invalid shapes (a mesh without vertices, a scale of zero, a size that is negative or not finite) are listed in [`missing`](Self::missing).
     pub fn with_meshes(model: &Model, meshes: &mut dyn MeshHulls) -> Self {
         let mut own = Self {
             shapes: Vec::new(),
@@ -94,12 +94,13 @@ impl LinkShapes {
         own
     }
 
-    /// The collision shapes of a robot but its meshes, of which no file is read. Allocates.
+    /// The collision shapes of a robot except its meshes; reads no files. Allocates.
     pub fn without_meshes(model: &Model) -> Self {
         Self::with_meshes(model, &mut NoMeshes)
     }
 
-    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates; O(n) in the triangles, and so is each step with them.
+    /// Adds the triangles of a surface to a link that is fixed to the world, each as a shape in all groups. Allocates. Costs O(n) in the number of
+    /// triangles, as does each step with them.
     ///
     /// # Errors
     /// If the model has no link of that name.
@@ -154,25 +155,25 @@ impl LinkShapes {
         &self.shapes
     }
 
-    /// The shapes, to change sizes, groups and margins.
+    /// The shapes, mutable: sizes, groups and margins.
     pub fn shapes_mut(&mut self) -> &mut [LinkShape] {
         &mut self.shapes
     }
 
-    /// The shapes that were left out, with the reason.
+    /// The shapes that are missing, with the reason.
     pub fn missing(&self) -> &[ShapeWithoutPoints] {
         &self.missing
     }
 
-    /// What joints make of the links.
+    /// Relations of the links by joints.
     pub(super) fn relations(&self) -> &Relations {
         &self.relations
     }
 
-    /// The frame of a link that has shapes.
+    /// Finds the frame of a link with shapes.
     ///
     /// # Errors
-    /// If the model has no such frame, or it has no collision shape; the message lists the links that have some.
+    /// If the model has no such frame, or it has no collision shape; the message lists the links with shapes.
     ///
     /// # Panics
     /// If the shapes are those of another robot.
@@ -262,7 +263,7 @@ fn hull(mesh: &Geometry, scale: &[f64; 3], meshes: &mut dyn MeshHulls) -> Result
     let hull = Hull::new(vertices.collect()).map_err(|error| format!("has no hull: {error}"))?;
     if scale.iter().any(|s| *s == 0.0 || !s.is_finite()) {
         return Err(format!(
-            "has the scale {scale:?}, of which no number may be zero or not finite"
+            "has the scale {scale:?}; each factor must be finite and nonzero"
         ));
     }
     Ok(Shape::Hull {

@@ -1,4 +1,4 @@
-//! Materials of links and ground, and what holds between two of them.
+//! Materials of links and ground, and pair properties.
 
 use crate::error::UnknownName;
 use crate::numbers::{Numbers, numbers};
@@ -7,10 +7,10 @@ use crate::scalar::Scalar;
 /// Friction and restitution of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material<P = f64> {
-    /// μ, the coefficient of friction: of a material, that against itself; infinite where nothing slips. For all laws.
+    /// μ, the coefficient of friction (of a material against itself); infinite for no slip. For all contact models.
     pub friction: P,
-    /// e in 0..1, the part of the normal velocity that comes back from an impact: of a material, that against itself. For
-    /// [`Rigid`](super::Rigid) only; how the others bounce follows from their damping.
+    /// e in 0..1, the coefficient of restitution (of a material against itself). For [`Rigid`](super::Rigid) only; the restitution of other contact
+    /// models follows from their damping.
     pub restitution: P,
 }
 
@@ -19,12 +19,11 @@ numbers! { pub struct Material {
     restitution: WithinOne("restitution"),
 } }
 
-/// A table of materials by name, and of pairs of them.
+/// A table of materials and material pairs, by name.
 ///
-/// Where a pair is not in the table, its friction is the harmonic mean of those of the two, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake, and so its
-/// restitution: two surfaces of one material have its numbers, the smaller one decides, and what slides on itself without friction slides
-/// on everything. (`MuJoCo` takes the larger friction, so that one slippery surface is not enough; a pair in the table says so where it
-/// is wanted.) How hard a surface is stays with the law.
+/// For a pair that is not in the table, friction is the harmonic mean of both materials, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake; so is restitution. So two
+/// surfaces of one material have its values, the smaller value dominates, and a frictionless material is frictionless against all others. (`MuJoCo`
+/// uses the larger friction; add such pairs to the table.) Stiffness stays in the contact model.
 ///
 /// # Examples
 /// ```
@@ -61,10 +60,10 @@ impl<P: Scalar> Material<P> {
 }
 
 impl Materials {
-    /// With a material of a name, in place of another one of that name.
+    /// Adds a material, or replaces the one of this name.
     ///
     /// # Panics
-    /// If its friction is negative or not a number, or its restitution is not in 0..1.
+    /// If its friction is negative or NaN, or its restitution is not in 0..1.
     #[must_use]
     pub fn with_material(mut self, name: &str, material: Material) -> Self {
         material.check_numbers();
@@ -73,13 +72,13 @@ impl Materials {
         self
     }
 
-    /// With what holds between two materials, in whatever order, in place of their means.
+    /// Sets friction and restitution between two materials, in either order, instead of their means.
     ///
     /// # Errors
-    /// If there is no material of a name.
+    /// If there is no material with this name.
     ///
     /// # Panics
-    /// If the friction is negative or not a number, or the restitution is not in 0..1.
+    /// If the friction is negative or NaN, or the restitution is not in 0..1.
     pub fn with_pair(mut self, names: [&str; 2], pair: Material) -> Result<Self, UnknownName> {
         pair.check_numbers();
         for name in names {
@@ -90,10 +89,10 @@ impl Materials {
         Ok(self)
     }
 
-    /// Friction and restitution between two materials.
+    /// Returns friction and restitution between two materials.
     ///
     /// # Errors
-    /// If there is no material of a name.
+    /// If there is no material with this name.
     pub fn between(&self, one: &str, other: &str) -> Result<Material, UnknownName> {
         let (a, b) = (self.find(one)?, self.find(other)?);
         let given = self

@@ -1,6 +1,6 @@
-//! Contact with the ground and between bodies: terrain, points, and the laws of force.
+//! Contact with the ground and between bodies: terrain, contact points, and contact models.
 //!
-//! [`Contacts`] says where a robot can touch which [`Terrain`] and by which law. Points come from the collision shapes of its links:
+//! [`Contacts`] contains the contact points of a robot, their contact models and the [`Terrain`]. Points come from the collision shapes of the links:
 //!
 //! | shape | points | on a plane |
 //! |---|---|---|
@@ -8,39 +8,39 @@
 //! | sphere | the lowest point, which rolls | exact |
 //! | capsule | the lowest points of its two end spheres | exact |
 //! | cylinder | three points of each rim, one of them the lowest | exact |
-//! | mesh | vertices of its convex hull, at most [`ContactOptions::mesh_points`] | exact for the hull, if it has not more |
+//! | mesh | vertices of its convex hull, at most [`ContactOptions::mesh_points`] | exact for hulls with at most that many vertices |
 //!
-//! On curved ground spheres, capsules and cylinders that roll touch where they are nearest to it; see [`Contacts::states_into`] for the limits. A
-//! circle of a cylinder that is tilted by less than a milliradian stands on three points that are fixed to it.
+//! On curved ground, spheres, capsules and rolling cylinders touch at their nearest point; see [`Contacts::states_into`] for the limits. The circle
+//! of a cylinder that is tilted by less than a milliradian has three contact points that are fixed to it.
 //!
-//! [`Contacts::new`] and [`Contacts::with_options`] read the mesh files of these shapes, as [`io`](crate::io) does, where they are written;
-//! [`Contacts::with_meshes`] takes vertices from elsewhere. A mesh file that is missing or damaged is reported by [`Contacts::shapes_without_points`].
+//! [`Contacts::new`] and [`Contacts::with_options`] read the mesh files of these shapes, with the functions of [`io`](crate::io);
+//! [`Contacts::with_meshes`] takes vertices from the caller. [`Contacts::shapes_without_points`] lists missing or damaged mesh files.
 //!
-//! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
-//! which acceleration is wanted of it, and the solver in [`cone`](crate::cone) finds the forces of all points together. [`Smoothing`] gives rigid contact
-//! forces and derivatives before it touches; [`Materials`] say which friction holds between which link and the ground.
+//! Contact models do not depend on the robot. [`SoftContact`] computes a force from depth, velocity and deflection of a point. [`RelaxedRigid`] and
+//! [`Rigid`] define its reference acceleration, and the solver in [`cone`](crate::cone) finds the forces of all points together. [`Smoothing`] adds
+//! forces and derivatives of rigid contact before touch-down; [`Materials`] define the friction between links and the ground.
 //!
 //! | question | answer | cost | reference |
 //! |---|---|---|---|
 //! | where can a robot touch? | [`Contacts::new`], [`Contacts::with_links`], [`Contacts::with_point`] | once; reads meshes | |
-//! | and with links of other sizes? | [`Contacts::with_hardware`] | O(links) | |
+//! | contact points for other link sizes? | [`Contacts::with_hardware`] | O(links) | |
 //! | which shapes have no points? | [`Contacts::shapes_without_points`] | | |
-//! | on what ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
-//! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
-//! | which damping for which restitution, how long does an impact last? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
+//! | which ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
+//! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) also the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
+//! | damping for a restitution, duration of an impact? | [`SoftContact::with_restitution`], [`HuntCrossley::restitution`], [`HuntCrossley::impact_time`] | closed forms | [Hunt, Crossley 1975] |
 //! | is the step short enough for it? | [`Simulator::remarks`](crate::Simulator::remarks) | O(points · nv²) | |
-//! | bodies that touch each other? | [`Contacts::with_collisions`], [`CollisionOptions`] | O(n log n) for pairs of n shapes; forces are the solver's | |
-//! | bodies on ground of any shape, of other materials, fast and thin? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(triangles) a step | |
-//! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
-//! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
-//! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |
-//! | how exact are forces, how long are they looked for? | [`SolverOptions`], [`cone`](crate::cone) | O(rows³) an iteration; measured at [`SolverOptions`] | |
+//! | bodies that touch each other? | [`Contacts::with_collisions`], [`CollisionOptions`] | O(n log n) for pairs of n shapes; solver | |
+//! | ground meshes, materials, fast and thin bodies? | [`CollisionOptions::with_surface`], [`CollisionOptions::with_material`], [`CollisionOptions::with_speculative_contact`] | O(triangles) a step | |
+//! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | solver | [Todorov 2014] |
+//! | forces that neither penetrate nor creep? | [`Rigid`] | solver, more iterations | [De Saxcé & Feng 1998] |
+//! | gradients before touch-down? | [`Contacts::with_smoothing`] | solver, with every point within reach | [Howell et al. 2022] |
+//! | accuracy and iterations of the solver? | [`SolverOptions`], [`cone`](crate::cone) | O(rows³) an iteration; measured at [`SolverOptions`] | |
 //! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
-//! | where are the points, how fast, how do they depend on v? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
-//! | which links touch, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
-//! | how far are two links apart, where, and with which gradient? | [`nearest`], [`LinkShapes::nearest_into`] | O(shapes²) of the two links | [Gilbert, Johnson, Keerthi 1988] |
+//! | positions, velocities and Jacobians of the points? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
+//! | links in contact, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
+//! | distance of two links, nearest points, gradient? | [`nearest`], [`LinkShapes::nearest_into`] | O(shapes²) of the two links | [Gilbert, Johnson, Keerthi 1988] |
 //! | which links can touch each other? | [`LinkShapes::pairs`], [`LinkShapes::touching`], [`LinkShapes::exclude`] | O(n log n) | |
-//! | what happens at them, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
+//! | what happens at a contact point, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
 mod contacts;

@@ -19,9 +19,9 @@ use crate::spatial::Transform;
 /// The nearest points of two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {
-    /// Distance, m; not positive where the links overlap: then the least translation that separates the two nearest shapes, negative.
+    /// Distance, m. If the links overlap, the negative length of the shortest translation that separates the two nearest shapes.
     pub distance: f64,
-    /// Points in the world, that of the first link first, m.
+    /// Nearest points in the world, m, first that of the first link.
     pub points: [Vector3<f64>; 2],
     /// Unit normal from the first link to the second, in the world.
     pub normal: Vector3<f64>,
@@ -29,12 +29,12 @@ pub struct Nearest {
     pub gradient: DVector<f64>,
     /// The nearest shapes of the two links, indices in [`LinkShapes::shapes`].
     pub shapes: [usize; 2],
-    /// The features of these shapes that are nearest.
+    /// The nearest features of these shapes.
     pub feature: Option<PairFeature>,
 }
 
 impl Nearest {
-    /// Memory for a model: no distance yet.
+    /// Makes memory for a model, without a distance.
     pub fn new(model: &Model) -> Self {
         Self {
             distance: f64::INFINITY,
@@ -47,14 +47,14 @@ impl Nearest {
     }
 }
 
-/// Error for links without a distance.
+/// Reason why two links have no distance.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NearestError {
     /// The robot has no such link, or it has no collision shape.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
-    /// A link has a mesh, whose file is not read here.
+    /// A link has a mesh; this function reads no mesh files.
     #[error("{}", message(format_args!("link \"{link}\": {reason}; LinkShapes::new reads the files of meshes")))]
     MissingShape {
         /// The link.
@@ -62,7 +62,7 @@ pub enum NearestError {
         /// The reason, as a sentence.
         reason: String,
     },
-    /// Two half-spaces have no distance, and where a coordinate is not finite there is none.
+    /// Both shapes are half-spaces, or a coordinate is not finite.
     #[error("{}", message(format_args!("links \"{first}\" and \"{second}\" have no distance: a coordinate is not finite")))]
     NoDistance {
         /// The first link.
@@ -74,7 +74,7 @@ pub enum NearestError {
 
 /// Computes the nearest points of two links, with the gradient of their distance.
 ///
-/// For one pair once: [`LinkShapes::nearest_into`] keeps shapes and memory. Meshes are not read, and a link with one is an error. Allocates.
+/// For a single query; [`LinkShapes::nearest_into`] reuses shapes and memory. Meshes are not read: a link with a mesh is an error. Allocates.
 ///
 /// * `q` – configuration, length `nq`
 /// * `first`, `second` – names of links
@@ -158,11 +158,11 @@ impl LinkShapes {
         ])
     }
 
-    /// Computes the nearest points of two links, without allocation. Returns `false`, with an infinite distance, where there is none: a link without shapes, two
-    /// half-spaces, a coordinate that is not finite.
+    /// Computes the nearest points of two links, without allocation. Returns `false` and an infinite distance if there is no distance: a link without
+    /// shapes, two half-spaces, a coordinate that is not finite.
     ///
-    /// The distance is that of the nearest two shapes of the links, of equally near ones the first. Its gradient is ∂d/∂q = n · (J₂ − J₁) with the Jacobians of the
-    /// links at the two points: that of the distance returned. Where features switch it is that of one side.
+    /// The distance is that of the nearest pair of shapes of both links; of equally near pairs the first. Its gradient is ∂d/∂q = n · (J₂ − J₁) with
+    /// the Jacobians of the links at the two points. Where features switch, it is the gradient of one side.
     ///
     /// * `links` – frames of the links, see [`find_link`](Self::find_link)
     ///

@@ -1,4 +1,4 @@
-//! Points and round shapes with which a body can touch the ground.
+//! Contact points and round shapes of a body.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -10,7 +10,7 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
 use crate::spatial::{Force, Motion};
 
-/// The part of a shape that touches.
+/// The feature of a shape that touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Feature<P = f64> {
@@ -32,24 +32,24 @@ pub enum Feature<P = f64> {
     },
 }
 
-/// A point of a body that can touch the ground; where exactly depends on how the body lies.
+/// A contact point of a body; its exact position depends on the orientation of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint<P = f64> {
-    /// The link whose shape it belongs to.
+    /// The link of its shape.
     pub link: FrameId,
-    /// The body that the link is part of.
+    /// The body of that link.
     pub body: BodyId,
     /// The centre in the body frame, m.
     pub center: Vector3<P>,
-    /// Part of a shape that touches there.
+    /// The feature of the shape that touches.
     pub feature: Feature<P>,
 }
 
 impl<P: Scalar> ContactPoint<P> {
-    /// The centre in the frame of its link, as the description has it, m: the frame of the body has the axis of the joint as its z.
+    /// The centre in the frame of its link in the description, m. (The frame of the body differs: its z axis is the joint axis.)
     ///
     /// # Panics
-    /// If the point is one of another robot.
+    /// If the point belongs to another robot.
     pub fn center_in_link(&self, model: &Model<P>) -> Vector3<P> {
         model.frames()[self.link.0]
             .placement
@@ -58,7 +58,7 @@ impl<P: Scalar> ContactPoint<P> {
     }
 }
 
-// An axis is no parameter, as it is a unit vector.
+// An axis is not a parameter, because it is a unit vector.
 numbers! { pub enum Feature {
     Corner {},
     Sphere { radius: Positive("radius", "radius of a sphere") },
@@ -68,24 +68,24 @@ numbers! { pub enum Feature {
 numbers! { pub struct ContactPoint {
     link: kept(),
     body: kept(),
-    center: Finite(["x", "y", "z"], "coordinate of a point of contact"),
+    center: Finite(["x", "y", "z"], "coordinate of a contact point"),
     feature: part(Feature),
 } }
 
-/// The most numbers that a point has.
+/// Maximum number of parameters of a point.
 pub(crate) const POINT_NUMBERS: usize = <ContactPoint as Numbers<f64>>::COUNT;
 
-/// Tilt of a circle against the ground (sine) from which on its points follow the lowest one, and below which they stay more and more
-/// where they are on the body: one milliradian. Where it lies flat there is no lowest point, and no way to take each direction over into one
-/// that is fixed to the body without leaving the circle at some tilt: there the three points come together at its centre, less than this
-/// share of the radius too high. Smaller lets points run faster around a circle that rocks on its face.
+/// Tilt of a circle against the ground (sine) above which its points follow the lowest one, and below which they are increasingly fixed to the body:
+/// one milliradian. A flat circle has no lowest point, and no continuous transition to points fixed to the body stays on the circle for all tilts: at
+/// some tilt the three points meet at its centre, which is too high by less than this share of the radius. With a smaller value, points move faster
+/// around a circle that rocks on its face.
 const FLAT: f64 = 1e-3;
 
 /// Square of the length below which a direction is not made a unit vector, but shorter.
 const LEAST_SQUARE: f64 = 1.0 / 16.0;
 
-/// Square of the tilt of a circle against curved ground (sine) from which on its lowest point is found for the normal of the ground there, and
-/// below which more and more for that of the ground at its centre.
+/// Square of the tilt of a circle against curved ground (sine) above which its lowest point uses the normal of the ground there, and below which it
+/// increasingly uses that at its centre.
 const STEEP_SQUARE: f64 = 0.5;
 
 /// Tolerance on the length of an axis, as a distance from 1.
@@ -93,7 +93,7 @@ const UNIT: f64 = 1e-9;
 
 impl<P: Scalar> ContactPoint<P> {
     /// # Panics
-    /// If a number makes no sense, with its name.
+    /// If a parameter is out of range; the message names it.
     pub(super) fn check(&self) {
         self.check_numbers();
         if let Feature::Rim { axis, angle, .. } = self.feature {

@@ -1,11 +1,11 @@
-//! Laws of the points of a robot, all of one kind: the one place where that is made sure of.
+//! Contact models of the points of a robot; checks that all are of one kind.
 
 use super::laws::{ContactLaw, LawKind};
 use super::material::Material;
 use crate::numbers::numbers;
 use crate::scalar::Scalar;
 
-/// Laws of contact points, one for each point, all of one kind.
+/// Contact models points, one for each point, all of one kind.
 #[derive(Clone, Debug)]
 pub(super) struct PointLaws<P>(Vec<ContactLaw<P>>);
 
@@ -18,7 +18,7 @@ impl<P: Scalar> PointLaws<P> {
     }
 
     /// # Panics
-    /// If the laws are of different kinds, or a number of one makes no sense.
+    /// If the laws are of different kinds, or a parameter is out of range.
     pub(super) fn new(laws: Vec<ContactLaw<P>>) -> Self {
         let mut out = Self(Vec::with_capacity(laws.len()));
         laws.into_iter().for_each(|law| out.push(law));
@@ -28,7 +28,7 @@ impl<P: Scalar> PointLaws<P> {
     /// Adds the law of one more point.
     ///
     /// # Panics
-    /// If it is of another kind than those of the other points, or a number of it makes no sense.
+    /// If it is of another kind than those of the other points, or a parameter is out of range.
     pub(super) fn push(&mut self, law: ContactLaw<P>) {
         self.check(&law);
         self.0.push(law);
@@ -51,7 +51,7 @@ impl<P: Scalar> PointLaws<P> {
     /// Replaces the laws of some points.
     ///
     /// # Panics
-    /// If the law is of another kind than those of the other points, or a number of it makes no sense.
+    /// If the law is of another kind than those of the other points, or a parameter is out of range.
     pub(super) fn replace(&mut self, law: ContactLaw<P>, is_chosen: impl Fn(usize) -> bool) {
         self.check(&law);
         self.for_each_mut(|point, own| {
@@ -64,18 +64,18 @@ impl<P: Scalar> PointLaws<P> {
     fn check(&self, law: &ContactLaw<P>) {
         if let Some(kind) = self.kind() {
             let (first, other) = (kind.name, law.kind().name);
-            assert_eq!(first, other, "all points have laws of one kind");
+            assert_eq!(first, other, "all points have contact models of one kind");
         }
         law.check();
     }
 
-    /// Hands each point with its law to `change`, which keeps the kind.
+    /// Passes each point with its law to `change`, which keeps the kind.
     pub(super) fn for_each_mut(&mut self, mut change: impl FnMut(usize, &mut ContactLaw<P>)) {
         let laws = self.0.iter_mut().enumerate();
         laws.for_each(|(point, law)| change(point, law));
     }
 
-    /// Gives some points the friction, and what else a law has of it, of a pair of materials.
+    /// Sets friction and other surface parameters of some points from a pair of materials.
     pub(super) fn set_material(&mut self, pair: Material<P>, is_chosen: impl Fn(usize) -> bool) {
         self.for_each_mut(|point, law| {
             if is_chosen(point) {
@@ -90,7 +90,7 @@ impl<P: Scalar> PointLaws<P> {
         self.0.retain(|_| own.next() != Some(&false));
     }
 
-    /// Properties of them all; `None` where there are no points.
+    /// Common properties; `None` without points.
     pub(super) fn kind(&self) -> Option<&'static LawKind> {
         self.0.first().map(ContactLaw::kind)
     }
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "all points have laws of one kind")]
+    #[should_panic(expected = "all points have contact models of one kind")]
     fn laws_of_two_kinds_are_refused() {
         let other = ContactLaw::RelaxedRigid(RelaxedRigid::default());
         let _ = PointLaws::new(vec![rigid(0.1), other]);

@@ -1,4 +1,4 @@
-//! Contact kinematics of a point: where it is in the world, how deep, and how fast.
+//! Kinematics of a contact point: position, depth and velocity.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 use crate::spatial::Motion;
 use crate::spatial::linear::{rotate, scale};
 
-/// A point of contact in motion.
+/// Position, velocity, normal and depth of a contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointState<T> {
     /// Position in the world, m.
@@ -25,7 +25,7 @@ pub struct PointState<T> {
 }
 
 impl<T: Scalar> PointState<T> {
-    /// At the world's origin, at rest.
+    /// At the world origin, at rest.
     pub fn zero() -> Self {
         Self {
             position: Vector3::zeros(),
@@ -38,7 +38,7 @@ impl<T: Scalar> PointState<T> {
 
     /// Two unit vectors across the normal that make a right-handed frame (t₁, t₂, n) with it, in the world.
     ///
-    /// They turn smoothly with the normal as long as it points upwards [Duff et al. 2017].
+    /// They rotate smoothly with the normal while it points upwards [Duff et al. 2017].
     pub fn tangents(&self) -> [Vector3<T>; 2] {
         let n = &self.normal;
         let a = -(T::one() / (n.z + 1.0));
@@ -55,7 +55,7 @@ impl<T: Scalar> PointState<T> {
         [self.normal, t_1, t_2]
     }
 
-    /// [`axes`](Self::axes) for a normal that may point anywhere: those of the opposite one below, the last of them turned round. Which half it is in does
+    /// [`axes`](Self::axes) for a normal that may point anywhere: those of the opposite one below, the last of them reversed. Which half it is in does
     /// not have derivatives.
     pub(crate) fn axes_of_any_normal(&self) -> [Vector3<T>; 3] {
         let n = &self.normal;

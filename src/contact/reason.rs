@@ -1,4 +1,4 @@
-//! Why the derivatives of a point of contact are what they are.
+//! Explains the derivatives of a contact point.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ pub(crate) struct PointOutcome<'a, T> {
     pub(crate) is_smoothed: bool,
 }
 
-/// Behaviour of a contact point at an instant, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
+/// Behaviour of a contact point at an instant, which explains why a derivative of a step is zero or not; in the first lane. `Display` writes it as a sentence.
 ///
 /// # Examples
 /// ```
@@ -50,27 +50,27 @@ pub enum ContactReason {
         /// Velocity out of the ground, m/s.
         speed: f64,
     },
-    /// On the surface without force and velocity, as where nothing presses the point down: derivatives are those of free flight, one side of
-    /// two. Those of a point that carries something are the mean of both, see [`Resting`](Self::Resting).
+    /// On the surface without force and velocity, for example without a load on the point. Derivatives are those of free flight, one of the two
+    /// sides; those of a loaded point are the mean of both, see [`Resting`](Self::Resting).
     Touching,
-    /// A force inside the cone of friction: the velocity after the step is what the law asks for, whatever forces and friction are.
+    /// A force inside the friction cone: the velocity after the step is the reference velocity of the contact model, independent of forces and friction.
     Sticking,
-    /// Sticking on the surface itself, with [`Rigid`](crate::contact::Rigid) contact: the velocity that the law asks for has a kink in the
-    /// depth there, and derivatives in it are the mean of both sides.
+    /// Sticking exactly on the surface, with [`Rigid`](crate::contact::Rigid) contact: the reference velocity is nonsmooth in the depth there, and
+    /// derivatives in the depth are the mean of both sides.
     Resting,
     /// A force on the surface of the cone and no slip: derivatives are those of sticking or those of sliding.
     Impending,
-    /// A force on the surface of the cone, against the slip: its size follows from the normal force alone.
+    /// A force on the surface of the cone, against the slip: its magnitude depends on the normal force only.
     Sliding,
-    /// Sliding on the surface itself, with [`Rigid`](crate::contact::Rigid) contact: derivatives in the depth are the mean of both sides, as
-    /// at a point that rests.
+    /// Sliding exactly on the surface, with [`Rigid`](crate::contact::Rigid) contact: derivatives in the depth are the mean of both sides, as for a
+    /// point at rest.
     Gliding,
-    /// The smoothed law: all derivatives are there, the smaller the higher the point.
+    /// Smoothed contact: all derivatives exist, and decrease with the height of the point.
     Smoothed {
         /// Height above the ground, m; negative below.
         height: f64,
     },
-    /// A soft law presses: all derivatives are there.
+    /// Soft contact with a force: all derivatives exist.
     Soft {
         /// Depth in the ground, m.
         depth: f64,
@@ -123,7 +123,7 @@ impl fmt::Display for ContactReason {
                 "touching: no force and no velocity; derivatives are those of free flight, one side of two",
             ),
             Self::Sticking => f.write_str(
-                "sticking: its velocity is what the law asks for; no derivatives in friction, nor in forces that it withstands",
+                "sticking: the contact model fixes its velocity, which has zero derivatives in friction and in the forces that the contact balances",
             ),
             Self::Resting => f.write_str(
                 "resting: sticks on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \

@@ -1,11 +1,11 @@
-//! Which links are rigidly joined, which by a joint, and which belong to one robot.
+//! Relations of links: rigidly joined, connected by a joint, of one robot.
 
 use std::collections::HashMap;
 
 use crate::joint::JointKind;
 use crate::model::{JointSpec, Model, WORLD};
 
-/// What joints make of the links of a model. A floating joint joins nothing, nor does a joint on the link `world` that is the root.
+/// Relations of the links of a model by joints. Floating joints, and joints on the root link `world`, do not connect.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Relations {
     /// Of each link, which are numbered as in [`Model::links`]: the rigid part that it belongs to, and the robot.

@@ -45,8 +45,7 @@ const LEAST_JUMP: f64 = 1e-9;
 /// Distance from an edge at which the slope is that of its side, m.
 const SIDE: f64 = 1e-9;
 
-/// The least jump of the slope, beyond what its own change explains, behind which another foot is looked for: less of it moves the surface of a
-/// shape by less than 1e-4 of its radius.
+/// Minimum unexplained jump of the slope that triggers a search for another foot: a smaller jump moves the surface of a shape by less than 1e-4 of its radius.
 const FOLD: f64 = 1e-2;
 
 /// A body in motion.
@@ -207,7 +206,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
     }
 }
 
-/// Places at a distance (m) from another one, along x and y, where the slope is not what it would be if it changed all the way as it does at the start.
+/// Positions at a distance (m) from another one, along x and y, where the slope differs from its linear extrapolation.
 fn behind_folds(
     at: Vector2<f64>,
     distance: f64,
@@ -229,7 +228,7 @@ fn behind_folds(
 }
 
 impl Rolling<'_, f64, PlanarDual> {
-    /// The foot from a start on; `None` where there is no nearest point, or more than one.
+    /// The foot found from a start; `None` without a unique nearest point.
     fn find_from(
         &self,
         start: Vector2<f64>,
@@ -260,7 +259,7 @@ impl Rolling<'_, f64, PlanarDual> {
         self.find_on_edge(before, at, ground)
     }
 
-    /// The foot on an edge of the ground between two places, each of which sends it to the other.
+    /// The foot on an edge of the ground between two positions, each of which leads to the other.
     fn find_on_edge(
         &self,
         mut a: Vector2<f64>,

@@ -24,12 +24,12 @@ pub(super) struct BodyShape<P> {
     /// Its pose in the body.
     pub(super) X_BS: Transform<P>,
     pub(super) shape: Shape<P>,
-    /// `None` where the law says what it is.
+    /// `None` for the value of the contact model.
     pub(super) material: Option<Material<P>>,
 }
 
 impl<P> BodyShape<P> {
-    /// Whether its numbers are parameters: those of triangles are too many.
+    /// Whether its sizes are parameters; triangles have too many.
     pub(super) fn has_parameters(&self) -> bool {
         !matches!(self.shape, Shape::Triangle { .. })
     }

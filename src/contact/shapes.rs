@@ -1,4 +1,4 @@
-//! From the collision shapes of links to the points where they can touch.
+//! Contact points of the collision shapes of links.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -15,16 +15,17 @@ use crate::model::{Collision, Geometry, Model};
 use crate::spatial::Transform;
 use crate::spatial::geometry::thinned;
 
-/// Points on each rim of a cylinder: enough to stand on.
+/// Points on each rim of a cylinder: enough for a stable stance.
 const RIM_POINTS: usize = 3;
 /// Bytes of a point with its law.
 const POINT_BYTES: usize = size_of::<ContactPoint>() + size_of::<ContactLaw>();
 
-/// Options of the contact points that stand for shapes.
+/// Options for converting shapes to contact points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContactOptions {
-    /// Most points of a mesh; 64 unless said otherwise, and none for zero. Of a hull with more vertices those are taken that keep best how
-    /// far it reaches in every direction: of a ball, 64 leave 7 % of the radius, 256 less than 2 %. More cost time in every step.
+    /// Maximum number of points of a mesh; 64 by default, and no points for zero. From a hull with more vertices, a subset is chosen that best
+    /// preserves its extent in all directions: for a ball, the error is 7 % of the radius with 64 points and less than 2 % with 256. More points cost
+    /// time in every step.
     pub mesh_points: usize,
 }
 
@@ -39,7 +40,7 @@ impl Default for ContactOptions {
 pub struct ShapeWithoutPoints {
     /// The link.
     pub link: String,
-    /// Description of the shape, with the reason why it cannot touch.
+    /// Description of the shape, with the reason why it has no points.
     pub reason: String,
 }
 
@@ -49,7 +50,7 @@ impl fmt::Display for ShapeWithoutPoints {
     }
 }
 
-/// Vertices of meshes for contact: of those on which their convex hulls stand, wherever they come from.
+/// Source of mesh vertices for contact: the vertices of convex hulls.
 pub trait MeshHulls {
     /// Vertices of the convex hull of a mesh in its own frame, without its scale, m; or why there are none, as an end of the sentence "the mesh …".
     ///
@@ -65,7 +66,7 @@ pub trait MeshHulls {
     }
 }
 
-/// No vertices for any mesh: for robots whose other shapes are to touch.
+/// Source without meshes: only the other shapes of the robot have contact points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoMeshes;
 
@@ -86,7 +87,7 @@ pub(super) struct ShapePoints {
     pub(super) shapes_without_points: Vec<ShapeWithoutPoints>,
 }
 
-/// The points of all collision shapes of a robot. What is fixed to the world touches nothing.
+/// The points of all collision shapes of a robot, except shapes fixed to the world.
 ///
 /// # Errors
 /// If they would need more memory than the [limit](crate::memory): a mesh of many vertices may be that of many shapes.
@@ -185,7 +186,7 @@ fn mesh_corners(
     options: &ContactOptions,
 ) -> Result<Vec<Vector3<f64>>, String> {
     if options.mesh_points == 0 {
-        return Err("is left out: no points of meshes are wanted".into());
+        return Err("is left out: mesh_points is 0".into());
     }
     let scaled = |v: &[f32; 3]| Vector3::from_fn(|axis, _| f64::from(v[axis]) * scale[axis]);
     let corners: Vec<Vector3<f64>> = hull.iter().map(scaled).collect();

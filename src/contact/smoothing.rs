@@ -2,26 +2,25 @@
 
 use crate::numbers::Domain;
 
-/// Smoothing of rigid and relaxed rigid contact, for gradients where the exact law has none: above the ground, while a point sticks, and
-/// across the speed at which it slides.
+/// Smoothing of rigid and regularised rigid contact, for gradients where exact contact has none: above the ground, while a point sticks, and in the slip speed.
 ///
-/// The law `fₙ ŷₙ = 0` becomes `fₙ ŷₙ = κ` (the central path, see [`cone`](crate::cone)), with the force fₙ and the velocity ŷₙ by which the
-/// point exceeds after the step what the exact law asks of it. A point at rest at a height h feels about
+/// The law `fₙ ŷₙ = 0` becomes `fₙ ŷₙ = κ` (the central path, see [`cone`](crate::cone)), with the force fₙ and the excess ŷₙ of the velocity after
+/// the step over its reference. A point at rest at a height h feels about
 ///
 /// * κ Δt / h with [`Rigid`](super::Rigid), as ŷₙ is h / Δt;
-/// * κ / (Δt k d h) with [`RelaxedRigid`](super::RelaxedRigid), whose reference acceleration there is k d h; above the ground it also gives
-///   way by R = Δt (k d h)² / κ more, so that the force falls with κ however fast the point comes down.
+/// * κ / (Δt k d h) with [`RelaxedRigid`](super::RelaxedRigid), whose reference acceleration there is k d h. Above the ground its regularisation is
+///   larger by R = Δt (k d h)² / κ, so that the force decreases with κ at any approach speed.
 ///
-/// So a body of weight m g on n points hovers at h = n κ Δt / (m g) with [`Rigid`](super::Rigid): take κ = h m g / (n Δt) with the height h that may be wrong,
-/// and smaller ones as an optimisation converges.
+/// So a body of weight m g on n points hovers at h = n κ Δt / (m g) with [`Rigid`](super::Rigid): use κ = h m g / (n Δt) with an acceptable height
+/// error h, and reduce κ as an optimisation converges.
 ///
-/// As κ falls to 0, forces tend to the exact ones, and derivatives to the exact ones away from the points between modes.
+/// For κ → 0, forces converge to the exact forces; derivatives converge to the exact derivatives, except at transitions between modes.
 ///
 /// # Limitations
-/// An impact still falls in a step of its own: the law of [`Rigid`](super::Rigid) itself, and so the smoothed one, jumps where one step more
-/// or less goes by before it. The force at the reach drops to zero from what is said above. A body squeezed between two contacts has smoothed
-/// forces with [`RelaxedRigid`](super::RelaxedRigid) only. A step costs more than with the exact law, as every point within reach
-/// takes part, and forces are found along the path. Stops of joints keep their law.
+/// An impact still belongs to one step: [`Rigid`](super::Rigid) contact, exact or smoothed, jumps where the number of steps before the impact
+/// changes. The force drops to zero at the reach, from the value above. A body squeezed between two contacts has smoothed forces with
+/// [`RelaxedRigid`](super::RelaxedRigid) only. A step costs more than with exact contact, because every point within reach takes part and the solver
+/// follows the central path. Joint limits are not smoothed.
 ///
 /// # References
 /// [Howell et al. 2022]; the barrier is that of interior-point methods.
@@ -51,12 +50,12 @@ pub struct Smoothing {
     reach: f64,
 }
 
-/// Height up to which points feel a smoothed ground where nothing else is said, m.
+/// Default height up to which a smoothed ground acts on points, m.
 const DEFAULT_REACH: f64 = 0.1;
 
 impl Smoothing {
-    /// Smoothing with a κ, W (N·m/s: force times velocity), up to a reach of 0.1 m. A larger one makes forces reach farther ahead of the
-    /// contact, carry from higher above the ground, and friction set in more softly; 0 is the exact law.
+    /// Smoothing with κ, W (N·m/s: force times velocity), up to a reach of 0.1 m. With a larger κ, forces begin earlier before contact, carry the
+    /// weight higher above the ground, and friction sets in more smoothly; 0 is exact contact.
     ///
     /// # Panics
     /// If it is negative or not finite.
@@ -68,8 +67,7 @@ impl Smoothing {
         }
     }
 
-    /// With another reach: the height up to which points take part, m. Larger gives gradients from farther, and costs the time of more
-    /// points in each step.
+    /// Sets the reach: the height up to which points take part, m. A larger reach gives gradients at larger heights, and costs time for more points in each step.
     ///
     /// # Panics
     /// If it is negative or not finite.

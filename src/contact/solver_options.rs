@@ -1,22 +1,22 @@
-//! Options of the contact solver: how exactly, and for how long, forces of rigid contact are looked for.
+//! Options of the contact solver: accuracy and iterations.
 
 use crate::cone::ConeOptions;
 use crate::numbers::Domain;
 
-/// Options of the solver of the forces of contact points and constraints in each step.
+/// Options of the solver for contact and constraint forces in each step.
 ///
 /// # Cost
-/// Robots with all their collision shapes that are dropped with limp joints and come to lie, in steps of 10 ms, as `benches/landing.rs` does
+/// Robots with all their collision shapes and unactuated joints, dropped until they lie on the ground, in steps of 10 ms, as in `benches/landing.rs`
 /// from 0.1 m (mean over all steps, ms):
 ///
-/// | robot | points | relaxed rigid | rigid |
+/// | robot | points | regularised rigid | rigid |
 /// |---|---|---|---|
 /// | `ANYmal` B, from 0.1 m, 400 steps | 252 | 0.067 | 0.23 |
 /// | `ANYmal` B, from 0.3 m, 400 steps | 252 | 0.060 | 0.16 |
 /// | Go2, from 0.1 m, 400 steps | 1216 | 0.058 | 0.28 |
 ///
-/// Most steps of such heaps of points end with an acceptable residual; of those of Go2, a quarter end with one between that and 1e-4, as
-/// [`Status::IterationLimit`](crate::cone::Status) says.
+/// Most steps with so many points end with an acceptable residual. For Go2, a quarter of the steps end between that and 1e-4, with
+/// [`Status::IterationLimit`](crate::cone::Status).
 ///
 /// # Examples
 /// ```
@@ -32,24 +32,24 @@ use crate::numbers::Domain;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Largest residual, beside the forces and velocities of the step, see [`Certificate`](crate::cone::Certificate); default 1e-12. A larger
-    /// one saves at most an iteration, as the last ones gain many digits each.
+    /// Largest residual, relative to the forces and velocities of the step, see [`Certificate`](crate::cone::Certificate); default 1e-12. A larger
+    /// tolerance saves at most one iteration, because each of the last iterations gains many digits.
     pub tolerance: f64,
-    /// Most matrices that are factorised in looking for the forces of a step; default 200. With fewer a hard impact may end with the best
-    /// forces so far, and [`Status::IterationLimit`](crate::cone::Status); more lets single steps take longer.
+    /// Maximum number of matrix factorisations in a step; default 200. With fewer, a hard impact may end with the best forces so far and
+    /// [`Status::IterationLimit`](crate::cone::Status); with more, single steps may take longer.
     pub iterations: usize,
-    /// Residual that is taken where the tolerance is not reached within some ten iterations, with
-    /// [`Status::Acceptable`](crate::cone::Status); default 1e-6, at 10 ms some µm/s. Forces of many points that press against each other
-    /// drift towards their last digits while the motion has long been found. 0 takes none: more steps then take as many iterations as they
-    /// may. Robots with kinematic constraints are not concerned.
+    /// Residual that is accepted if the tolerance is not reached within about ten iterations, with [`Status::Acceptable`](crate::cone::Status);
+    /// default 1e-6, at 10 ms some µm/s. The forces of many points that press against each other converge slowly in their last digits, when the
+    /// motion has already converged. With 0, more steps use all their iterations. It has no effect on robots with kinematic constraints.
     pub acceptable: f64,
-    /// Most points of a link that [`Rigid`](super::Rigid) contact starts a step with; default 4. They are those that would go deepest and, of
-    /// the others, those farthest apart; points that would go into the ground with the forces of these are added, again at most so many
-    /// of each link at once. So all obey the law, and more only spread the same load over more points, at a higher cost.
+    /// Maximum number of points of a link with which [`Rigid`](super::Rigid) contact starts a step; default 4. These are the points that would go
+    /// deepest and, of the others, those farthest apart. Points that would enter the ground under the forces of these are added, again at most this
+    /// many per link at once. So all points satisfy the contact model; a larger number only spreads the same load over more points, at a higher cost.
     pub points_per_link: usize,
-    /// Most points of a robot or an object that take part in a step, in the mean over those of a world; default 256, for which memory is set aside. Of more,
-    /// those come first that lack most of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). The rows of one
-    /// robot need the square of it: [`Contacts::check_memory`](super::Contacts::check_memory).
+    /// Maximum number of points per robot or object that take part in a step, averaged over a world; default 256, for which memory is reserved. If
+    /// there are more, those with the largest violation of velocity or depth take part, and the status is
+    /// [`Status::IterationLimit`](crate::cone::Status). Memory for the rows of one robot grows with its square:
+    /// [`Contacts::check_memory`](super::Contacts::check_memory).
     pub points: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Contacts in a step: who finds their forces, which points take part, and with which rows.
+//! Contacts in a step: kind of solution, active points, and their rows.
 
 use super::activation::ActivationMargin;
 use super::contacts::Contacts;
@@ -28,7 +28,7 @@ impl<P: Scalar> Contacts<P> {
         self.has(|kind| kind.solved_implicitly)
     }
 
-    /// Whether a working set of the points stands for all.
+    /// Whether a working set of points is used.
     pub(crate) fn use_working_set(&self) -> bool {
         self.smoothing().is_none() && self.has(|kind| kind.working_set)
     }

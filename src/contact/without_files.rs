@@ -5,14 +5,14 @@ use crate::error::OutOfMemory;
 use crate::model::Model;
 
 impl Contacts<f64> {
-    /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Meshes have none, and are among
-    /// [`shapes_without_points`](Self::shapes_without_points). Allocates.
+    /// Makes contacts as [`new`](Self::new), with options for converting shapes to points. Meshes get no points;
+    /// [`shapes_without_points`](Self::shapes_without_points) lists them. Allocates.
     ///
     /// # Errors
     /// If the points would need more memory than the [limit](crate::memory).
     ///
     /// # Panics
-    /// If a number of the law or of the terrain is outside of its domain.
+    /// If a parameter of the contact model or of the terrain is out of range.
     pub fn with_options(
         model: &Model,
         terrain: Terrain,

@@ -133,7 +133,7 @@ fn sweep(scaled: &Triple, exponents: &[i32], common: i32) -> Vec<i32> {
     exponents.iter().zip(&change).map(|(e, c)| e + c).collect()
 }
 
-/// The nearest exponent that a number can have, zero for what is not a number.
+/// The nearest exponent that a number can have, zero for what is NaN.
 fn rounded(x: f64) -> i32 {
     let limit = f64::from(f64::MAX_EXP);
     // The cast makes NaN zero.

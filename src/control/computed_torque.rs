@@ -1,4 +1,4 @@
-//! Computed torque: the model cancels the robot's dynamics, a linear law remains.
+//! Computed torque: the model cancels the dynamics of the robot, and a linear error equation remains.
 
 use nalgebra::DVector;
 
@@ -9,7 +9,7 @@ use crate::sim::State;
 
 /// The controller  `τ = M(q) (−k_p (q − q_des) − k_d (v − v_des)) + h(q, v)`.
 ///
-/// On a robot whose every joint is actuated and whose model is right, the error obeys
+/// On a fully actuated robot with an exact model, the error satisfies
 /// `ë + k_d ė + k_p e = 0`.
 ///
 /// # Examples
@@ -42,7 +42,7 @@ pub struct ComputedTorqueScratch<T> {
 }
 
 impl<T: Scalar> ComputedTorqueScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self {
             rnea: RneaScratch::new(model),
@@ -52,7 +52,7 @@ impl<T: Scalar> ComputedTorqueScratch<T> {
 }
 
 impl ComputedTorque {
-    /// Controller with equal gains for every degree of freedom of a model.
+    /// Makes a controller with equal gains for all degrees of freedom of a model.
     pub fn new<P: Scalar>(model: &Model<P>, position_gain: f64, velocity_gain: f64) -> Self {
         let all = |gain| DVector::from_element(model.nv(), gain);
         Self {
@@ -61,7 +61,7 @@ impl ComputedTorque {
         }
     }
 
-    /// Computes the joint forces τ (length `nv`) that lead from `state` to `target`. Allocates.
+    /// Computes the joint forces τ (length `nv`) that drive `state` to `target`. Allocates.
     ///
     /// # Panics
     /// If a state or the gains have the wrong length.

@@ -24,9 +24,9 @@ pub struct LqrStage {
     pub a: DMatrix<f64>,
     /// B, nx⁺ × nu.
     pub b: DMatrix<f64>,
-    /// Weight on the state, nx × nx. Its symmetric part counts; it may be indefinite.
+    /// Weight on the state, nx × nx. Only its symmetric part matters; it may be indefinite.
     pub q: DMatrix<f64>,
-    /// Weight on the input, nu × nu. Its symmetric part counts; it may be singular if R + Bᵀ P B is not.
+    /// Weight on the input, nu × nu. Only its symmetric part matters; it may be singular if R + Bᵀ P B is not.
     pub r: DMatrix<f64>,
 }
 
@@ -35,12 +35,12 @@ pub struct LqrStage {
 /// Made by [`FiniteHorizonLqr::discrete`]. Check [`status`](Self::status).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FiniteHorizonLqr {
-    /// Kₖ of uₖ = −Kₖ xₖ for every stage, nu × nx. Zero for the stages that were not reached.
+    /// Kₖ of uₖ = −Kₖ xₖ for each stage, nu × nx. Zero for stages that were not reached.
     pub gains: Vec<DMatrix<f64>>,
-    /// Pₖ of the cost xₖᵀ Pₖ xₖ that remains from stage k, symmetric, nx × nx: one more than stages, the last is the
-    /// final cost. Zero for the stages that were not reached.
+    /// Pₖ of the cost xₖᵀ Pₖ xₖ that remains from stage k, symmetric, nx × nx: one more than stages; the last is the final cost. Zero for stages that
+    /// were not reached.
     pub costs_to_go: Vec<DMatrix<f64>>,
-    /// Status: all stages solved, or the one that was not.
+    /// Status: all stages solved, or the first stage that failed.
     pub status: FiniteHorizonStatus,
 }
 
@@ -50,12 +50,12 @@ pub struct FiniteHorizonLqr {
 pub enum FiniteHorizonStatus {
     /// All stages have their gains.
     Solved,
-    /// R + Bᵀ P B is not positive definite: the cost has no minimum over this stage's input, or not a single one.
+    /// R + Bᵀ P B is not positive definite: the cost has no minimum, or no unique one, over the input of this stage.
     NotConvex {
         /// The stage, counted from zero at the start of the horizon.
         stage: usize,
     },
-    /// An entry of this stage (for the number of stages: of the final cost) is infinite or not a number, or the cost
+    /// An entry of this stage (for the number of stages: of the final cost) is infinite or NaN, or the cost
     /// overflows.
     NotFinite {
         /// The stage, counted from zero at the start of the horizon.
@@ -69,7 +69,7 @@ impl FiniteHorizonLqr {
     /// One backward pass of O(nx³) per stage; allocates its results.
     ///
     /// * `stages` – dynamics and weights of the stages 0 … n − 1; the number of states may change from stage to stage
-    /// * `final_cost` – Pₙ, of as many states as the last stage leads to; its symmetric part counts
+    /// * `final_cost` – Pₙ, for the states after the last stage; only its symmetric part matters
     ///
     /// The pass stops at the first stage (from the end) that has no minimum; the stages after it keep their gains.
     ///
@@ -207,7 +207,7 @@ impl fmt::Display for FiniteHorizonStatus {
             Self::NotFinite { stage } => {
                 write!(
                     f,
-                    "stage {stage} holds or leads to what is not a finite number"
+                    "stage {stage} has or leads to a number that is not finite"
                 )
             }
         }

@@ -157,7 +157,7 @@ impl Riccati {
         for step in 0..limit {
             let next = self.newton_step(&p);
             let next_residual = self.relative_residual(&next);
-            // False for a residual that is not a number, too.
+            // False for a residual that is NaN, too.
             let halved = next_residual < 0.5 * residual;
             if !halved {
                 return (p, step);

@@ -10,7 +10,7 @@ use super::doubling::symmetrized;
 /// the size of the weight.
 const WEIGHT_TOLERANCE: f64 = 1e-12;
 
-/// Defect that makes a weight invalid. Deviations of relative size 1e-12 are taken for rounding.
+/// Defect that makes a weight invalid. Relative deviations up to 1e-12 are accepted as rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WeightDefect {

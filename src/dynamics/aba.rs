@@ -1,4 +1,4 @@
-//! Articulated-body algorithm: which accelerations follow from given forces; three passes along the tree.
+//! Articulated-body algorithm: accelerations from forces, in three passes along the tree.
 //!
 //! # References
 //! [Featherstone 2008, table 7.1].
@@ -34,9 +34,9 @@ pub(super) struct Working<T> {
     /// Articulated bias forces.
     pub(super) F: Vec<Force<T>>,
     pub(super) A: Vec<Motion<T>>,
-    /// Per degree of freedom: D⁻¹ u, how the joint would accelerate if its parent did not; of a body on the world how it does.
+    /// Per degree of freedom: D⁻¹ u, the acceleration of the joint for a parent without acceleration; for a body on the world the actual one.
     pub(super) pushed: Vec<T>,
-    /// Inertia of each coordinate by itself, added to D: armature and added resistance, kg·m² or kg.
+    /// Inertia of each coordinate, added to D: armature and implicit damping diagonal, kg·m² or kg.
     resistance: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }
@@ -275,7 +275,7 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     }
 }
 
-/// The coordinates of a joint, and what accelerates them.
+/// The coordinates of a joint with their accelerations.
 #[derive(Clone, Copy)]
 struct Joining<'a, T> {
     /// Index of the first.

@@ -1,8 +1,7 @@
 //! Accelerations of frames, and the rate of their Jacobians.
 //!
-//! A column of a frame's Jacobian is a joint's motion subspace S seen from the frame F. It is fixed in its body B, so
-//! seen from axes E that turn and move with `V_E` it changes at the rate  (`V_B` − `V_E`) × S. Body: `V_E = V_F`;
-//! mixed: the velocity ṗ without turning; inertial: zero.
+//! A column of a frame's Jacobian is a joint's motion subspace S seen from the frame F. It is fixed in its body B, so in axes E that move with `V_E`
+//! it changes at the rate (`V_B` − `V_E`) × S. Body: `V_E = V_F`; mixed: the velocity ṗ without rotation; inertial: zero.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -16,7 +15,7 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 
 /// Computes the rate J̇ of a frame's Jacobian, 6 × `nv`, in a chosen representation: d(J v)/dt = J v̇ + J̇ v.
 ///
-/// Costs the frame's depth in the tree. Allocates its result.
+/// O(depth of the frame). Allocates its result.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -40,7 +39,7 @@ pub fn frame_jacobian_derivative<P: Scalar, T: Over<P>>(
 /// * `out` – output, 6 × `nv`
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -1,7 +1,7 @@
 //! Articulated inertias: the part of the articulated-body algorithm that depends on the configuration alone.
 //!
-//! Going from the tips to the world, each joint is eliminated from the inertia that its parent feels. The factors of all joints
-//! are a factorisation of the mass matrix in O(n), which then serves any right-hand side.
+//! From the leaves to the root, each joint is eliminated from the inertia that its parent feels. The factors of all joints are a factorisation of the
+//! mass matrix in O(n), for any right-hand side.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -11,7 +11,7 @@ use crate::spatial::linear::{rotate_data, scale, scale_data};
 
 /// Computes the position of the centre of mass of all moving bodies in the world, m.
 ///
-/// Links fixed to the world do not count; without any moving body it is the origin. Allocates working memory.
+/// Links fixed to the world are ignored; without moving bodies it is the origin. Allocates working memory.
 ///
 /// * `q` – configuration, length `nq`
 ///

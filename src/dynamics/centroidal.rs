@@ -1,7 +1,7 @@
 //! Momentum of the whole robot, about its centre of mass and in its base frame.
 //!
 //! The centroidal frame G has its origin in the centre of mass and the axes of the world: h = `A_G` v with h =
-//! `[linear; angular]` momentum. The same sums in another frame give total momentum and locked inertia there.
+//! `[linear; angular]` momentum. The same sums in another frame give total momentum and locked inertia in that frame.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -177,7 +177,7 @@ pub fn locked_inertia_at<P: Scalar, T: Over<P>>(
 
 /// Computes the average velocity in a chosen frame: that of the locked robot with the same momentum, I⁻¹ h. Allocates.
 ///
-/// Not finite for a robot without mass or with all of it on a line.
+/// Not finite for a robot without mass or with all mass on a line.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

@@ -23,7 +23,7 @@ pub struct CoriolisScratch<T> {
 }
 
 impl<T: Scalar> CoriolisScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
@@ -67,7 +67,7 @@ pub fn coriolis_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]
 /// * `out` – output, `nv` × `nv`
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn coriolis_matrix_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -24,7 +24,7 @@ pub struct CrbaScratch<T> {
 }
 
 impl<T: Scalar> CrbaScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
@@ -37,7 +37,7 @@ impl<T: Scalar> CrbaScratch<T> {
     }
 }
 
-/// Coordinates of each tree of joints on the world; followers make one of all.
+/// Coordinates of each tree of joints on the world; with mimic joints all form one tree.
 fn trees<P: Scalar>(model: &Model<P>) -> Vec<Range<usize>> {
     let roots = model.bodies().iter().filter(|body| body.parent.is_none());
     let mut starts: Vec<usize> = roots.map(|body| body.v).collect();
@@ -82,7 +82,7 @@ pub fn mass_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<
 /// * `out` – output, `nv` × `nv`
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -139,7 +139,7 @@ pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
         ..
     } = scratch;
     let nv = model.nv();
-    // What is between trees stays zero.
+    // Entries between trees stay zero.
     for tree in trees {
         for column in out.as_mut_slice()[nv * tree.start..nv * tree.end].chunks_exact_mut(nv) {
             column[tree.clone()].fill(T::zero());
@@ -152,7 +152,7 @@ pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
     add_armature(model, out);
 }
 
-/// The rotors of the joints' motors turn with their own coordinate alone.
+/// Rotors rotate with their own coordinate only.
 pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut DMatrix<T>) {
     let diagonal = mass.as_mut_slice().iter_mut().step_by(model.nv() + 1);
     for (entry, &armature) in diagonal.zip(model.armature()) {

@@ -50,8 +50,8 @@ struct Values {
 }
 
 impl<T: Scalar> DifferentialScratch<T> {
-    /// Memory for a model over numbers that are a value and derivatives; nothing for others. Nor for derivatives of
-    /// higher order where joints follow one another: there, one solution over the scalar costs less than several steps.
+    /// Memory for a model over numbers that are a value and derivatives; nothing for others. Also none for derivatives of higher order with mimic
+    /// joints: there, one solution over the scalar costs less than several steps.
     pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Option<Box<Self>> {
         let pays = is_differential::<T>() && (T::ORDER == 1 || !model.has_coupling());
         pays.then(|| {
@@ -139,7 +139,7 @@ impl Values {
     }
 }
 
-/// The model itself, where its numbers are plain.
+/// The model itself, if its parameters are plain numbers.
 fn as_plain<P: Scalar>(model: &Model<P>) -> Option<&Model> {
     (model as &dyn Any).downcast_ref()
 }

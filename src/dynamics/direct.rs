@@ -48,7 +48,7 @@ impl Packed {
 }
 
 impl<T: Scalar> DirectScratch<T> {
-    /// Memory for a model. Packing its tree takes as long as some calls.
+    /// Makes memory for a model. Packing its tree takes as long as some calls.
     pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),

@@ -50,15 +50,15 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     of_armature.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
-/// Hands each velocity coordinate k with the derivatives of the kinetic energy T in that rate, the momentum (M v)ₖ, and in that tangent direction of q at
+/// Passes each velocity coordinate k with the derivatives of the kinetic energy T in that rate, the momentum (M v)ₖ, and in that tangent direction of q at
 /// fixed v, the term of Lagrange's equation, to `each`, in parts that add up; those of armature are left out. Does not allocate.
 ///
-/// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the
+/// When a joint moves on by δq, its subtree rotates with it, and so the velocity `V_P` that it has from before the
 /// joint changes by δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂v = h · S  and  ∂T/∂q = h · (`V_P` × S).
 ///
 /// * `X_PB` – the pose of each body in its parent at q
 /// * `scratch` – working memory, a motion and a force for each body
-pub(crate) fn each_kinetic_slope<P: Scalar, T: Over<P>>(
+pub(crate) fn each_kinetic_derivative<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
     v: &[T],
@@ -80,8 +80,7 @@ pub(crate) fn each_kinetic_slope<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is. Of links that gravity
-/// does not act on nothing counts.
+/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, and increasing with its height. Links without gravity are ignored.
 ///
 /// Allocates working memory.
 ///
@@ -138,7 +137,7 @@ mod tests {
             let bodies = model.bodies().iter();
             let X_PB: Vec<Transform<f64>> = bodies.map(|body| body.place(q.as_slice())).collect();
             let mut momentum = vec![0.0; model.nv()];
-            each_kinetic_slope(&model, &X_PB, v.as_slice(), &mut scratch, |k, p, slope| {
+            each_kinetic_derivative(&model, &X_PB, v.as_slice(), &mut scratch, |k, p, slope| {
                 momentum[k] += p;
                 gradient[k] += slope;
             });

@@ -10,7 +10,7 @@ use crate::spatial::{Force, Representation};
 /// Adds a force on a frame to the list of forces on bodies that [`inverse_dynamics_into`](super::inverse_dynamics_into)
 /// and [`forward_dynamics_into`](super::forward_dynamics_into) take.
 ///
-/// A force on a frame that is fixed to the world moves nothing and is left out.
+/// A force on a frame that is fixed to the world has no effect and is ignored.
 ///
 /// * `force` – N and N·m; *body*: in the frame's axes about its origin; *mixed*: in the world's axes about the frame's
 ///   origin; *inertial*: in the world's axes about the world's origin

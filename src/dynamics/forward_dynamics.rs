@@ -1,4 +1,4 @@
-//! Forward dynamics: which accelerations follow from given forces.
+//! Forward dynamics: accelerations from forces.
 
 use nalgebra::DVector;
 
@@ -26,7 +26,7 @@ enum Way<T> {
 }
 
 impl<T: Scalar> AbaScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     ///
     /// # Panics
     /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
@@ -50,18 +50,17 @@ impl<T: Scalar> AbaScratch<T> {
 
 /// Computes the accelerations that the joint forces `tau` produce:  v̇ = M(q)⁻¹ (τ − h(q, v)).
 ///
-/// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
+/// O(n), but O(nv³) with mimic joints. Allocates its result and working memory.
 ///
-/// Over numbers with derivatives, the algorithm runs on their values, and inverse dynamics on them as often as the
-/// order of the derivatives: five times (an arm) to ten times (a humanoid) the cost of values for four first
-/// derivatives at once.
+/// Over numbers with derivatives, the algorithm is evaluated on values, and inverse dynamics once for each order of the derivatives. Four first
+/// derivatives cost five times (an arm) to ten times (a humanoid) as much as values.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 /// * `tau` – joint forces, length `nv` (N·m or N)
 ///
 /// # Panics
-/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] checks this beforehand.
 ///
 /// # Examples
 /// ```
@@ -100,7 +99,7 @@ pub fn forward_dynamics<P: Scalar, T: Over<P>>(
 /// * `a` – output, length `nv` (rad/s² or m/s²)
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -114,7 +113,7 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal
-/// R, as if joints had further rotors. [`forward_dynamics_into`] if there is no resistance.
+/// R, as if joints had additional rotor inertia. [`forward_dynamics_into`] for R = 0.
 ///
 /// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
 pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
@@ -146,7 +145,7 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
     match &mut scratch.way {
         Way::Differential(differential) => differential.accelerations(model, &driven, a),
         Way::Direct(direct) => {
-            // A constant: what a type never comes to is not compiled for it.
+            // A constant: unused branches are not compiled for a type.
             assert!(
                 const { T::LANES > 1 || T::ORDER != 1 },
                 "numbers with first derivatives have memory of their own"

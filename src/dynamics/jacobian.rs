@@ -1,4 +1,4 @@
-//! Frame Jacobians: how joint velocities move a frame.
+//! Frame Jacobians.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -48,7 +48,7 @@ pub fn frame_jacobian<P: Scalar, T: Over<P>>(
 /// * `out` – output, 6 × `nv`
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn frame_jacobian_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -15,7 +15,7 @@ pub struct Kinematics<T> {
 }
 
 impl<T: Scalar> Kinematics<T> {
-    /// Memory for a model: every body at the origin, at rest.
+    /// Makes memory for a model, with all bodies at the origin and at rest.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
@@ -108,7 +108,7 @@ pub fn forward_kinematics<P: Scalar, T: Over<P>>(
 /// [`forward_kinematics`] without allocation.
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -127,7 +127,7 @@ pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
     }
 }
 
-/// The pose `X_WF` of a frame in the world; costs its depth in the tree, does not allocate.
+/// Computes the pose `X_WF` of a frame in the world. O(depth of the frame), does not allocate.
 ///
 /// * `q` – configuration, length `nq`
 ///
@@ -165,9 +165,9 @@ pub fn frame_pose_at<P: Scalar, T: Over<P>>(
     frame.placement.after(&kinematics.pose(frame.body))
 }
 
-/// The velocity of a frame in the world, in a chosen representation; costs its depth in the tree, does not allocate.
+/// Computes the velocity of a frame in the world, in a chosen representation. O(depth of the frame), does not allocate.
 ///
-/// Equals the frame's Jacobian in that representation times `v`.
+/// Equals the frame Jacobian in that representation times `v`.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

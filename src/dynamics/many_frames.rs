@@ -1,4 +1,4 @@
-//! Jacobians of many frames, as of all links, and their rates.
+//! Jacobians of many frames, for example of all links, and their rates.
 
 use nalgebra::DMatrix;
 
@@ -10,10 +10,10 @@ use crate::spatial::{Representation, SPATIAL};
 
 /// Computes the Jacobians of several frames, 6 × `nv` each, as [`frame_jacobian`](super::frame_jacobian) computes one.
 ///
-/// Costs the depth of each frame in the tree. Allocates its result.
+/// O(sum of the depths of the frames). Allocates its result.
 ///
 /// * `q` – configuration, length `nq`
-/// * `frames` – those of all links are [`Model::link_frames`]
+/// * `frames` – the frames; [`Model::link_frames`] for all links
 ///
 /// # Panics
 /// If a slice has the wrong length, or an id is not one of the model.

@@ -10,7 +10,7 @@ use crate::scalar::{ELIMINATED, Linear, Scalar, plus_scaled, vectorized_over};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint is an ancestor of the other.
 ///
-/// Solves  M x = b  without forming an inverse, in O(nv · depth) an M and a right-hand side.
+/// Solves M x = b without an inverse, in O(nv · depth) for each M and each right-hand side.
 ///
 /// # Examples
 /// ```
@@ -51,7 +51,7 @@ struct Group {
 impl<T: Scalar> MassMatrixFactor<T> {
     /// Factorises a mass matrix of the model. Allocates.
     ///
-    /// * `mass_matrix` – `nv` × `nv`, of which the upper triangle is read
+    /// * `mass_matrix` – `nv` × `nv`, only the upper triangle is read
     ///
     /// A matrix that is not positive definite gives factors that are not finite or not positive.
     ///
@@ -285,7 +285,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 ///
 /// A mimic joint ties branches together, so with mimic joints every coordinate counts as an ancestor of all after it.
 pub(crate) struct Ancestors {
-    /// Lists of all coordinates, one after the other.
+    /// Lists of all coordinates, in sequence.
     pub(crate) lists: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
     pub(crate) starts: Vec<usize>,

@@ -24,7 +24,7 @@ pub struct MassMatrixInverseScratch<T> {
 }
 
 impl<T: Scalar> MassMatrixInverseScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     ///
     /// # Panics
     /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
@@ -38,7 +38,7 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
     }
 }
 
-/// Computes M(q)⁻¹, `nv` × `nv`, symmetric: column k is the acceleration that a unit force on coordinate k alone produces.
+/// Computes M(q)⁻¹, `nv` × `nv`, symmetric: column k is the acceleration due to a unit force on coordinate k.
 ///
 /// O(n²); allocates its result and working memory. To solve with M for a few right-hand sides,
 /// [`MassMatrixFactor`](super::MassMatrixFactor) is cheaper.
@@ -46,7 +46,7 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
 /// * `q` – configuration, length `nq`
 ///
 /// # Panics
-/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] checks this beforehand.
 ///
 /// # Examples
 /// ```
@@ -70,7 +70,7 @@ pub fn mass_matrix_inverse<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> 
 /// * `out` – output, `nv` × `nv`
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -2,40 +2,39 @@
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | where is everything, how fast? | [`forward_kinematics`] | O(n) | [Featherstone 2008, 3.2] |
-//! | where is a frame, how fast? | [`frame_pose`], [`frame_velocity`] | O(depth) | |
-//! | how does a frame accelerate? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
-//! | how does its Jacobian change? | [`frame_jacobian_derivative`] | O(depth) | |
-//! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | [Featherstone 2008, 4.1] |
-//! | how do they move all links? | [`frame_jacobians`], [`frame_jacobian_derivatives`] | O(n · depth) | |
-//! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | [Featherstone 2008, table 5.1] |
-//! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
-//! | what is M(q)? | [`mass_matrix`] | O(n · depth) | [Featherstone 2008, table 6.2] |
-//! | what is M(q)⁻¹? | [`mass_matrix_inverse`] | O(n²) | [Carpentier 2018] |
-//! | solve M x = b | [`MassMatrixFactor`] | O(n · depth) | [Featherstone 2008, table 6.3] |
-//! | what is C(q, v), Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | [Echeandia, Wensing 2021] |
-//! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | [Featherstone 2008, table 7.1] |
-//! | where is the centre of mass? | [`center_of_mass`] | O(n) | |
-//! | how does it move? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
-//! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | [Orin, Goswami, Lee 2013] |
-//! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | [Orin, Goswami, Lee 2013] |
-//! | how does it move as a single body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
-//! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
-//! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
-//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |
-//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
-//! | and a weighted sum of τ, or of v̇, with all inputs and parameters? | [`inverse_dynamics_vjp`], [`forward_dynamics_vjp`] | O(n) | [Griewank, Walther 2008, chapter 3] |
-//! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
-//! | what if the base velocity is in another representation? | [`BaseFrame`] | O(nv²) | |
-//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
-//! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
-//! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
-//! | which forces are given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
+//! | poses and velocities of all bodies? | [`forward_kinematics`] | O(n) | [Featherstone 2008, 3.2] |
+//! | pose and velocity of a frame? | [`frame_pose`], [`frame_velocity`] | O(depth) | |
+//! | acceleration of a frame? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
+//! | rate of its Jacobian? | [`frame_jacobian_derivative`] | O(depth) | |
+//! | frame Jacobian? | [`frame_jacobian`] | O(depth) | [Featherstone 2008, 4.1] |
+//! | Jacobians of all links, and their rates? | [`frame_jacobians`], [`frame_jacobian_derivatives`] | O(n · depth) | |
+//! | joint forces for given accelerations? | [`inverse_dynamics`] | O(n) | [Featherstone 2008, table 5.1] |
+//! | gravity and bias forces? | [`gravity_forces`], [`bias_forces`] | O(n) | [Featherstone 2008, table 5.1] |
+//! | mass matrix M(q)? | [`mass_matrix`] | O(n · depth) | [Featherstone 2008, table 6.2] |
+//! | its inverse M(q)⁻¹? | [`mass_matrix_inverse`] | O(n²) | [Carpentier 2018] |
+//! | solution of M x = b? | [`MassMatrixFactor`] | O(n · depth) | [Featherstone 2008, table 6.3] |
+//! | Coriolis matrix C(q, v) with Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | [Echeandia, Wensing 2021] |
+//! | accelerations for given joint forces? | [`forward_dynamics`] | O(n) | [Featherstone 2008, table 7.1] |
+//! | centre of mass? | [`center_of_mass`] | O(n) | |
+//! | its velocity, Jacobian and acceleration? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
+//! | momentum and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | momentum matrix? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | locked inertia and average velocity? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
+//! | forces of springs and damping? | [`passive_forces`], [`elastic_energy`] | O(n) | |
+//! | derivatives of τ in q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |
+//! | derivatives of v̇ in q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
+//! | gradient of a weighted sum of τ or v̇ in all inputs and parameters? | [`inverse_dynamics_vjp`], [`forward_dynamics_vjp`] | O(n) | [Griewank, Walther 2008, chapter 3] |
+//! | derivatives of frames, centre of mass, momentum? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
+//! | base velocity in another representation? | [`BaseFrame`] | O(nv²) | |
+//! | regressor of τ in masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
+//! | regressor of the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
+//! | force on a frame as a force on its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
+//! | forces given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
-//! Functions of a frame serve links and bodies as well: every link is a frame with its name, and a body, which has no
-//! name, is reached by the frame of its first link.
+//! Functions of a frame also apply to links and bodies: each link has a frame of the same name; for a body, which has no name, use the frame of its first link.
 //!
-//! | of a | by name | by id |
+//! | frame of | by name | by id |
 //! |---|---|---|
 //! | link, added frame | [`Model::frame`], [`Model::find_frame`] | [`FrameId`], [`Link::frame`](crate::model::Link) |
 //! | body | [`Model::frame`] of a link on it; [`Model::body_name`] is one | [`Model::body_frame`]; in its own axes [`Kinematics`] |
@@ -60,11 +59,11 @@
 //! [`Model::joint_body`]: crate::Model::joint_body
 //! [`FrameId`]: crate::model::FrameId
 //!
-//! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working
-//! memory made by the scratch type's `new`, which any call with the same model can use again.
+//! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they use working memory from the `new` function
+//! of the scratch type, for any number of calls with the same model.
 //!
-//! All functions take slices: `q` of length `nq`; `v`, `a`, `tau` of length `nv`. They are differentiable in all of
-//! them and in the data of the model, and panic if a slice has the wrong length.
+//! All functions take slices: `q` of length `nq`; `v`, `a`, `tau` of length `nv`. They are differentiable in all arguments and in the parameters of
+//! the model, and panic if a slice has the wrong length.
 
 mod aba;
 mod acceleration;
@@ -105,7 +104,7 @@ pub use acceleration::{
     frame_jacobian_derivative_into,
 };
 pub(crate) use adjoint::{
-    EnergySlopes, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
+    EnergyGradientSum, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
 };
 pub use adjoint::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,
@@ -136,7 +135,7 @@ pub use derivatives::{
     frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
     inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
 };
-pub(crate) use energy::each_kinetic_slope;
+pub(crate) use energy::each_kinetic_derivative;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
 pub(crate) use forward_dynamics::resisted_forward_dynamics_into;

@@ -9,10 +9,9 @@ use crate::model::{FrameId, JointId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
 
-/// Forces along joints and on frames, collected by name; [`joint_forces`] and [`external_forces`] turn them into what the dynamics
-/// take.
+/// Forces along joints and on frames, collected by name; [`joint_forces`] and [`external_forces`] convert them to arguments of the dynamics.
 ///
-/// A force on a frame stays as it was said: one in the *mixed* representation keeps its direction in the world when the robot moves.
+/// A force on a frame keeps its representation: a force in the *mixed* representation keeps its direction in the world when the robot moves.
 ///
 /// # Examples
 /// ```
@@ -48,11 +47,11 @@ impl<T> Default for NamedForces<T> {
 }
 
 impl<T: Scalar> NamedForces<T> {
-    /// Sets the forces of some joints (N·m or N, as many as the joint has degrees of freedom); the others keep theirs, which are
-    /// zero at first. A joint that follows another has its own, which acts on the leader by the ratio of their rates.
+    /// Sets the forces of some joints (N·m or N, as many as the joint has degrees of freedom); other joints keep their forces, initially zero. A
+    /// mimic joint has its own force, which acts on the leader with the ratio of their rates.
     ///
     /// # Errors
-    /// If there is no joint of a name; then nothing is set.
+    /// If a joint does not exist; then no force is set.
     ///
     /// # Panics
     /// If a force has the wrong length.
@@ -73,10 +72,10 @@ impl<T: Scalar> NamedForces<T> {
         Ok(())
     }
 
-    /// The force of a joint, N·m or N; zero where none was set.
+    /// The force of a joint, N·m or N; zero by default.
     ///
     /// # Errors
-    /// If there is no joint of the name.
+    /// If there is no joint with this name.
     pub fn joint_force<P: Scalar>(
         &self,
         model: &Model<P>,
@@ -91,10 +90,10 @@ impl<T: Scalar> NamedForces<T> {
     }
 
     /// Adds a force (N, N·m) on a link or any other frame, in a representation as in
-    /// [`add_frame_force`](super::add_frame_force), to those on it.
+    /// [`add_frame_force`](super::add_frame_force), to the forces on it.
     ///
     /// # Errors
-    /// If there is no frame of the name.
+    /// If there is no frame with this name.
     pub fn add_frame_force<P: Scalar>(
         &mut self,
         model: &Model<P>,
@@ -107,10 +106,10 @@ impl<T: Scalar> NamedForces<T> {
         Ok(())
     }
 
-    /// Sets the force on a link or any other frame in the place of those on it; other frames of the body keep theirs.
+    /// Replaces the forces on a link or any other frame; forces on other frames of the body are unchanged.
     ///
     /// # Errors
-    /// If there is no frame of the name.
+    /// If there is no frame with this name.
     pub fn set_frame_force<P: Scalar>(
         &mut self,
         model: &Model<P>,

@@ -18,7 +18,7 @@ pub(crate) fn to_world<P: Scalar>(
     bodies.map(|id| (id, model.body(id)))
 }
 
-/// Hands each body from the one that carries a frame to the world, and the pose `X_BF` of the frame in it, to `visit`.
+/// Passes each body from the one that carries a frame to the world, and the pose `X_BF` of the frame in it, to `visit`.
 /// Returns `X_WF`.
 #[inline(always)]
 pub(super) fn from_frame<P: Scalar, T: Over<P>>(
@@ -36,7 +36,7 @@ pub(super) fn from_frame<P: Scalar, T: Over<P>>(
     X_BF
 }
 
-/// Hands a force on a body to each body on the way to the world, seen from there.
+/// Passes a force on a body to each body on the way to the world, seen from there.
 ///
 /// * `X_PB` – the pose of each body in its parent
 #[inline(always)]

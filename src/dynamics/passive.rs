@@ -24,7 +24,7 @@ pub fn passive_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T])
 /// [`passive_forces`] without allocation.
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn passive_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -38,7 +38,7 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
 /// Adds [`passive_forces`] to other joint forces, without allocation.
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub(crate) fn add_passive_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -1,4 +1,4 @@
-//! Recursive Newton–Euler algorithm: which forces produce given accelerations.
+//! Recursive Newton–Euler algorithm: forces from accelerations.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -21,7 +21,7 @@ pub struct RneaScratch<T> {
 }
 
 impl<T: Scalar> RneaScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
@@ -44,7 +44,7 @@ impl<T: Scalar> RneaScratch<T> {
     }
 }
 
-/// The motion for which forces are asked; what is `None` is zero.
+/// The motion for which forces are computed; `None` means zero.
 struct DesiredMotion<'a, T> {
     q: &'a [T],
     v: Option<&'a [T]>,
@@ -92,7 +92,7 @@ pub fn inverse_dynamics<P: Scalar, T: Over<P>>(
 /// * `tau` – output, length `nv` (N·m or N)
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -111,7 +111,7 @@ pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
     recursive_newton_euler(model, &desired, scratch, tau);
 }
 
-/// Computes h(q, v), the joint forces that keep the joints from accelerating: Coriolis, centrifugal and gravity forces.
+/// Computes h(q, v), the joint forces for zero acceleration: Coriolis, centrifugal and gravity forces.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -136,7 +136,7 @@ pub fn bias_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) ->
 /// [`bias_forces`] with external forces (as in [`inverse_dynamics_into`]) and without allocation.
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn bias_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -177,7 +177,7 @@ pub fn gravity_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DVect
 /// [`gravity_forces`] without allocation.
 ///
 /// # Panics
-/// If an argument has not the size that the model gives it.
+/// If an argument has the wrong size for the model.
 pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

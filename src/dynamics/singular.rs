@@ -1,9 +1,8 @@
-//! Whether forces determine accelerations: joints whose motion no inertia resists make the mass matrix singular.
+//! Detection of singular mass matrices: joints whose motion no inertia resists.
 //!
-//! Joints are eliminated from the leaves to the root, as the articulated-body algorithm does. The pivot of an axis is the inertia that resists
-//! it while all joints behind it move freely, so a pivot that vanishes names the joint. Everything happens on values, at one configuration
-//! that is nothing special: whether the pivot vanishes there decides for all configurations except some, at which axes line up
-//! (a universal joint with a massless cross at a right angle).
+//! Joints are eliminated from the leaves to the root, as in the articulated-body algorithm. The pivot of an axis is the inertia that resists it while
+//! all joints of its subtree move freely, so a zero pivot identifies the joint. The check uses values at one generic configuration. Its result holds
+//! for all configurations except those with aligned axes (a universal joint with a massless cross at a right angle).
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -34,18 +33,18 @@ const CLEARLY_SOLID: f64 = 1e-9;
 const MAX_DENSE: usize = 1000;
 
 impl<P: Scalar> Model<P> {
-    /// Checks that inertia resists the motion of every joint, so that the mass matrix is positive definite at (almost) every configuration.
+    /// Checks that inertia resists the motion of all joints, so that the mass matrix is positive definite at (almost) all configurations.
     ///
-    /// Robots for which this fails load, for [kinematics, inverse dynamics and the mass matrix](crate::dynamics) are right.
-    /// [`Simulator::new`](crate::Simulator::new) and the working memory of forward dynamics call this, and panic with its message. Rotors
-    /// ([`armature`](Self::armature)) resist motion too. At exceptional configurations, where axes line up, a mass matrix may be singular
-    /// all the same.
+    /// Robots that fail this check can be loaded, because [kinematics, inverse dynamics and the mass matrix](crate::dynamics) are correct.
+    /// [`Simulator::new`](crate::Simulator::new) and the working memory of forward dynamics call this function and panic with its message. Rotor
+    /// inertia ([`armature`](Self::armature)) also resists motion. At exceptional configurations with aligned axes, a mass matrix may still be
+    /// singular.
     ///
-    /// Cost: linear in the number of bodies, and without allocation if all are solid; where some are not and joints follow one another as well,
-    /// O(nv³). In robots of more than 1,000 degrees of freedom of the last kind, mimic joints are taken to move by themselves.
+    /// Cost: linear in the number of bodies, without allocation if all bodies are solid; O(nv³) if some are not and there are mimic joints. In such
+    /// robots with more than 1,000 degrees of freedom, mimic joints are treated as independent.
     ///
     /// # Errors
-    /// Lists all joints that nothing resists, or only negative inertia.
+    /// Lists all joints without inertia, or with negative inertia only.
     ///
     /// # Examples
     /// ```
@@ -172,7 +171,7 @@ fn locked_inertias(model: &Model) -> Vec<Matrix6<f64>> {
     locked
 }
 
-/// The inertia about or along an axis that rounding alone makes of what is behind it.
+/// The inertia about or along an axis that is rounding of the subtree only.
 fn rounding(locked: &Matrix6<f64>, axis: Axis, rotor: f64) -> f64 {
     let S = Vector6::from(axis.motion::<f64>().to_array());
     let whole = (S.dot(&(locked * S)) + rotor).abs();
@@ -213,7 +212,7 @@ struct Unresisted {
     inertia: f64,
 }
 
-/// Whether a pivot is an inertia, and not the rounding of what is behind the joint.
+/// Whether a pivot is an inertia, and not rounding of the subtree.
 fn resists(inertia: f64, noise: f64) -> bool {
     inertia > VANISHING && inertia > noise
 }
@@ -239,7 +238,7 @@ fn subtract_outer(M: &mut DMatrix<f64>, k: usize, d: f64) {
         .ger(-1.0 / d, &column.column(0), &column.column(0), 1.0);
 }
 
-/// Whether all numbers of an inertia are known, and not expressions of inputs.
+/// Whether all entries of an inertia are known values, not expressions of inputs.
 fn has_values<P: Scalar>(inertia: &Inertia<P>) -> bool {
     let j = &inertia.rotational;
     let turning = [j.xx, j.xy, j.xz, j.yy, j.yz, j.zz];

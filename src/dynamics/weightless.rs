@@ -1,4 +1,4 @@
-//! Parts of bodies that gravity does not act on.
+//! Parts of bodies without gravity.
 //!
 //! In the dynamics gravity is an acceleration of the world the other way, which acts on all there is. With the mass m₀ and the first moment h₀ of the
 //! part of a body that it shall not act on, and gravity g in the body, inverse dynamics lacks the force

@@ -1,6 +1,6 @@
 //! Texts of files in messages: on one line, without control characters, of bounded length.
 //!
-//! A message goes to terminals, logs and pages. A name or a value from a file must neither steer them nor flood them.
+//! Messages are shown in terminals, logs and browsers. Names and values from a file must neither control nor flood them.
 
 use std::fmt::{self, Write};
 
@@ -66,7 +66,7 @@ impl fmt::Display for Message<'_> {
     }
 }
 
-/// Formatter that takes the texts of a message one after the other.
+/// Formatter that takes the texts of a message in sequence.
 struct Plain<'a, 'f>(&'a mut fmt::Formatter<'f>);
 
 impl Write for Plain<'_, '_> {
@@ -83,7 +83,7 @@ impl Write for Plain<'_, '_> {
     }
 }
 
-/// Whether a character does something to what shows it.
+/// Whether a character controls the display.
 fn is_steering(c: char) -> bool {
     let is_format = matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}');
     c.is_control() || is_format

@@ -38,7 +38,7 @@ pub(super) struct Program {
 /// Solution of a program.
 pub(super) struct Found {
     pub(super) x: DVector<f64>,
-    /// By how much the cost is above the least, at most.
+    /// Upper bound of the difference of the cost from its minimum.
     pub(super) gap: f64,
     pub(super) iterations: usize,
 }

@@ -1,4 +1,4 @@
-//! Base parameters: the combinations of unknowns that joint forces tell.
+//! Base parameters: the identifiable combinations of unknowns.
 
 use std::fmt;
 
@@ -17,10 +17,10 @@ const ROUNDING: f64 = 1e-10;
 /// Equations for each unknown.
 const EQUATIONS: usize = 4;
 
-/// The base parameters β = `x_I` + C `x_D`: as many combinations of the unknowns x as joint forces depend on in any motion.
+/// The base parameters β = `x_I` + C `x_D`: the independent combinations of the unknowns x on which joint forces depend.
 ///
 /// Found by QR decomposition with column pivoting of the regressor of random motions: the columns `Y_I` that are independent, and `Y_D` = `Y_I` C for
-/// the others. So  Y x = `Y_I` β  whatever the motion.
+/// the others. So Y x = `Y_I` β for all motions.
 ///
 /// # Examples
 /// ```
@@ -54,7 +54,7 @@ pub struct BaseParameters {
     reason = "a count, none of which is rare"
 )]
 impl BaseParameters {
-    /// Finds the base parameters of a regressor. The random motions are always the same.
+    /// Finds the base parameters of a regressor. The random motions are deterministic.
     pub fn new(regressor: &Regressor) -> Self {
         let equations = random_equations(regressor);
         let n = equations.ncols();
@@ -127,7 +127,7 @@ impl BaseParameters {
         &self.independent
     }
 
-    /// Indices of the unknowns that go into others.
+    /// Indices of the dependent unknowns, which are merged into others.
     pub fn dependent(&self) -> &[usize] {
         &self.dependent
     }
@@ -147,10 +147,10 @@ impl BaseParameters {
         self.support[base][coordinate]
     }
 
-    /// Computes β of values of the unknowns.
+    /// Computes β from values of the unknowns.
     ///
     /// # Panics
-    /// If there are not as many values as unknowns.
+    /// If the number of values differs from that of unknowns.
     pub fn of(&self, x: &DVector<f64>) -> DVector<f64> {
         assert_eq!(x.len(), self.names.len(), "one value for each unknown");
         x.select_rows(&self.independent) + &self.combination * x.select_rows(&self.dependent)
@@ -178,7 +178,7 @@ impl BaseParameters {
         out
     }
 
-    /// Meaning of a base parameter, `upper: Jzz + lower: mass` say.
+    /// Meaning of a base parameter, for example `upper: Jzz + lower: mass`.
     ///
     /// # Panics
     /// If there is no such base parameter.

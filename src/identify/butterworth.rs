@@ -1,11 +1,11 @@
-//! Low-pass filter of Butterworth, run forwards and backwards.
+//! Butterworth low-pass filter, applied forwards and backwards.
 
 use std::f64::consts::PI;
 
 use super::error::IdentifyError;
 
-/// Digital Butterworth low-pass by the bilinear transformation, in sections of second order. Run forwards and backwards it has no delay, and its gain is
-/// squared:
+/// Digital Butterworth low-pass by the bilinear transformation, in sections of second order. Forward and backward application gives zero delay and
+/// squares the gain:
 ///
 /// > |H(f)|² = 1 / (1 + (tan(π f / rate) / tan(π cutoff / rate))^(2 n)).
 ///
@@ -36,10 +36,10 @@ struct Section {
 }
 
 impl Butterworth {
-    /// A filter of an order.
+    /// Makes a filter of a given order.
     ///
-    /// * `cutoff` – frequency at which one run leaves 71 % of an amplitude and both leave half, Hz
-    /// * `rate` – samples a second
+    /// * `cutoff` – frequency at which one pass has a gain of 71 % and both passes together one half, Hz
+    /// * `rate` – samples per second
     ///
     /// # Errors
     /// If the order is not from 1 to 8, or the cutoff not between 0 and half the rate.
@@ -71,7 +71,7 @@ impl Butterworth {
         })
     }
 
-    /// Computes the gain of both runs together at a frequency, Hz.
+    /// Computes the gain of both passes together at a frequency, Hz.
     pub fn gain(&self, frequency: f64) -> f64 {
         let tangent = |f: f64| (PI * f / self.rate).tan();
         let ratio = tangent(frequency) / tangent(self.cutoff);
@@ -87,7 +87,7 @@ impl Butterworth {
         (DECAYS * decay).ceil() as usize
     }
 
-    /// Filters a row of numbers forwards and backwards, in place. A row shorter than the continuation is continued by what it has.
+    /// Filters a sequence forwards and backwards, in place. The sequence is extended at both ends, for a short sequence by at most its own length.
     pub fn filter(&self, x: &mut [f64]) {
         let n = x.len();
         if n == 0 {

@@ -1,8 +1,8 @@
-//! Physical consistency: the estimate among physically consistent robots.
+//! Physically consistent estimates.
 //!
-//! Least squares knows nothing of bodies: where the motion tells little of a small moment of inertia, its estimate is often that of no body. Here the
-//! pseudo-inertia of every body stays positive definite, and damping, rotors and dry friction not negative: a semidefinite program. The data enter by the
-//! estimate and its covariance only, so that the cost does not depend on how many there were.
+//! Least squares ignores physical consistency: if the motion contains little information on a small moment of inertia, its estimate is often not that
+//! of a body. Here the pseudo-inertia of each body stays positive definite, and damping, rotor inertias and dry friction stay nonnegative: a
+//! semidefinite program. The data enter only by the estimate and its covariance, so the computing time does not depend on their number.
 //!
 //! It is solved by [`barrier`](super::barrier). Clarabel's cone of such matrices needs BLAS and LAPACK, that is a Fortran compiler or a library of the system, which
 //! this crate does not ask for; and Levenberg and Marquardt's method in log-Cholesky parameters creeps where the solution is at the boundary, at infinite
@@ -21,12 +21,12 @@ use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 /// Options of [`Estimate::consistent`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConsistencyOptions {
-    /// Weight of the distance from the nominal robot, which decides what the forces leave open; 1e-4 by default. The distance is 1 where the pseudo-inertia of a body
-    /// changes by its own size. In units of the data's own certainty: what these tell to 1 % has the weight 10⁴. Larger pulls what is hardly told
-    /// towards the nominal robot.
+    /// Weight of the distance from the nominal robot, which determines parameters that the forces do not; 1e-4 by default. A distance of 1 is a
+    /// relative change of a pseudo-inertia by 100 %. The weight is relative to the information of the data: a parameter that the data determine to 1
+    /// % has the weight 10⁴. A larger weight moves poorly determined parameters towards the nominal robot.
     pub regularization: f64,
-    /// By how much the cost may be above the least, in units in which one error of one standard deviation counts ½; 1e-4 by default, far below anything
-    /// that data tell. Smaller takes more iterations, and lets bodies nearer to what no body is.
+    /// Maximum difference of the cost from the minimum, in units in which one error of one standard deviation costs ½; 1e-4 by default, far below the
+    /// resolution of data. A smaller value takes more iterations, and lets bodies come nearer to the boundary of physical consistency.
     pub gap: f64,
 }
 
@@ -44,12 +44,12 @@ impl Default for ConsistencyOptions {
 pub struct ConsistentEstimate {
     /// Values of all unknowns.
     pub unknowns: DVector<f64>,
-    /// The robot with these.
+    /// The robot with these values.
     pub robot: Robot,
-    /// By how much Σ (τ − Y x)² / σ² is larger than that of the estimate without constraints. Up to about the number of base parameters that is chance;
-    /// much more says that the data contradict every rigid robot of these joints: a wrong unit, sign, delay, or a force that is not modelled.
+    /// Increase of Σ (τ − Y x)² / σ² over the unconstrained estimate. An increase up to about the number of base parameters is random. A much larger
+    /// increase means that the data contradict all rigid robots with these joints: a wrong unit, sign or delay, or a force that is not modelled.
     pub excess: f64,
-    /// By how much the cost is above the least, at most; larger than asked for only where rounding ends the iterations before.
+    /// Upper bound of the difference of the cost from the minimum; larger than the option only if rounding ends the iterations earlier.
     pub gap: f64,
     /// Number of iterations.
     pub iterations: usize,
@@ -60,9 +60,10 @@ impl Estimate {
     ///
     /// Minimises (β(x) − β̂)ᵀ Σ⁻¹ (β(x) − β̂) + μ d(x)² with the covariance Σ of the estimate, over bodies whose pseudo-inertia is positive definite, and
     /// damping, rotors and dry friction that are not negative; d is the distance of the pseudo-inertias P from the nominal ones,
-    /// Σ ‖U⁻¹ (P − P₀) U⁻ᵀ‖² with P₀ = U Uᵀ, and that of other unknowns. Its [intervals](Estimate::intervals) are those of the estimate: constraints make them no wider.
+    /// Σ ‖U⁻¹ (P − P₀) U⁻ᵀ‖² with P₀ = U Uᵀ, plus that of other unknowns. The [intervals](Estimate::intervals) of the estimate remain valid:
+    /// constraints do not widen them.
     ///
-    /// Bodies end inside the cone, though as near to its boundary as the data pull them: a moment of inertia may become very small, never negative.
+    /// Inertias stay inside the cone, possibly near its boundary: a moment of inertia may become very small, but never negative.
     ///
     /// # Errors
     /// If an option is out of its range.

@@ -1,18 +1,18 @@
-//! Data from which a robot is identified: stretches of motion without gaps.
+//! Data for identification: segments of motion without gaps.
 
 use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
 use crate::model::Model;
 
-/// A stretch of motion without gaps, in the coordinates of a robot; a column is a sample.
+/// A segment of motion without gaps, in the coordinates of a robot; each column is a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Name of the experiment that it is of.
+    /// Name of its experiment.
     pub experiment: String,
     /// Time of its first sample, s.
     pub start: f64,
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
     /// Configurations, `nq` × samples.
     pub q: DMatrix<f64>,
@@ -67,7 +67,7 @@ impl Segment {
     }
 }
 
-/// A stretch that was too short for the filters.
+/// A segment that was too short for the filters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Name of the experiment.
@@ -78,18 +78,17 @@ pub struct LeftOut {
     pub samples: usize,
 }
 
-/// Data of experiments that are ready to be used, made by [`Preparation::prepare`](super::Preparation::prepare) or of [segments](Segment) from
-/// elsewhere.
+/// Prepared data of experiments, made by [`Preparation::prepare`](super::Preparation::prepare) or from given [segments](Segment).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dataset {
-    /// Stretches without gaps.
+    /// Segments without gaps.
     pub segments: Vec<Segment>,
-    /// Stretches that were too short.
+    /// Segments that were too short.
     pub left_out: Vec<LeftOut>,
 }
 
 impl Dataset {
-    /// Data that consist of these segments.
+    /// Makes a dataset of these segments.
     pub fn new(segments: Vec<Segment>) -> Self {
         Self {
             segments,
@@ -97,9 +96,9 @@ impl Dataset {
         }
     }
 
-    /// Splits each segment in two: what to learn from, and the last part, a share of it, to be held back for [validation](super::Robot::validate).
+    /// Splits each segment in two: a training part, and a last part, the given share, for [validation](super::Robot::validate).
     ///
-    /// Better than a part of the same motion is another one.
+    /// Another motion is better for validation than a part of the same motion.
     ///
     /// # Panics
     /// If the share is not between 0 and 1.

@@ -1,17 +1,17 @@
-//! Error for data and questions from which nothing can be identified.
+//! Error for data or options with which identification is impossible.
 
 use crate::error::UnknownName;
 use crate::numbers::Domain;
 use crate::sim::AssemblyError;
 
-/// Error for an identification that is impossible, with the name of the cause.
+/// Error for an impossible identification, with its cause.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
-    /// Nobody has that name.
+    /// A name does not exist in the model.
     #[error("{0}")]
     UnknownName(#[from] UnknownName),
-    /// Times or a rate that no clock gives.
+    /// Sample times or a rate that are not valid.
     #[error("experiment \"{experiment}\": {reason}")]
     Clock {
         /// Name of the experiment.
@@ -59,7 +59,7 @@ pub enum IdentifyError {
         /// Samples that are needed.
         needed: usize,
     },
-    /// There are no data, or fewer of them than unknowns.
+    /// No data, or fewer equations than unknowns.
     #[error("{rows} equations for {unknowns} unknowns: more data are needed")]
     TooFewData {
         /// Number of equations.
@@ -67,13 +67,13 @@ pub enum IdentifyError {
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// The motion says nothing of some unknowns that another motion would tell.
+    /// The motion contains no information on some unknowns that another motion would determine.
     #[error("the motion does not excite {}", unknowns.join("; "))]
     NotExcited {
         /// The base parameters that it leaves open.
         unknowns: Vec<String>,
     },
-    /// A kinematic constraint that does not close where the log has the robot.
+    /// A kinematic constraint that is not closed at the logged configurations.
     #[error("experiment \"{experiment}\", {time} s: {source}")]
     Open {
         /// Name of the experiment.
@@ -83,7 +83,7 @@ pub enum IdentifyError {
         /// The loop.
         source: AssemblyError,
     },
-    /// An option that is out of its range.
+    /// An option is out of its range.
     #[error("{option}: {reason}")]
     Option {
         /// Name of the option.
@@ -91,7 +91,7 @@ pub enum IdentifyError {
         /// Its value, and its range.
         reason: String,
     },
-    /// Data or a start that belong to another robot.
+    /// Data or a start belong to another robot.
     #[error("{what} of {found} numbers, and \"{model}\" has {expected}")]
     OtherRobot {
         /// Name of the model.

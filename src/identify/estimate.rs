@@ -1,4 +1,4 @@
-//! Weighted least squares of base parameters, and how certain they are.
+//! Weighted least squares of base parameters, with their uncertainty.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,10 +16,10 @@ const ROUNDS: usize = 4;
 /// Least eigenvalue of the normal matrix of unit diagonal, below which a combination of base parameters does not show.
 const NOT_EXCITED: f64 = 1e-12;
 
-/// A number with its confidence interval.
+/// An estimate with its confidence interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
-    /// Meaning of the number.
+    /// Name of the estimated quantity.
     pub name: String,
     /// The estimate.
     pub value: f64,
@@ -59,7 +59,7 @@ pub struct Estimate {
     pub force_deviations: Vec<f64>,
     /// Number of equations of each velocity coordinate.
     pub equations: Vec<usize>,
-    /// Condition number of the weighted regressor with columns of unit length: by how much relative errors of its entries grow at most.
+    /// Condition number of the weighted regressor with columns of unit length: the maximum amplification of relative errors.
     pub condition: f64,
     /// Inverse of the covariance: the weighted normal matrix.
     pub information: DMatrix<f64>,
@@ -67,15 +67,17 @@ pub struct Estimate {
 
 /// Estimates the base parameters of a robot from data.
 ///
-/// Minimises Σ (τ − Y β)² / σₖ² with the standard deviation σₖ of the errors of each coordinate's force, which is found from its residuals at the same time. Data are read
-/// once; the cost is that of the regressor, about 6 µs a sample of an arm of six joints (`cargo bench --features full --bench identify`).
+/// Minimises Σ (τ − Y β)² / σₖ² with the standard deviation σₖ of the errors of each coordinate's force, which is estimated from the residuals at the
+/// same time. Data are read once; the cost is that of the regressor, about 6 µs per sample for an arm of six joints (`cargo bench --features full
+/// --bench identify`).
 ///
 /// # Limitations
-/// Covariance and intervals take the errors of forces as independent of each other and of the motion, and positions, velocities and accelerations as
-/// exact. Errors of these bias the estimate, towards zero for what multiplies them: [smooth](super::Preparation) as much as the motion allows.
+/// Covariance and intervals assume that force errors are independent of each other and of the motion, and that positions, velocities and
+/// accelerations are exact. Errors of these bias the parameters that multiply them towards zero: [smooth](super::Preparation) as much as the motion
+/// allows.
 ///
 /// # Errors
-/// If data belong to another robot, if there are fewer equations than unknowns, or if the motion leaves some of these open; the error names them.
+/// If data belong to another robot, if there are fewer equations than unknowns, or if the motion does not determine some of these; the error names them.
 ///
 /// # Examples
 /// ```
@@ -208,7 +210,7 @@ impl System {
         let lengths = &self.normal.lengths;
         let right = self.right.component_div(lengths);
         let scaled = |right: &DVector<f64>| (&self.inverse * right).component_div(lengths);
-        // Once more, for what the inverse has lost.
+        // A second time, to correct rounding of the inverse.
         let first = scaled(&right);
         let rest = (&self.right - &self.matrix * &first).component_div(lengths);
         first + scaled(&rest)
@@ -226,14 +228,14 @@ fn not_excited(open: Vec<usize>, base: &BaseParameters) -> IdentifyError {
 }
 
 impl Estimate {
-    /// Degrees of freedom: equations less base parameters.
+    /// Degrees of freedom: number of equations minus base parameters.
     pub fn freedom(&self) -> usize {
         self.equations.iter().sum::<usize>() - self.base.len()
     }
 
     /// Confidence intervals of the base parameters, by Student's t.
     ///
-    /// * `level` – probability that an interval holds the true value, 0.95 say
+    /// * `level` – probability that an interval contains the true value, for example 0.95
     ///
     /// # Panics
     /// If the level is not between 0 and 1.
@@ -247,13 +249,13 @@ impl Estimate {
         (0..self.base.len()).map(interval).collect()
     }
 
-    /// Values of all unknowns with these base parameters; what the forces leave open is nominal. They may be those of no body: ask
-    /// [`Model::inertia_flaws`](crate::Model::inertia_flaws), or take [`consistent`](Self::consistent) ones.
+    /// Values of all unknowns with these base parameters; undetermined combinations keep their nominal value. They may be physically inconsistent:
+    /// check with [`Model::inertia_flaws`](crate::Model::inertia_flaws), or use a [`consistent`](Self::consistent) estimate.
     pub fn unknowns(&self) -> DVector<f64> {
         self.base.unknowns(&self.values, self.regressor.nominal())
     }
 
-    /// The robot with [these](Self::unknowns) numbers. It predicts forces as well as any; simulated, it may be impossible.
+    /// The robot with [these](Self::unknowns) values. Use it to predict forces; for simulation it may be physically inconsistent.
     pub fn robot(&self) -> Robot {
         Robot::of(&self.regressor, &self.unknowns())
     }

@@ -1,4 +1,4 @@
-//! Experiments: what was logged, channel by channel.
+//! Experiments: logged channels.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::sim::Rollout;
 
-/// A logged motion: channels of numbers with names and units, over one clock.
+/// A logged motion: channels with names and units on a common clock.
 ///
-/// A sample of a channel that is missing is NaN; whole stretches may be missing from the [times](Self::at_times). Both are gaps, over which nothing
-/// is filtered or differentiated.
+/// A missing sample of a channel is NaN; whole intervals may be missing from the [times](Self::at_times). Both are gaps; filters and derivatives do
+/// not cross gaps.
 ///
 /// # Examples
 /// ```
@@ -37,7 +37,7 @@ pub struct Experiment {
 /// When samples were taken.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Clock {
-    /// Samples a second.
+    /// Samples per second.
     Rate(f64),
     /// Time of each, s.
     Times(Vec<f64>),
@@ -73,13 +73,12 @@ pub(super) fn channel_name(quantity: Quantity, joint: &str) -> String {
 }
 
 impl Experiment {
-    /// An experiment of so many samples a second, without channels so far.
+    /// Makes an experiment with a sample rate (samples per second), without channels.
     pub fn at_rate(name: impl Into<String>, rate: f64) -> Self {
         Self::new(name.into(), Clock::Rate(rate))
     }
 
-    /// An experiment whose samples were taken at these times, s, as even as a clock makes them; what is further apart than one and a half of the
-    /// usual time is a gap.
+    /// Makes an experiment with sample times, s, evenly spaced within the accuracy of a clock; an interval of more than one and a half sample times is a gap.
     pub fn at_times(name: impl Into<String>, times: &[f64]) -> Self {
         Self::new(name.into(), Clock::Times(times.to_vec()))
     }
@@ -93,10 +92,10 @@ impl Experiment {
         }
     }
 
-    /// Adds the samples of one quantity of one joint. A joint with several numbers, as a spherical one, has them one after another in each sample; the
-    /// joint of a floating base is called `floating base`.
+    /// Adds the samples of one quantity of one joint. A joint with several coordinates, for example a spherical joint, has them in sequence in each
+    /// sample; the joint of a floating base is called `floating base`.
     ///
-    /// Names, units and lengths are checked when the data are [prepared](super::Preparation::prepare), where the robot is known.
+    /// [`Preparation::prepare`](super::Preparation::prepare) checks names, units and lengths against the robot.
     #[must_use]
     pub fn with_channel(
         mut self,
@@ -114,22 +113,21 @@ impl Experiment {
         self
     }
 
-    /// Says that nothing but the model's own springs, dampers and friction acts on a joint: its force is zero, and needs no channel.
+    /// Declares a joint as passive: only springs, dampers and friction of the model act on it. Its force is zero and needs no channel.
     #[must_use]
     pub fn with_passive_joint(mut self, joint: impl Into<String>) -> Self {
         self.passive.push(joint.into());
         self
     }
 
-    /// Makes an experiment of a rollout: positions, velocities and the inputs that acted at the joints, which are held from each sample to the next.
+    /// Makes an experiment of a rollout: positions, velocities and joint inputs, which are constant from each sample to the next.
     ///
-    /// Without inputs on frames, contact and external forces, which the joint forces do not contain. The last state, after which there is no input, is
-    /// left out.
+    /// Inputs on frames, contact and external forces are not included, since joint forces do not contain them. The last state, which has no input, is omitted.
     ///
     /// * `actuated` – the velocity coordinate of each input, [`Simulator::actuated`](crate::Simulator::actuated)
     ///
     /// # Panics
-    /// If the rollout is that of a robot with other coordinates.
+    /// If the rollout is of a robot with other coordinates.
     pub fn from_rollout(
         name: impl Into<String>,
         model: &Model,
@@ -168,7 +166,7 @@ impl Experiment {
     }
 }
 
-/// Places of the numbers of a quantity of a body's joint in q, or in v.
+/// Indices of the coordinates of a body's joint in q, or in v.
 pub(super) fn range_of(model: &Model, body: BodyId, quantity: Quantity) -> Range<usize> {
     match quantity {
         Quantity::Position => q_range(model.body(body)),

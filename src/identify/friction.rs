@@ -1,4 +1,4 @@
-//! Dry friction of joints: the function of velocity whose factor is to be found.
+//! Dry friction of joints as a function of velocity with an unknown factor.
 
 use crate::scalar::Over;
 use crate::sim::CoulombFriction;
@@ -12,7 +12,7 @@ pub enum DryFriction {
         /// `v_s`, rad/s or m/s, positive: at this speed 71 % of the force act.
         slip_velocity: f64,
     },
-    /// s = sign(v). Equations of a joint whose speed is below the dead zone are left out, as the force may be anything between −f and f there.
+    /// s = sign(v). Equations of a joint below the speed of the dead zone are dropped, since the force may be any value between −f and f there.
     Sign {
         /// Speed up to which the sign of the velocity is not known, rad/s or m/s, not negative: some standard deviations of its error.
         dead_zone: f64,
@@ -24,7 +24,7 @@ impl DryFriction {
     pub(crate) fn shape<T: Over<f64>>(self, v: T) -> T {
         match self {
             Self::Smooth { slip_velocity } => {
-                // The law of a simulator, whose force is against the velocity.
+                // The friction of a simulator, whose force opposes the velocity.
                 -CoulombFriction::smoothed(1.0, slip_velocity).force(v)
             }
             Self::Sign { .. } => {

@@ -1,20 +1,21 @@
-//! System identification: a robot's numbers from logged motion.
+//! System identification: parameters of a robot from logged motion.
 //!
 //! | question | answer |
 //! |---|---|
-//! | what was logged, in which units, with which gaps? | [`Experiment`] |
-//! | smooth motion and its derivatives, without delay | [`Preparation`], with [`SavitzkyGolay`] and [`Butterworth`] |
-//! | which forces depend on which unknowns? | [`Regressor`]: inertias, damping, rotors, dry friction, offsets |
-//! | which combinations can be known at all? | [`BaseParameters`] |
-//! | their values, and how certain they are | [`estimate()`], [`Estimate::intervals`] |
+//! | logged channels with units and gaps | [`Experiment`] |
+//! | filtered motion and its derivatives, without delay | [`Preparation`], with [`SavitzkyGolay`] and [`Butterworth`] |
+//! | forces as a linear function of unknowns | [`Regressor`]: inertias, damping, rotors, dry friction, offsets |
+//! | identifiable combinations of unknowns | [`BaseParameters`] |
+//! | their values and uncertainty | [`estimate()`], [`Estimate::intervals`] |
 //! | a physically consistent robot, for simulation | [`Estimate::consistent`] |
 //! | the most informative motion | [`excite`] |
-//! | does it predict other motions? | [`Robot::validate`] |
-//! | numbers in which forces are not linear, and friction on the ground | [`shoot`]: through the simulator |
-//! | all of it in words, and as a page | [`Report`], `view::identification_page` |
+//! | prediction of other motions | [`Robot::validate`] |
+//! | parameters in which forces are not linear, and friction on the ground | [`shoot`]: through the simulator |
+//! | a report as text or as an HTML page | [`Report`], `view::identification_page` |
 //!
-//! Joint forces are linear in masses, moments and friction, so that the best of these are found at once, without a first guess, and with their covariance
-//! \[Atkeson, An, Hollerbach 1986\]. Parameters without effect on forces, such as the mass of a link that only rotates, come from the nominal robot.
+//! Joint forces are linear in masses, moments and friction. So a linear least-squares problem gives the best values without an initial guess, and
+//! their covariance \[Atkeson, An, Hollerbach 1986\]. Parameters without effect on forces, such as the mass of a link that only rotates, come from
+//! the nominal robot.
 //!
 //! # Examples
 //!

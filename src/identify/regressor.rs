@@ -1,4 +1,4 @@
-//! The regressor of identification: joint forces as a linear function of what is unknown.
+//! The regressor of identification: joint forces as a linear function of unknowns.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -43,8 +43,8 @@ impl Unknown {
 
 /// Joint forces as a linear function of unknowns:  τ = Y(q, v, v̇) x + known(q, v, v̇).
 ///
-/// Unknown are the inertial parameters of all bodies that have inertia, and what is asked for beside; everything else is as in the model: springs, and
-/// damping and rotors that are not unknown.
+/// Unknowns are the inertial parameters of all bodies with inertia, and optional further ones; all other forces are those of the model: springs, and
+/// damping and rotor inertias that are not unknown.
 ///
 /// # Examples
 /// ```
@@ -70,7 +70,7 @@ pub struct Regressor {
 }
 
 impl Regressor {
-    /// The regressor of a robot with unknown inertias.
+    /// Makes the regressor of a robot with unknown inertias.
     pub fn new(model: &Model) -> Self {
         let layout = model.parameter_layout();
         let mut out = Self {
@@ -101,10 +101,10 @@ impl Regressor {
         self.nominal = self.nominal.clone().push(value);
     }
 
-    /// Takes the links with these names for known: the bodies that they are on keep the inertia that they have in the model.
+    /// Treats the inertias of these links as known: their bodies keep the inertia of the model.
     ///
     /// # Errors
-    /// If the robot has no link of a name.
+    /// If the robot has no link with this name.
     pub fn with_known_links(mut self, links: &[&str]) -> Result<Self, IdentifyError> {
         for name in links {
             let frame = self.model.find_frame(name)?;
@@ -123,7 +123,7 @@ impl Regressor {
         Ok(self)
     }
 
-    /// Adds the viscous damping of all joints.
+    /// Adds the viscous damping of all joints to the unknowns.
     #[must_use]
     pub fn with_damping(mut self) -> Self {
         for k in self.coordinates() {
@@ -133,8 +133,8 @@ impl Regressor {
         self
     }
 
-    /// Adds the rotor inertia on all joints. On a joint next to the world it cannot be told from the moment of the first body about the joint's axis:
-    /// [base parameters](super::BaseParameters) then hold their sum.
+    /// Adds the rotor inertias of all joints to the unknowns. For a joint on the world, rotor inertia and the moment of inertia of the first body
+    /// about the joint axis are not separately identifiable: [base parameters](super::BaseParameters) contain their sum.
     #[must_use]
     pub fn with_armature(mut self) -> Self {
         for k in self.coordinates() {
@@ -144,7 +144,7 @@ impl Regressor {
         self
     }
 
-    /// Adds the dry friction of all joints. Nominally there is none.
+    /// Adds the dry friction of all joints to the unknowns. Its nominal value is zero.
     ///
     /// # Errors
     /// If the parameter of the shape is out of its range.
@@ -160,7 +160,7 @@ impl Regressor {
         Ok(self.with_each("dry friction", Unknown::DryFriction))
     }
 
-    /// Adds a constant error of the measured force of all joints. Nominally there is none.
+    /// Adds a constant error of the measured force of all joints to the unknowns. Its nominal value is zero.
     #[must_use]
     pub fn with_offsets(self) -> Self {
         self.with_each("offset", Unknown::Offset)
@@ -181,7 +181,7 @@ impl Regressor {
         named.flat_map(|(_, body)| v_range(body)).collect()
     }
 
-    /// The robot, with its nominal numbers.
+    /// The robot with its nominal parameters.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -191,7 +191,7 @@ impl Regressor {
         &self.unknowns
     }
 
-    /// Names of the unknowns, those of [`Model::parameter_layout`] where it has them: `forearm: mass`, `elbow: damping`.
+    /// Names of the unknowns, as in [`Model::parameter_layout`]: `forearm: mass`, `elbow: damping`.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -201,7 +201,7 @@ impl Regressor {
         &self.nominal
     }
 
-    /// Shape of dry friction, where it is unknown.
+    /// Shape of dry friction; `None` if dry friction is not an unknown.
     pub fn dry_friction(&self) -> Option<DryFriction> {
         self.dry_friction
     }

@@ -1,4 +1,4 @@
-//! Results in words.
+//! Reports of results.
 
 use std::fmt;
 
@@ -12,9 +12,9 @@ use super::validation::ForceError;
 use crate::joint::JointKind;
 use crate::model::FLOATING_BASE;
 
-/// Report of an identification: what was found, how certain it is, and how well it predicts.
+/// Report of an identification: estimates, their uncertainty, and prediction errors.
 ///
-/// Shown as text by `Display`, as a page by `view::identification_page` (feature `view`).
+/// `Display` writes it as text; `view::identification_page` (feature `view`) makes an HTML page.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Report {
@@ -39,15 +39,15 @@ pub struct Report {
 /// Forces along a velocity coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoordinateReport {
-    /// Name of the joint, with the number of the coordinate where it has several.
+    /// Name of the joint, with the index of the coordinate if it has several.
     pub name: String,
-    /// Standard deviation of the force in the data that were learnt from, N·m or N.
+    /// Standard deviation of the force in the training data, N·m or N.
     pub deviation: f64,
     /// Errors of the prediction on the data for validation.
     pub error: ForceError,
 }
 
-/// Measured and predicted forces of a stretch of motion.
+/// Measured and predicted forces of a segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     /// Name of the experiment.
@@ -61,14 +61,14 @@ pub struct Trace {
 }
 
 impl Report {
-    /// Makes the report of a robot that was identified.
+    /// Makes the report of an identified robot.
     ///
     /// * `robot` – [`Estimate::robot`], or that of a [consistent](Estimate::consistent) estimate
-    /// * `validation` – data that were held back
+    /// * `validation` – data for validation
     /// * `level` – probability that an interval holds the true value, 0.95 say
     ///
     /// # Errors
-    /// If the data are those of another robot.
+    /// If the data belong to another robot.
     ///
     /// # Panics
     /// If the level is not between 0 and 1.
@@ -151,8 +151,12 @@ impl fmt::Display for Report {
             writeln!(f, "{:>14.6e} {half:>11.2e}  {}", own.value, own.name)?;
         }
         match self.flaws.is_empty() {
-            true => writeln!(f, "\nall inertias are those of bodies"),
-            false => writeln!(f, "\nno body has these inertias: {}", self.flaws.join("; ")),
+            true => writeln!(f, "\nall inertias are physically consistent"),
+            false => writeln!(
+                f,
+                "\nthese inertias are not physically consistent: {}",
+                self.flaws.join("; ")
+            ),
         }
     }
 }

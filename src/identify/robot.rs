@@ -1,4 +1,4 @@
-//! The robot with numbers that were found.
+//! The identified robot.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,12 +14,12 @@ use crate::spatial::INERTIAL_PARAMETERS;
 /// Samples side by side, where the CPU has [registers](Lanes::is_supported) for them.
 pub(super) type Samples = Lanes<8>;
 
-/// A robot with identified numbers: its model, and what the model does not have.
+/// An identified robot: its model, dry friction and force offsets.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    /// The model, with inertias, damping and rotors that were found.
+    /// The model with the identified inertias, damping and rotor inertias.
     pub model: Model,
-    /// Shape of dry friction; `None` if it was not asked for.
+    /// Shape of dry friction; `None` if it was not identified.
     pub shape: Option<DryFriction>,
     /// Force of dry friction along each velocity coordinate, N·m or N.
     pub dry_friction: Vec<f64>,
@@ -126,11 +126,10 @@ impl Robot {
         }
     }
 
-    /// Adds the dry friction that was found to what stands between input and joints, for simulators. Friction with a dead zone gets that as its slip
-    /// velocity.
+    /// Adds the identified dry friction to an actuation, for simulators. For friction with a dead zone, the dead zone becomes the slip velocity.
     ///
     /// # Panics
-    /// If the actuation is that of another robot, or if friction is negative.
+    /// If the actuation belongs to another robot, or friction is negative.
     pub fn actuation(&self, actuation: &Actuation) -> Actuation {
         /// Slip velocity where the dead zone is none, rad/s or m/s.
         const LEAST: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! Smoothing and derivatives by a polynomial about each sample.
+//! Savitzky–Golay filter: smoothing and derivatives by a polynomial about each sample.
 //!
 //! A polynomial of degree d is fitted to the 2 m + 1 samples about each, and its value, slope and curvature in the middle are taken: a symmetric
 //! finite impulse response, so that nothing is delayed. On a curved joint the samples are measured from the one in the middle, along the tangent there,
@@ -11,9 +11,9 @@ use crate::memory;
 
 /// Least squares fit of a polynomial about each sample.
 ///
-/// Larger windows and lower degrees smooth more: the gain falls to 71 % near `f = rate (d + 1) / (6.4 m − 9.2)` for windows from 50 samples on
-/// \[Schafer 2011\]; [`gain`](Self::gain) is exact. Of white noise of standard deviation σ in a velocity, the acceleration of degree 1 or 2 keeps
-/// σ rate √(3 / (m (m + 1) (2 m + 1))).
+/// Larger windows and lower degrees smooth more: the gain is 71 % near `f = rate (d + 1) / (6.4 m − 9.2)` for windows of 50 samples and more
+/// \[Schafer 2011\]; [`gain`](Self::gain) is exact. White noise of standard deviation σ in a velocity causes noise of σ rate √(3 / (m (m + 1) (2 m +
+/// 1))) in the acceleration of degree 1 or 2.
 ///
 /// # Examples
 /// ```
@@ -38,11 +38,11 @@ pub struct SavitzkyGolay {
 }
 
 impl SavitzkyGolay {
-    /// A filter over `half_width` samples on either side, with a polynomial of this degree.
+    /// Makes a filter over `half_width` samples on either side, with a polynomial of this degree.
     ///
     /// # Errors
-    /// Unless the degree is at least 2, so that there is a curvature, and less than the number of samples; or if the degree is above 8, from where on the
-    /// fit loses digits. If the samples would need more memory than the [limit](crate::memory).
+    /// If the degree is below 2 (no curvature), not less than the number of samples, or above 8 (loss of digits). If the samples would need more
+    /// memory than the [limit](crate::memory).
     pub fn new(half_width: usize, degree: usize) -> Result<Self, IdentifyError> {
         const MOST: usize = 8;
         let samples = half_width.saturating_mul(2).saturating_add(1);
@@ -100,11 +100,11 @@ impl SavitzkyGolay {
         &self.weights[derivative]
     }
 
-    /// Computes the gain at a frequency: the amplitude of a harmonic's value or derivative after the filter beside the true one. There is no phase.
+    /// Computes the gain at a frequency: the ratio of the filtered to the true amplitude of a harmonic, or of its derivative. The phase is zero.
     ///
     /// * `derivative` – 0 for the value, 1 for the slope, 2 for the curvature
     /// * `frequency` – of the harmonic, Hz
-    /// * `rate` – samples a second
+    /// * `rate` – samples per second
     ///
     /// # Panics
     /// If the derivative is larger than 2.
@@ -125,7 +125,7 @@ impl SavitzkyGolay {
 
     /// Filters a row of numbers; the result is shorter by m at either end.
     ///
-    /// * `rate` – samples a second
+    /// * `rate` – samples per second
     pub(super) fn apply(&self, derivative: usize, rate: f64, x: &[f64], out: &mut Vec<f64>) {
         let weights = self.weights(derivative);
         let scale = rate.powi(derivative as i32);

@@ -96,7 +96,7 @@ impl Series {
     }
 
     /// Slopes in the variables from those in the coefficients c = s x / ‖x‖:  s (g − (g · c / s) ∂‖x‖) / ‖x‖.
-    pub(super) fn bounded_slopes(&self, x: &[f64], slopes: &[f64]) -> Vec<f64> {
+    pub(super) fn bounded_derivatives(&self, x: &[f64], slopes: &[f64]) -> Vec<f64> {
         let (size, by_x) = self.size(x);
         let along: f64 = slopes.iter().zip(x).map(|(g, x)| g * x / size).sum();
         let each = slopes.iter().zip(by_x);

@@ -147,7 +147,7 @@ impl Table {
         }
     }
 
-    /// Hands every row of numbers to a filter.
+    /// Passes every row of numbers to a filter.
     pub(super) fn each_row(&mut self, filter: impl Fn(&mut [f64])) {
         let mut row = Vec::new();
         for m in [&mut self.q, &mut self.v, &mut self.a, &mut self.tau] {

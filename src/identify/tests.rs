@@ -395,7 +395,7 @@ fn report_says_what_was_found() {
     for part in [
         "arm: ",
         "joint7: dry friction",
-        "all inertias are those of bodies",
+        "all inertias are physically consistent",
         "± half the interval of 95 %",
     ] {
         assert!(text.contains(part), "{text}");

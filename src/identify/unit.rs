@@ -1,17 +1,17 @@
-//! Units in which logs have their numbers.
+//! Units of logged quantities.
 
 use std::f64::consts::{PI, TAU};
 
 /// Quantity of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Position of a joint, as many numbers as it has in q.
+    /// Position of a joint, all its coordinates q.
     Position,
-    /// Velocity, as many numbers as the joint has in v.
+    /// Velocity of a joint, all its coordinates v.
     Velocity,
-    /// Acceleration, as many numbers as the joint has in v.
+    /// Acceleration of a joint, length as v.
     Acceleration,
-    /// Joint force, as many numbers as the joint has in v.
+    /// Joint force, length as v.
     Force,
 }
 
@@ -34,21 +34,21 @@ impl Quantity {
     }
 }
 
-/// Unit of the numbers of a channel.
+/// Unit of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Unit {
     /// The SI unit of the quantity: rad or m, with s and s²; N·m or N.
     Si,
-    /// Degree, degree a second, degree a second squared.
+    /// Degree, degree per second, degree per second squared.
     Degree,
-    /// Turn, turn a second, turn a second squared.
+    /// Revolution, revolution per second, revolution per second squared.
     Turn,
-    /// Turn a minute; a unit of velocity.
+    /// Revolution per minute; a unit of velocity.
     TurnPerMinute,
-    /// Millimetre, millimetre a second, millimetre a second squared.
+    /// Millimetre, millimetre per second, millimetre per second squared.
     Millimetre,
-    /// SI units in one unit of the channel: the torque constant times the gear ratio for the current of a motor, 1000 for kN.
+    /// SI value of one unit of the channel: for a motor current the torque constant times the gear ratio, 1000 for kN.
     Scale(f64),
 }
 

@@ -1,4 +1,4 @@
-//! Predicted beside measured forces.
+//! Comparison of predicted and measured forces.
 
 use nalgebra::DMatrix;
 
@@ -15,21 +15,21 @@ pub struct Validation {
     pub predicted: Vec<DMatrix<f64>>,
 }
 
-/// Errors of the predicted force along a velocity coordinate; measured less predicted.
+/// Errors of the predicted force along a velocity coordinate: measured minus predicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceError {
-    /// Root of the mean square, N·m or N.
+    /// Root mean square, N·m or N.
     pub rms: f64,
     /// Mean, N·m or N.
     pub mean: f64,
-    /// Largest size, N·m or N.
+    /// Largest absolute value, N·m or N.
     pub largest: f64,
-    /// Root of the mean square of the measured force, N·m or N.
+    /// Root mean square of the measured force, N·m or N.
     pub measured: f64,
 }
 
 impl Robot {
-    /// Compares predicted with measured forces of data, which should be others than those that the robot was identified from.
+    /// Compares predicted with measured forces of data. Use other data than for the identification.
     ///
     /// # Errors
     /// If the data are those of another robot.

@@ -51,7 +51,7 @@ fn checked_size(metadata: &Metadata, max_bytes: u64) -> Result<u64> {
     Ok(size)
 }
 
-/// An error of a file as an end of a sentence about it: what the operating system says is none by itself.
+/// An error of a file as the end of a sentence about it; messages of the operating system are not sentences.
 pub(crate) fn reason(error: &Error) -> String {
     match error.raw_os_error() {
         Some(_) => format!("cannot be read: {error}"),

@@ -1,13 +1,13 @@
-//! Files and XML that others wrote: the one place where the library opens something to read it.
+//! Untrusted files and XML: the only module that opens files to read them.
 //!
-//! | what | bound | why |
+//! | quantity | bound | reason |
 //! |---|---|---|
-//! | kind of a file | regular, not under a name that says it is empty | pipes and devices block, or never end |
-//! | size of a description, of all that it includes, of a mesh | [`MAX_TEXT_BYTES`] | those of robots have some megabytes |
+//! | kind of a file | regular | pipes and devices block, or never end |
+//! | size of a description with included files, of a mesh | [`MAX_TEXT_BYTES`] | descriptions of robots have some megabytes |
 //! | attributes of an element, name spaces of a file | 1000 | the parser's checks are quadratic in them |
 //! | document types, entities | refused | their expansion can be arbitrarily long |
 //!
-//! Elements may nest to any depth: the parser is not recursive, and neither are the readers behind it.
+//! Elements may nest to any depth: neither the parser nor the readers are recursive.
 
 mod file;
 pub(crate) mod xml;

@@ -20,14 +20,14 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 /// An element of a document, or a text in it.
 pub(crate) type Node<'a> = roxmltree::Node<'a, 'a>;
 
-/// Error for a text that is no document that is read.
+/// Error for a text that is not a document that is read.
 #[derive(Debug, PartialEq)]
 pub(crate) enum XmlError {
     /// The file holds no text at all.
     Empty,
-    /// The text uses what is never needed and can make reading arbitrarily slow: where, from 1, and what.
+    /// The text uses a feature that is not needed and can make reading arbitrarily slow: line, from 1, and feature.
     Unsupported { line: u32, reason: String },
-    /// The text is not well-formed: where, from 1, and what the parser says.
+    /// The text is not well-formed: line, from 1, and message of the parser.
     NotXml {
         line: u32,
         column: u32,
@@ -54,7 +54,7 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, XmlError> {
     Document::parse_with_options(text, options).map_err(|error| not_xml(text, &error))
 }
 
-/// The name of the first element with its prefix, or what stands in its place; a text need not be XML to have one.
+/// The name of the first element with its prefix, or the text in its place; the text need not be XML.
 pub(crate) fn first_tag(text: &str) -> &str {
     let tag = Tags(text).next().unwrap_or_default();
     let name = tag.get(1..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Contact of robots with meshes: reads the files that their collision shapes name, when a simulation asks for contact.
+//! Contact of robots with meshes: reads the mesh files of collision shapes.
 
 use std::collections::HashMap;
 
@@ -11,15 +11,14 @@ use crate::model::{Geometry, Model};
 use crate::spatial::geometry::hull;
 
 impl Contacts<f64> {
-    /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of
-    /// collision shapes, each once; those that cannot be read have no points and are among
-    /// [`shapes_without_points`](Self::shapes_without_points). Allocates.
+    /// Makes contacts as [`new`](Self::new), with options for converting shapes to points. Reads each mesh file of collision shapes once; meshes that
+    /// cannot be read have no points, and [`shapes_without_points`](Self::shapes_without_points) lists them. Allocates.
     ///
     /// # Errors
     /// If the points would need more memory than the [limit](crate::memory).
     ///
     /// # Panics
-    /// If a number of the law or of the terrain makes no sense, as in [`new`](Self::new).
+    /// If a parameter of the contact model or of the terrain is out of range, as in [`new`](Self::new).
     pub fn with_options(
         model: &Model,
         terrain: Terrain,
@@ -29,22 +28,22 @@ impl Contacts<f64> {
         Self::with_meshes(model, terrain, law, options, &mut Hulls::default())
     }
 
-    /// Lets bodies touch each other, by their collision shapes and one law. Meshes are their convex hulls, from their files. Allocates.
+    /// Enables contact between bodies, by their collision shapes and one contact model. Meshes are replaced by their convex hulls, from their files. Allocates.
     ///
-    /// Robots and objects collide with one another: links between which there is no joint but floating ones and those on the root link `world`. Links of one
-    /// robot collide with [`CollisionOptions::with_self_collision`]; those that a joint connects never do.
+    /// Robots and objects collide with each other. (Floating joints, and joints on the root link `world`, separate robots.) Links of one robot
+    /// collide with [`CollisionOptions::with_self_collision`]; links connected by a joint never do.
     ///
-    /// Which features of shapes are near is found anew in each step, up to eight points for two shapes; distance, points and normal are exact, with all derivatives.
-    /// Collision shapes of which there is no convex shape are among [`shapes_without_points`](Self::shapes_without_points).
+    /// Each step finds the near features of shapes, up to eight points for two shapes; distance, points and normal are exact, with all derivatives.
+    /// [`shapes_without_points`](Self::shapes_without_points) lists collision shapes without a convex shape.
     ///
-    /// * `law` – of all pairs, of the kind of the law of the ground
+    /// * `law` – contact model of all pairs, of the same kind as that of the ground
     ///
     /// # Errors
-    /// If the model has no link of a name in the options, or a link with a material has no shape.
+    /// If the model has no link with this name in the options, or a link with a material has no shape.
     ///
     /// # Panics
-    /// If the law is of another kind than those of points with the ground, if a number of it or of a material makes no sense, if a link with a surface moves, or if
-    /// the contacts are those of another robot.
+    /// If the contact model differs in kind from that of the ground, a parameter of it or of a material is out of range, a link with a surface moves,
+    /// or the contacts belong to another robot.
     ///
     /// # Examples
     /// ```
@@ -69,14 +68,14 @@ impl Contacts<f64> {
 }
 
 impl LinkShapes {
-    /// The collision shapes of a robot, with the hulls of the mesh files that they name. Each file is read once; those that cannot be read are
+    /// The collision shapes of a robot, with the hulls of their mesh files. Each file is read once; shapes whose file cannot be read are
     /// [`missing`](Self::missing). Allocates.
     pub fn new(model: &Model) -> Self {
         Self::with_meshes(model, &mut Hulls::default())
     }
 }
 
-/// The vertices of the hulls of mesh files, each file once, or what is wrong with it.
+/// The vertices of the hulls of mesh files, each file once, or a reason why it cannot be used.
 #[derive(Debug, Default)]
 struct Hulls {
     found: HashMap<MeshFile, Result<Vec<[f32; 3]>, String>>,

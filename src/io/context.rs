@@ -146,7 +146,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// A number of an attribute is infinite or not a number.
+    /// A number of an attribute is infinite or NaN.
     pub(super) fn non_finite(&self, node: Node<'_>, attribute: &str) -> LoadError {
         LoadError::NonFinite {
             at: self.position(node),
@@ -165,7 +165,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The name of what an element belongs to, or where it is.
+    /// The name of what an element belongs to, or its position.
     pub(super) fn name_or_line(&self, node: Node<'_>) -> String {
         let name = name(node);
         if name.is_empty() {

@@ -11,7 +11,7 @@ pub(super) fn on_small_stack<T: Send + 'static>(work: impl FnOnce() -> T + Send 
     thread.spawn(work).unwrap().join().unwrap()
 }
 
-/// A change of a text, at places given as parts of its length.
+/// A change of a text, at positions given as fractions of its length.
 #[derive(Clone, Debug)]
 pub(super) enum Change {
     Delete(f64, usize),
@@ -21,7 +21,7 @@ pub(super) enum Change {
     Rename(&'static str, &'static str),
 }
 
-/// A few changes: bytes lost, doubled or overwritten; snippets put anywhere; words put in the place of one another.
+/// A few changes: bytes lost, doubled or overwritten; snippets put anywhere; words exchanged.
 pub(super) fn changes(
     snippets: &'static [&'static str],
     words: &'static [&'static str],

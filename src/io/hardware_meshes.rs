@@ -1,4 +1,4 @@
-//! Hardware of robots with meshes: reads the files whose volume is asked for.
+//! Design parameters of robots with meshes: reads the files whose volume is needed.
 
 use std::collections::HashMap;
 
@@ -10,12 +10,12 @@ use crate::model::{Geometry, Hardware, MeshSolids, Model, ScaledLink};
 use crate::spatial::Inertia;
 
 impl Hardware {
-    /// Chooses links of a robot and their numbers. The file of a mesh is read where its volume is needed: for a density, and for a homogeneous link; its surface must
-    /// be closed.
+    /// Selects links of a robot and their design parameters. Mesh files are read if their volume is needed: for a density, and for a homogeneous
+    /// link. The surface must then be closed.
     ///
     /// # Errors
-    /// If a link is unknown or chosen twice, has no such shape or its shape no such size, if a size is zero, if the density is wanted of a link without mass
-    /// or of a mesh that cannot be read or is not closed.
+    /// If a link is unknown or chosen twice, has no such shape or its shape no such size, if a size is zero, if the density is selected for a link
+    /// without mass, or for a mesh that cannot be read or is not closed.
     ///
     /// # Examples
     /// ```
@@ -34,7 +34,7 @@ impl Hardware {
     }
 }
 
-/// The solids of mesh files, each file once, or what is wrong with it.
+/// The solids of mesh files, each file once, or a reason why it cannot be used.
 #[derive(Debug, Default)]
 pub(super) struct Solids {
     found: HashMap<MeshFile, Result<Inertia<f64>, String>>,

@@ -1,4 +1,4 @@
-//! Loads a robot from a file, a text, or what `urdf-rs` has read.
+//! Loads a robot from a file, a text, or a `urdf-rs` robot.
 
 use std::path::Path;
 
@@ -19,19 +19,18 @@ const SDF_TEXT_SOURCE: &str = "SDF text";
 const MJCF_TEXT_SOURCE: &str = "MJCF text";
 
 impl ModelOptions {
-    /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the
-    /// text, where the text holds no more.
+    /// Makes a robot from a [`urdf_rs`] robot, version 0.10, read or built by a program. The result equals that of loading the text, if the text
+    /// contains nothing else.
     ///
-    /// A mesh with a relative path is looked for in the [search paths](Self::with_search_path). What `urdf_rs::Robot`
-    /// cannot tell is taken so: a limit whose numbers are all zero, as that crate fills in where there is none, is no
-    /// limit; other zeros mean zero, also of an effort that a text leaves out; infinite limits are none; an empty name
-    /// of the robot is none. Remarks have no lines: theirs is 0.
+    /// Meshes with a relative path are searched in the [search paths](Self::with_search_path). `urdf_rs::Robot` does not distinguish some cases,
+    /// which are read as follows. A limit with all values zero, the default of that crate, means no limit; other zeros mean zero, also for an effort
+    /// that the text omits. Infinite limits mean no limit, and an empty robot name means no name. The line of remarks is 0.
     ///
     /// Cost: linear in the number of links and joints.
     ///
     /// # Errors
-    /// See [`LoadError`]: among others if a number is not finite, a mass negative, an axis zero, a name there twice, a
-    /// link unknown, or if the joints close a loop. The error names element and reason.
+    /// See [`LoadError`]: for example if a value is not finite, a mass is negative, an axis is zero, a name is duplicate, a link is unknown, or the
+    /// joints close a loop. The error names element and reason.
     ///
     /// # Examples
     /// ```
@@ -77,11 +76,10 @@ impl ModelOptions {
 
     /// Loads a robot from the text of an SDF file, version 1.5 to 1.11.
     ///
-    /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested
-    /// models are called `model::part`, unless they are merged. Joints of a world hold the robot, or join other models
-    /// to it, whose parts are called `model::part` as well; if they join all models, no choice is needed and the first
-    /// one gives its name. Where a joint's frame is not that of its child, a link without inertia, called like the
-    /// joint, is put between. A universal joint becomes two joints, `name::axis` and `name::axis2`.
+    /// A robot with a joint to the world is fixed, other robots float; a static model is fixed. Parts of nested models are called `model::part`,
+    /// unless they are merged. Joints of a world fix the robot, or connect other models to it, whose parts are also called `model::part`; if they
+    /// connect all models, no selection is needed and the name is that of the first model. If the frame of a joint is not that of its child, a link
+    /// without inertia with the name of the joint is inserted. A universal joint becomes two joints, `name::axis` and `name::axis2`.
     ///
     /// Cost: linear in the length of the text.
     ///
@@ -105,8 +103,8 @@ impl ModelOptions {
 
     /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
     ///
-    /// Included models are looked for like meshes, as a file or as a folder, in which `model.config` names the file or
-    /// else it is `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
+    /// Included models are searched like meshes, as a file or as a folder; in a folder, `model.config` names the file, by default `model.sdf`.
+    /// `model://name` finds the folder of that name. Nothing is downloaded.
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -119,12 +117,12 @@ impl ModelOptions {
         sdf::load(&file, &text, Some(path), self)
     }
 
-    /// Loads a robot from the text of an MJCF file: what of it a model can hold.
+    /// Loads a robot from the text of an MJCF file, with all content that a model can contain.
     ///
-    /// Bodies are links; joints, bodies and sites keep their names, and coordinates are the numbers of `qpos`: a reference of a hinge or slide is in
-    /// the placement of the joint. A single body on the world that moves freely is a floating base, which has no name; several stand on a link `world` as joints of
-    /// kind floating, by name. Between several joints of a body are links without inertia, `JOINT::link`. Masses of bodies without `<inertial>` are those of
-    /// their geoms; the files of closed meshes are read for it where they count.
+    /// Bodies are links; joints, bodies and sites keep their names. Coordinates equal `qpos`: the reference of a hinge or slide is in the placement
+    /// of the joint. A single free body on the world is a floating base, without a joint name; several free bodies have named floating joints on a
+    /// link `world`. Several joints of a body are separated by links without inertia, `JOINT::link`. Masses of bodies without `<inertial>` come from
+    /// their geoms; mesh files are read if they contribute, and must be closed.
     ///
     /// Cost: linear in the length of the text and in what replicas add.
     ///
@@ -159,7 +157,7 @@ impl ModelOptions {
         Ok((scene.model, report))
     }
 
-    /// Loads everything from the text of an MJCF file that this library can use.
+    /// Loads all supported content from the text of an MJCF file.
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -167,7 +165,7 @@ impl ModelOptions {
         mjcf::load(MJCF_TEXT_SOURCE, xml, None, self)
     }
 
-    /// Loads everything from an MJCF file that this library can use.
+    /// Loads all supported content from an MJCF file.
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -203,8 +201,8 @@ impl ModelOptions {
 }
 
 impl Model<f64> {
-    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is
-    /// called `world` ([`ModelOptions::with_base`]).
+    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, even an arm, unless its root link is called `world`
+    /// ([`ModelOptions::with_base`]).
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -221,7 +219,7 @@ impl Model<f64> {
         Ok(ModelOptions::default().load_urdf_file(path)?.0)
     }
 
-    /// Makes a robot of what [`urdf_rs`] has read, with the default [`ModelOptions`]; see [`ModelOptions::load_urdf`].
+    /// Makes a robot from a [`urdf_rs`] robot, with the default [`ModelOptions`]; see [`ModelOptions::load_urdf`].
     ///
     /// # Errors
     /// See [`LoadError`].

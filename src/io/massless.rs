@@ -1,4 +1,4 @@
-//! Moving links without inertia: what becomes of them, and the remarks on them.
+//! Treatment of moving links without inertia.
 
 use std::collections::HashSet;
 
@@ -8,17 +8,17 @@ use crate::spatial::Inertia;
 
 /// Treatment of moving links without inertia, whose motion nothing resists: they make the mass matrix singular.
 ///
-/// A link without inertia that carries enough of others (the cross of a universal joint) is none of these, nor is one
-/// whose joint has a rotor or follows that of a heavier link.
+/// This does not concern links without inertia that carry links with enough inertia (the cross of a universal joint), or whose joint has a rotor
+/// inertia, or is a mimic joint of a heavier link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MasslessLinks {
-    /// Massless links stay, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators
-    /// refuse the robot, see [`Model::check_mass_matrix`].
+    /// Massless links are kept, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators refuse the robot, see
+    /// [`Model::check_mass_matrix`].
     #[default]
     Kept,
     /// Massless links are an error, [`LoadError::MissingInertia`].
     Refused,
-    /// Massless links get the inertia of a solid ball at the origin, in addition to what they have.
+    /// The inertia of a solid ball at the origin is added to massless links.
     SolidBall {
         /// Mass of the ball, kg.
         mass: f64,
@@ -28,7 +28,7 @@ pub enum MasslessLinks {
 }
 
 impl MasslessLinks {
-    /// Builds the model and does with such links what is wanted.
+    /// Builds the model and does with such links what is requested.
     pub(super) fn build(self, parts: &mut ModelBuilder) -> Result<Model, LoadError> {
         let model = parts.build()?;
         match self {

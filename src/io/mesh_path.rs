@@ -24,7 +24,7 @@ pub(super) struct MeshFinder {
     package_folders: Vec<PathBuf>,
     /// Installations: packages are under `share`.
     prefixes: Vec<PathBuf>,
-    /// The folders of the packages that were asked for.
+    /// The folders of the packages that were requested.
     packages: HashMap<String, Vec<PathBuf>>,
     /// Folders in which files may be.
     roots: Roots,
@@ -62,7 +62,7 @@ impl MeshFinder {
         }
     }
 
-    /// Remark on a mesh whose file is not found; `None` if the file is found, and for shapes that are no meshes.
+    /// Remark on a mesh whose file is not found; `None` if the file is found, and for shapes that are not meshes.
     pub(super) fn flaw(&self, mesh: &Geometry) -> Option<String> {
         let Geometry::Mesh {
             uri, path: None, ..
@@ -128,7 +128,7 @@ impl MeshFinder {
         self.first(candidates.collect())
     }
 
-    /// The file that the part of a URI after `file://` means: with its escapes replaced, or else as it stands.
+    /// The file that the part of a URI after `file://` means: with its escapes replaced, or else unchanged.
     fn find_file(&self, path: &str) -> Option<PathBuf> {
         let local = path.strip_prefix("localhost");
         let path = local.filter(|local| local.starts_with('/')).unwrap_or(path);
@@ -157,7 +157,7 @@ impl MeshFinder {
         &self.packages[package]
     }
 
-    /// The folders that may be a package, in the order in which they are asked.
+    /// The folders that may be a package, in search order.
     fn package_candidates(&self, package: &str) -> Vec<PathBuf> {
         let named = |folder: &Path| {
             let is_package = folder.file_name() == Some(OsStr::new(package));
@@ -183,7 +183,7 @@ impl MeshFinder {
 }
 
 /// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1];
-/// `None` if the bytes are no text.
+/// `None` if the bytes are not text.
 fn percent_decoded(text: &str) -> Option<String> {
     let mut parts = text.split('%');
     let mut bytes = parts.next()?.as_bytes().to_vec();

@@ -1,59 +1,55 @@
 //! Robots from description files.
 //!
 //! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file),
-//! [`Model::from_mjcf_file`](crate::Model::from_mjcf_file) and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the world and returns, beside
-//! the model, an [`ImportReport`] of everything that the file holds and the model does not use. Loading starts no
-//! program, reads no meshes (but those that give bodies of an MJCF their mass) and never panics on a bad file.
+//! [`Model::from_mjcf_file`](crate::Model::from_mjcf_file) and their `_str` counterparts load a robot in one call. [`ModelOptions`] sets the base and
+//! other options and returns, with the model, an [`ImportReport`] of all content that the model does not use. Loading starts no program, reads no
+//! meshes (except those that determine masses of MJCF bodies) and never panics on a bad file.
 //!
 //! | question | function | cost |
 //! |---|---|---|
-//! | load a robot from a URDF? | [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`from_urdf_str`](crate::Model::from_urdf_str) | linear in the text |
-//! | from what [`urdf_rs`] has read, or a program made of its types? | [`Model::from_urdf`](crate::Model::from_urdf) | linear in links and joints |
-//! | from an SDF, with what it includes? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
-//! | from an MJCF, with what it includes and attaches? | [`Model::from_mjcf_file`](crate::Model::from_mjcf_file), [`from_mjcf_str`](crate::Model::from_mjcf_str) | linear in the texts and in what replicas add |
-//! | with its motors, keyframes, equalities, ground? | [`MjcfScene`], [`Simulator::from_mjcf_file`](crate::Simulator::from_mjcf_file) | the same |
-//! | how does it stand, what is it to leave out, where are its packages? | [`ModelOptions`] | |
-//! | what does the file hold that the model does not use? | [`ImportReport`] | |
-//! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
-//! | links that move and have no inertia? | [`MasslessLinks`] | |
-//! | write it? | [`Model::to_urdf`](crate::Model::to_urdf), [`Model::to_mjcf`](crate::Model::to_mjcf) | linear in the robot; the latter reads its meshes |
-//! | which links do not collide, by an SRDF? | [`CollisionOptions::with_srdf_file`](crate::contact::CollisionOptions::with_srdf_file) | linear in the text |
-//! | meshes in contact with the ground? | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
+//! | load a URDF robot? | [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`from_urdf_str`](crate::Model::from_urdf_str) | linear in the text |
+//! | convert a [`urdf_rs`] robot? | [`Model::from_urdf`](crate::Model::from_urdf) | linear in links and joints |
+//! | load an SDF robot, with included files? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
+//! | load an MJCF robot, with included and attached files? | [`Model::from_mjcf_file`](crate::Model::from_mjcf_file), [`from_mjcf_str`](crate::Model::from_mjcf_str) | linear in the texts and in the content of replicas |
+//! | load motors, keyframes, equalities, ground? | [`MjcfScene`], [`Simulator::from_mjcf_file`](crate::Simulator::from_mjcf_file) | the same |
+//! | set base, kept joints, package paths? | [`ModelOptions`] | |
+//! | list content that the model does not use? | [`ImportReport`] | |
+//! | load an untrusted description? | [`ModelOptions::with_root`] | |
+//! | treat moving links without inertia? | [`MasslessLinks`] | |
+//! | write a robot? | [`Model::to_urdf`](crate::Model::to_urdf), [`Model::to_mjcf`](crate::Model::to_mjcf) | linear in the robot; the latter reads its meshes |
+//! | exclude link pairs by an SRDF file? | [`CollisionOptions::with_srdf_file`](crate::contact::CollisionOptions::with_srdf_file) | linear in the text |
+//! | contact points of meshes? | [`Contacts::new`](crate::contact::Contacts::new) | linear in the files, each read once |
 //!
 //! # What a description can do
 //!
-//! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the
-//! stack, wait, or take time or memory out of proportion to its size. But it *names files*, and whoever loads, shows or
-//! simulates the robot reads them:
+//! A description and its files may be untrusted: they cannot make the program panic, overflow the stack, wait, or take time or memory out of
+//! proportion to their size. But a description *references files*, and a program that loads, shows or simulates the robot reads them:
 //!
-//! | what | named in | read by | what of it can be seen |
+//! | file | referenced in | read by | visible content |
 //! |---|---|---|---|
-//! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; of anything else, that it is not |
-//! | models of MJCF | `<include>`, `<model>` | loading | the robot, if it is MJCF; of anything else, that it is not |
-//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts, `to_mjcf`; loading of MJCF, where a body has its mass from them | triangles and colours; of anything else, what is wrong and on which line |
+//! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; for other files, only that they are not SDF |
+//! | models of MJCF | `<include>`, `<model>` | loading | the robot, if it is MJCF; for other files, only that they are not MJCF |
+//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | HTML viewer, recordings, contacts, `to_mjcf`; loading of MJCF, if they determine the mass of a body | triangles and colours; for other files, the error and its line |
 //! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
-//! | any file | each of these | – | whether it is there |
+//! | any file | each of these | – | whether it exists |
 //!
-//! References may be absolute, lead upwards, through symbolic links, or by `package://` and `model://` to the folders
-//! of [`with_search_path`](ModelOptions::with_search_path) and of the environment. **Descriptions from others are
-//! therefore to be loaded with [`with_root`](ModelOptions::with_root)**, which restricts all of it to the folders that
-//! are given, and says of what is elsewhere only that it is not found. What the model then holds are the paths of
-//! allowed files with all links followed, so that pages and contacts open no others, unless someone who may write to
-//! those folders changes them in between.
+//! References may be absolute, relative to parent folders, through symbolic links, or by `package://` and `model://` to the folders of
+//! [`with_search_path`](ModelOptions::with_search_path) and of the environment. **So load untrusted descriptions with
+//! [`with_root`](ModelOptions::with_root).** It restricts access to the given folders; other files are reported as not found. The model then contains
+//! only paths of allowed files with resolved links, so viewer and contacts open no other files, unless a user with write access to the folders
+//! changes them in between.
 //!
-//! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are
-//! refused without being opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them,
-//! not by where they were found. A [recording](crate::view::Recording) saved as JSON holds the paths, from its own
-//! folder, of meshes that were added to it as [scene objects](crate::view::SceneObject), and one that is read may name
-//! any; look through [`Recording::scene_objects`](crate::view::Recording::scene_objects) before showing one from
-//! others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the model, no others, and names them by their whole
-//! paths.
+//! All files must be regular files of at most 64 MiB, in total for all included files. Pipes and devices are refused without opening, and nothing is
+//! downloaded. The HTML viewer shows the mesh names of the description, not the paths where they were found. A [recording](crate::view::Recording)
+//! saved as JSON contains the paths, relative to its folder, of meshes of its [scene objects](crate::view::SceneObject), and an untrusted recording
+//! may contain any path: inspect [`Recording::scene_objects`](crate::view::Recording::scene_objects) before showing one.
+//! [`to_mjcf`](crate::Model::to_mjcf) reads only the meshes of the model, and writes their absolute paths.
 
 // A format is a folder: it reads a tree of elements ([`guard`]), reports what it does not use ([`context`], [`schema`]),
-// hands links and joints to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats share is beside the
+// passes links and joints to a `ModelBuilder` and ends in [`ModelOptions::finish`]. Shared code is beside the
 // folders: values as attributes or as elements ([`values`]), axes of joints ([`motion`]), shapes ([`shapes`]), rotations
 // ([`rotation`]), versions ([`version`]), places for errors and remarks ([`place`]), massless links ([`massless`]), and
-// where meshes are ([`mesh_path`]).
+// mesh paths ([`mesh_path`]).
 mod contact_meshes;
 mod context;
 #[cfg(test)]

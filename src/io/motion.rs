@@ -33,18 +33,18 @@ pub(super) fn is_bounded(kind: JointKind) -> bool {
 /// A limit towards one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Bound {
-    /// The file says nothing.
+    /// The file gives no value.
     Absent,
     /// A finite number.
     Finite(f64),
-    /// The file says that there is no limit.
+    /// The file states that there is no limit.
     Infinite,
 }
 
 /// The bound that a text states.
 ///
 /// * `side` – sign of the side on which the bound is
-/// * `unlimited` – size from which on a bound towards that side is none
+/// * `unlimited` – size above which a bound on that side does not count
 pub(super) fn bound(
     context: &Context<'_>,
     node: Node<'_>,

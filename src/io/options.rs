@@ -1,4 +1,4 @@
-//! Options for loading a robot of any format, and what every load ends in.
+//! Options for loading a robot from any format.
 
 use std::path::{Path, PathBuf};
 
@@ -27,9 +27,9 @@ use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};
 /// ```
 #[derive(Clone, Debug)]
 pub struct ModelOptions {
-    /// Base of the robot, fixed or floating; by default as the name of its root link says.
+    /// Base of the robot, fixed or floating; by default according to the name of its root link.
     pub(super) base: Base,
-    /// Gravity in the world, m/s²; by default as the file says, else 9.81 down z.
+    /// Gravity in the world, m/s²; by default according to the file, else 9.81 down z.
     pub(super) gravity: Option<[f64; 3]>,
     /// Whether joints that mimic others have coordinates of their own; by default they do not.
     pub(super) mimicry: Mimicry,
@@ -37,7 +37,7 @@ pub struct ModelOptions {
     pub(super) search_paths: Vec<PathBuf>,
     /// The folders below which files may be; by default anywhere.
     pub(super) roots: Roots,
-    /// Treatment of the up axis that a COLLADA file states; by default as the file says, with an exception.
+    /// Treatment of the up axis that a COLLADA file states; by default according to the file, with an exception.
     pub(super) up_axis: UpAxis,
     /// Name of the model of an SDF file to load; by default the only one.
     pub(super) model_name: Option<String>,
@@ -70,9 +70,8 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
-    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an
-    /// arm whose root is called `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says
-    /// which base was chosen.
+    /// Sets the base: fixed or floating. Without this call the robot floats unless its root link is called `world`: an arm whose root is called
+    /// `base_link` floats; use [`Base::Fixed`] to fix it. [`ImportReport::base_note`] reports the base.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
@@ -86,8 +85,8 @@ impl ModelOptions {
         self
     }
 
-    /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says;
-    /// links and frames stay, on fewer bodies. See [`Model::with_kept_joints`]. Names are those of the model.
+    /// Keeps these joints and locks all others, at zero or at the position of [`with_locked_joint`](Self::with_locked_joint). Links and frames
+    /// remain, on fewer bodies. See [`Model::with_kept_joints`]. Names are those of the model.
     ///
     /// # Examples
     /// ```
@@ -104,22 +103,21 @@ impl ModelOptions {
         self
     }
 
-    /// Locks a joint at a configuration (rad, m, unit quaternion; as long as the `nq` of its kind).
+    /// Locks a joint at a configuration (rad, m, unit quaternion; length `nq` of its kind).
     #[must_use]
     pub fn with_locked_joint(mut self, name: impl Into<String>, position: &[f64]) -> Self {
         self.locked_joints.push((name.into(), position.to_vec()));
         self
     }
 
-    /// Gives joints that mimic others coordinates of their own, as if they did not. A joint to mimic that does not
-    /// exist is then not an error but a warning.
+    /// Makes mimic joints independent, with their own coordinates. A missing leader is then a warning instead of an error.
     #[must_use]
     pub fn with_independent_mimic_joints(mut self) -> Self {
         self.mimicry = Mimicry::Independent;
         self
     }
 
-    /// Sets what becomes of moving links without inertia, which make the mass matrix singular.
+    /// Sets the treatment of moving links without inertia, which make the mass matrix singular.
     ///
     /// # Examples
     /// ```
@@ -142,23 +140,22 @@ impl ModelOptions {
         self
     }
 
-    /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
+    /// Adds a search folder for meshes and included models: a package, or a folder of packages.
     ///
-    /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be
-    /// the package itself under another name, as `dir/rest`; in the folders added here, then in those of the
-    /// environment variables `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then around the description file, upwards.
+    /// A reference `package://name/rest` or `model://name/rest` is searched as `dir/name/rest`, then as `dir/rest` (if `dir` is the package itself):
+    /// in the folders added here, in those of the environment variables `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, and in the folder of the
+    /// description file and its parents.
     #[must_use]
     pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
         self.search_paths.push(dir.into());
         self
     }
 
-    /// Allows files below a folder only: the description, what it includes, its meshes and what those refer to. Called
-    /// several times, below any of the folders. See [what a description can do](super#what-a-description-can-do).
+    /// Restricts file access to a folder: for the description, included files, meshes and their references. Several calls allow several folders. See
+    /// [what a description can do](super#what-a-description-can-do).
     ///
-    /// A mesh elsewhere is not found, which the report says; a description or an included model elsewhere is an error.
-    /// The folder, and what is in it, are taken with all symbolic links followed, the folder where it is now. Of one
-    /// that does not exist, nothing is allowed.
+    /// Meshes elsewhere are reported as not found; a description or an included model elsewhere is an error. Symbolic links of folder and files are
+    /// resolved, for the folder at the time of this call. A folder that does not exist allows nothing.
     ///
     /// # Examples
     /// ```
@@ -167,7 +164,7 @@ impl ModelOptions {
     /// let options = ModelOptions::default().with_root("assets");
     /// assert!(options.load_urdf_file("assets/cartpole.urdf").is_ok());
     /// let error = options.load_urdf_file("assets/../Cargo.toml").unwrap_err().to_string();
-    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: is not found below the folders of with_root");
+    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: not found below the folders of with_root");
     /// ```
     #[must_use]
     pub fn with_root(mut self, dir: impl AsRef<Path>) -> Self {
@@ -175,23 +172,23 @@ impl ModelOptions {
         self
     }
 
-    /// Sets what becomes of the axis that COLLADA meshes call up; see [`UpAxis`].
+    /// Sets the treatment of the up axis of COLLADA meshes; see [`UpAxis`].
     #[must_use]
     pub fn with_mesh_up_axis(mut self, up_axis: UpAxis) -> Self {
         self.up_axis = up_axis;
         self
     }
 
-    /// Chooses a model of an SDF file that holds several, or a world with several.
+    /// Selects a model of an SDF file or world with several models.
     #[must_use]
     pub fn with_model_name(mut self, name: impl Into<String>) -> Self {
         self.model_name = Some(name.into());
         self
     }
 
-    /// Loads all models of an SDF file or of its world as one model, a [world](crate::model::World): names are `model::part`; static models are fixed; what
-    /// no joint holds floats, from the pose in the file, on a joint `model::floating_base` that takes no input. [`with_base`](Self::with_base) of
-    /// [`Base::Fixed`] holds everything where it is. URDF files hold one robot: this has no effect on them.
+    /// Loads all models of an SDF file or of its world as one model, a [world](crate::model::World): names are `model::part`; static models are
+    /// fixed; models without a joint to the world float, from the pose in the file, on a joint `model::floating_base` without input.
+    /// [`with_base`](Self::with_base) with [`Base::Fixed`] fixes all models. No effect on URDF files, which contain one robot.
     ///
     /// # Examples
     /// ```
@@ -247,7 +244,7 @@ impl ModelOptions {
 
     /// Builds the model of the parts and closes the report on them.
     ///
-    /// * `notes` – places remarks on joints in the description
+    /// * `notes` – positions in the description for remarks on joints
     pub(super) fn finish<'c>(
         &self,
         parts: ModelBuilder,

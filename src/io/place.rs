@@ -1,19 +1,19 @@
-//! Places in a description, for errors and remarks.
+//! Source positions in a description, for errors and remarks.
 
 use std::fmt;
 
 use crate::error::{LoadError, SourcePosition, message};
 use crate::input::xml::{Node, tag};
 
-/// A remark about a place in a file.
+/// A remark on an element of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ImportNote {
-    /// The elements from the root down to the place, as in `robot/joint/limit`; an attribute follows an `@`.
+    /// The elements from the root to this one, as in `robot/joint/limit`; an attribute follows an `@`.
     pub path: String,
-    /// Name of the link, joint, … that the place belongs to; empty where it has none.
+    /// Name of the link, joint, … of the element; empty without.
     pub name: String,
-    /// Line of the element, from 1; 0 where the robot was not in a text.
+    /// Line of the element, from 1; 0 if the robot was not a text.
     pub line: u32,
     /// The remark.
     pub reason: String,
@@ -60,7 +60,7 @@ impl fmt::Display for ImportNote {
 pub(super) enum Place<'a> {
     /// An element of a text.
     Element(Node<'a>),
-    /// A part of a description that is no text: the path that it would have in one, and its name.
+    /// A part of a description that is not a text: the path that it would have in one, and its name.
     Part(&'static str, &'a str),
     /// An element of a text that is read no more.
     Kept(&'a SourcePlace),
@@ -91,14 +91,14 @@ pub(super) struct SourcePlace {
 impl SourcePlace {
     /// A remark on this place.
     pub(super) fn note(&self, reason: impl Into<String>) -> ImportNote {
-        // What the kept remark says already names the file, where that is another one.
+        // The text of the kept remark already names the file if that is another one.
         ImportNote {
             reason: reason.into() + &self.note.reason,
             ..self.note.clone()
         }
     }
 
-    /// There is no frame of a name.
+    /// There is no frame with this name.
     pub(super) fn unknown(&self, frame: &str) -> LoadError {
         LoadError::UnknownFrame {
             at: self.position.clone(),
@@ -108,7 +108,7 @@ impl SourcePlace {
         }
     }
 
-    /// Frames are placed in one another in a circle.
+    /// Frames are placed in each other in a circle.
     pub(super) fn cycle(&self) -> LoadError {
         LoadError::FrameCycle {
             at: self.position.clone(),
@@ -143,7 +143,7 @@ impl SourcePlace {
         }
     }
 
-    /// A number is infinite or not a number.
+    /// A number is infinite or NaN.
     pub(super) fn non_finite(&self, attribute: &str) -> LoadError {
         LoadError::NonFinite {
             at: self.position.clone(),

@@ -1,4 +1,4 @@
-//! Report of an import: the base, the warnings, and what was not used.
+//! Report of an import: base, warnings, and unused content.
 
 use std::fmt;
 
@@ -7,9 +7,9 @@ use super::place::ImportNote;
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
 
-/// Report of a loader on a file that it loaded.
+/// Report on a loaded file.
 ///
-/// Its `Display` is a table for people: it shows the first hundred remarks of a kind and says how many more there are.
+/// `Display` writes a table with the first hundred remarks of each kind and the number of others.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImportReport {
@@ -17,16 +17,15 @@ pub struct ImportReport {
     pub file: String,
     /// Base of the robot: [`Base::Fixed`] or [`Base::Floating`].
     pub base: Base,
-    /// Base that the options asked for: with [`Base::Auto`] the name of the root link decided, and
-    /// [`base_note`](Self::base_note) says so.
+    /// Base in the options: for [`Base::Auto`] the name of the root link decides, and [`base_note`](Self::base_note) reports it.
     pub wanted_base: Base,
-    /// The link that stands in the world or floats.
+    /// The root link, which is fixed to the world or floats.
     pub root_link: String,
     /// Number of joints with a limit of position, speed or effort; see [`limits_note`](Self::limits_note).
     pub limited_joints: usize,
-    /// Remarks on what was read, but may not mean what its author wanted.
+    /// Remarks on content that may not have the intended meaning.
     pub warnings: Vec<ImportNote>,
-    /// Remarks on content that the model does not use. What is inside an ignored element is not listed again.
+    /// Remarks on content that the model does not use. The content of an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
 }
 
@@ -44,8 +43,7 @@ impl ImportReport {
         }
     }
 
-    /// Note on why the robot has the base that it has, and how to give it the other one; `None` if the options said
-    /// which.
+    /// Note on the reason for the base, and on how to change it; `None` if the options set it.
     ///
     /// # Examples
     /// ```
@@ -72,7 +70,7 @@ impl ImportReport {
 }
 
 impl ImportReport {
-    /// Note on which simulators take the limits of joints into account; `None` for a robot without.
+    /// Note on simulators that apply joint limits; `None` for a robot without limits.
     pub fn limits_note(&self) -> Option<String> {
         let n = self.limited_joints;
         (n > 0).then(|| {
@@ -82,7 +80,7 @@ impl ImportReport {
 }
 
 impl ImportReport {
-    /// The notes and remarks, a line each: those of [`Model::remarks`].
+    /// The notes and remarks, one line each: those of [`Model::remarks`].
     pub fn remarks(&self) -> Vec<String> {
         let notes = [self.base_note(), self.limits_note()].into_iter().flatten();
         let remarks = self.warnings.iter().chain(&self.ignored);

@@ -22,7 +22,7 @@ impl Roots {
     }
 
     /// The path by which a file may be read: as it is, or with all links followed if only some folders are allowed.
-    /// Whether there is a file elsewhere is not told.
+    /// The error does not reveal whether there is a file elsewhere.
     pub(super) fn admit<'p>(&self, path: &'p Path) -> Result<Cow<'p, Path>> {
         let Some(folders) = &self.0 else {
             return Ok(path.into());
@@ -30,7 +30,7 @@ impl Roots {
         let real = fs::canonicalize(path).ok();
         let is_below = |path: &PathBuf| folders.iter().any(|folder| path.starts_with(folder));
         let found = real.filter(is_below).map(Cow::Owned);
-        let reason = "is not found below the folders of with_root";
+        let reason = "not found below the folders of with_root";
         found.ok_or_else(|| Error::new(ErrorKind::NotFound, reason))
     }
 }

@@ -107,7 +107,7 @@ fn check_child<'a>(
 /// Reason of an element that is not listed.
 pub(super) const UNKNOWN: &str = "not read: no element of the format that is known here";
 
-/// Settings of another simulator that change the motion, each with what stands for it here.
+/// Settings of another simulator that change the motion, each with its counterpart here.
 const PHYSICS: [(&str, &str); 15] = [
     ("kinematic", "links move by forces"),
     (
@@ -120,19 +120,22 @@ const PHYSICS: [(&str, &str); 15] = [
     ),
     (
         "implicitSpringDamper",
-        "springs and dampers are implicit in the steps of Euler",
+        "Euler steps treat springs and dampers implicitly",
     ),
     ("dampingFactor", "velocities do not decay by themselves"),
     ("fudgeFactor", "joint limits are springs of Actuation"),
     ("stopCfm", "joint limits are springs of Actuation"),
     ("stopErp", "joint limits are springs of Actuation"),
-    ("mu1", "friction is that of the contact law"),
-    ("mu2", "friction is that of the contact law"),
-    ("mu", "friction is that of the contact law"),
-    ("kp", "stiffness is that of the contact law"),
-    ("kd", "damping is that of the contact law"),
-    ("minDepth", "the contact law says how deep points go"),
-    ("selfCollide", "links do not touch one another"),
+    ("mu1", "the contact model sets the friction"),
+    ("mu2", "the contact model sets the friction"),
+    ("mu", "the contact model sets the friction"),
+    ("kp", "the contact model sets the stiffness"),
+    ("kd", "the contact model sets the damping"),
+    ("minDepth", "the contact model sets the penetration depth"),
+    (
+        "selfCollide",
+        "links of one robot have no contact with each other",
+    ),
 ];
 
 /// Settings that are read, of links of a robot.

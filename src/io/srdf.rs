@@ -19,13 +19,13 @@ const ROBOT: Known = known("name version", "", "disable_collisions");
 const PAIR: Known = leaf("link1 link2 reason");
 
 impl CollisionOptions {
-    /// Excludes the pairs of links that an SRDF file lists as `<disable_collisions link1="…" link2="…"/>`. Returns with them what else the file holds (groups,
-    /// states, `<disable_default_collisions>`), which is not read.
+    /// Excludes the pairs of links that an SRDF file lists as `<disable_collisions link1="…" link2="…"/>`. Also returns the other content of the file
+    /// (groups, states, `<disable_default_collisions>`), which is not read.
     ///
-    /// * `prefix` – in front of the names of links, as in [`World::add`](crate::World::add); empty for a robot by itself
+    /// * `prefix` – prefix of link names, as in [`World::add`](crate::World::add); empty for a single robot
     ///
     /// # Errors
-    /// If the file cannot be read, is no SRDF, if a pair lacks a link, or if the model has no such link, with file and line.
+    /// If the file cannot be read or is not SRDF, if a pair lacks a link, or if the model has no such link; with file and line.
     pub fn with_srdf_file(
         self,
         model: &Model,

@@ -7,8 +7,8 @@ use crate::error::EditError;
 use crate::model::{Geometry, Object, UpAxis, World};
 
 impl World {
-    /// Adds an object with the shape of a mesh file, STL, OBJ or COLLADA, in the frame of the file. The file is read here if the object has mass; its surface
-    /// must then be closed.
+    /// Adds an object with the shape of a mesh file, STL, OBJ or COLLADA, in the frame of the file. The file is read if the object has mass; its
+    /// surface must then be closed.
     ///
     /// * `scale` – factors along the axes
     ///

@@ -14,17 +14,17 @@ const FIRST_ANGLE: usize = 3;
 
 /// Advance of a screw joint per angle, m/rad; positive for a right-handed thread.
 ///
-/// A constant of the description, as the ratio of a mimic joint: derivatives in the parameters of a model do not reach it.
+/// A constant of the description: it is not a parameter of the model and has no derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Pitch(f64);
 
 impl Pitch {
-    /// The advance in metres per radian.
+    /// Makes a pitch from an advance in metres per radian.
     pub const fn per_radian(metres: f64) -> Self {
         Self(metres)
     }
 
-    /// The advance in metres per turn, which is the pitch of a thread with one start.
+    /// Makes a pitch from an advance in metres per revolution, the pitch of a single-start thread.
     pub fn per_turn(metres: f64) -> Self {
         Self(metres / std::f64::consts::TAU)
     }
@@ -89,7 +89,7 @@ impl Axis {
         self.pitch
     }
 
-    /// `true` if the coordinate is an angle or a rate of one, `false` if it is a length.
+    /// `true` if the coordinate is an angle or its rate, `false` if it is a length or its rate.
     #[inline(always)]
     pub fn is_angular(self) -> bool {
         self.coordinate >= FIRST_ANGLE

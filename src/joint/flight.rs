@@ -1,4 +1,4 @@
-//! Straight flight of one point of a body that turns: the second half of a step of Euler, of kinds whose linear velocity turns with the body.
+//! Straight flight of one point of a body that turns: the second half of an Euler step, of kinds whose linear velocity turns with the body.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -1,19 +1,19 @@
-//! Joints: how a body can move with respect to its parent.
+//! Joints: the relative motion of a body and its parent.
 //!
-//! A joint connects frame J, fixed on the parent P, to the body frame B. One fact keeps every algorithm short: body frames are
-//! laid so that a joint's axis is their local z, and joint velocities are those of B with respect to J *expressed in B*. Then the
-//! motion subspace S of every kind is constant: its columns are coordinate axes of the spatial vector `[linear; angular]`, or for a
-//! screw a fixed sum of two of them ([`JointKind::axes`]). `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the
-//! tangent space of every kind is a Lie algebra whose exponential is that of [`Model::integrate`](crate::Model::integrate).
+//! A joint connects frame J, fixed on the parent P, to the body frame B. Two conventions simplify all algorithms: the joint axis is the local z axis
+//! of the body frame, and joint velocities are those of B with respect to J *expressed in B*. Then the motion subspace S of each kind is constant:
+//! its columns are coordinate axes of the spatial vector `[linear; angular]`, or for a screw a fixed sum of two of them ([`JointKind::axes`]). `S v`
+//! and `Sᵀ f` only select entries, the bias `Ṡ v` is zero, and the tangent space of each kind is a Lie algebra with the exponential of
+//! [`Model::integrate`](crate::Model::integrate).
 //!
-//! No such frame exists for a universal joint: its two axes do not commute, so its configurations are not a Lie group. It is one joint with
-//! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
+//! No such frame exists for a universal joint: its two axes do not commute, so its configurations are not a Lie group. It has one name and two
+//! coordinates, and the tree has two bodies for it, each with a revolute joint; see [`JointKind::Universal`].
 //!
-//! Each kind is a type in a file of its own, which implements `Joint` (`kind.rs`), and a line of `with_joint!`, which runs a piece of code
-//! compiled for the kind. [`JointKind`] is the choice at run time, and a `Joint` too (`at_run_time.rs`): algorithms are compiled for revolute,
-//! prismatic and floating joints each, and once more for all others.
+//! Each kind is a type in its own file that implements `Joint` (`kind.rs`), and a line of `with_joint!`, which runs code compiled for the kind.
+//! [`JointKind`] selects the kind at run time and also implements `Joint` (`at_run_time.rs`): algorithms are compiled for revolute, prismatic and
+//! floating joints, and once for all other kinds.
 //!
-//! All of it takes constant time:
+//! All functions take constant time:
 //!
 //! | question | function | reference |
 //! |---|---|---|
@@ -21,7 +21,7 @@
 //! | in which directions does it move (S)? | [`JointKind::axes`] | [Featherstone 2008, table 4.1] |
 //!
 //! The effect of a joint on a body is not public: poses, velocities and the manifold of a whole robot are in [`dynamics`](crate::dynamics) and
-//! [`Model`](crate::Model). Their sources are [Featherstone 2008, 4.4], [Murray, Li, Sastry 1994, chapter 2] and, for random rotations, [Shoemake 1992].
+//! [`Model`](crate::Model). References: [Featherstone 2008, 4.4], [Murray, Li, Sastry 1994, chapter 2] and, for random rotations, [Shoemake 1992].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -77,8 +77,8 @@ pub enum JointKind {
     Screw(Pitch),
     /// Two rotations in series about axes through one point; q = the two angles (rad), v = their rates (rad/s).
     ///
-    /// A model has two bodies for such a joint, each with a revolute joint, the inner one without inertia. So no body is of this kind, and
-    /// it has no [`axes`](Self::axes) and no pose, which would depend on the angle between the axes.
+    /// A model has two bodies for such a joint, each with a revolute joint; the inner body has no inertia. So no body has this kind, and the kind has
+    /// no [`axes`](Self::axes) and no pose, which would depend on the angle between the axes.
     Universal,
     /// Rotation about a point; q = unit quaternion (w, x, y, z), v = angular velocity in the body frame (rad/s).
     Spherical,
@@ -89,7 +89,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// Every kind, for tests and tables; the screw advances 10 mm/rad.
+    /// All kinds, for tests and tables; the screw advances 10 mm/rad.
     pub const ALL: [Self; 9] = [
         Self::Fixed,
         Self::Revolute,
@@ -132,7 +132,7 @@ impl JointKind {
         (0..self.nq()).position(|k| self.measures(k) == Coordinate::Quaternion)
     }
 
-    /// Number of bodies that a model has for the joint: 0 if it is fixed, 2 if it is universal, else 1.
+    /// Number of bodies of the joint in a model: 0 for a fixed joint, 2 for a universal joint, otherwise 1.
     pub fn n_bodies(self) -> usize {
         match self {
             Self::Fixed => 0,
@@ -149,7 +149,7 @@ impl JointKind {
         }
     }
 
-    /// The columns of the motion subspace S, which the velocities are along.
+    /// The columns of the motion subspace S.
     ///
     /// # Panics
     /// If the kind is universal.

@@ -1,9 +1,9 @@
-//! Losses, which bound what residuals that are wrong can do.
+//! Loss functions, which limit the influence of outliers.
 
-/// Cost ρ(s) of the square s = r² of a residual: for small residuals s, for large ones less.
+/// Loss ρ(s) of the square s = r² of a residual: s for small residuals, less for large ones.
 ///
-/// A parameter δ is the residual above which it counts less, positive, in the unit of the residual. All but the first are for data with
-/// outliers; the solution depends on δ, twice the noise of good residuals say.
+/// The parameter δ > 0 is the residual above which the loss grows more slowly, in the unit of the residual. All except the first are for data with
+/// outliers. The solution depends on δ; use for example twice the noise of good residuals.
 ///
 /// # References
 /// [Huber 1964; Triggs et al. 2000, section 4.3].
@@ -13,11 +13,11 @@ pub enum Loss {
     /// ρ = s.
     #[default]
     Square,
-    /// Up to δ the square, then linear: ρ = 2 δ √s − δ². Convex.
+    /// The square up to δ, then linear: ρ = 2 δ √s − δ². Convex.
     Huber(f64),
     /// A smooth form of [`Huber`](Self::Huber): ρ = 2 δ² (√(1 + s/δ²) − 1). Convex.
     SoftL1(f64),
-    /// ρ = δ² ln(1 + s/δ²): outliers do next to nothing, and there may be several minima.
+    /// ρ = δ² ln(1 + s/δ²): outliers have almost no influence, and there may be several minima.
     Cauchy(f64),
 }
 
@@ -37,7 +37,7 @@ impl Loss {
         }
     }
 
-    /// ρ'(s), the weight of a residual beside the square: 1 for small ones, less for large ones.
+    /// ρ'(s), the weight of a residual relative to the square: 1 for small ones, less for large ones.
     pub fn weight(self, s: f64) -> f64 {
         match self {
             Self::Square => 1.0,

@@ -1,17 +1,17 @@
-//! Nonlinear least squares: min ½ Σᵢ ρ(rᵢ(x)²), within bounds, by Levenberg and Marquardt's method.
+//! Nonlinear least squares: min ½ Σᵢ ρ(rᵢ(x)²), within bounds, by the Levenberg–Marquardt method.
 //!
 //! | question | answer | reference |
 //! |---|---|---|
-//! | which variables make residuals small? | [`solve`] | [Levenberg 1944; Marquardt 1963; Moré 1978] |
+//! | minimise residuals | [`solve`] | [Levenberg 1944; Marquardt 1963; Moré 1978] |
 //! | residuals over the scalar, Jacobian by dual numbers | [`ByDuals`] | |
-//! | residuals with a Jacobian, working memory or variables of their own | [`Residuals`] | |
+//! | residuals with their own Jacobian, working memory or variables | [`Residuals`] | |
 //! | some measurements are wrong | [`Loss`] | [Huber 1964; Triggs et al. 2000] |
-//! | how certain are the variables? | [`Solution::covariance`] | |
+//! | uncertainty of the variables | [`Solution::covariance`] | |
 //!
-//! A step d of the variables solves  min ½ ‖J d + r‖² + ½ λ ‖D d‖²  within the bounds, where D are the largest lengths that the columns of J have had,
-//! so that it does not matter in which units variables are. It is taken if the cost falls as predicted, or nearly; λ falls or grows with that. Far from
-//! the solution this is a descent, near it Gauss and Newton's method, which converges quadratically where residuals vanish and linearly where they are
-//! small.
+//! A step d of the variables solves  min ½ ‖J d + r‖² + ½ λ ‖D d‖²  within the bounds, where D are the largest norms of the columns of J so far, so
+//! the units of the variables do not matter. The step is taken if the cost decreases nearly as predicted; λ decreases or grows accordingly. Far from
+//! the solution this is a descent method; near it, the Gauss–Newton method, which converges quadratically for zero residuals and linearly for small
+//! ones.
 
 mod loss;
 mod options;

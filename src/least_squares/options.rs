@@ -7,25 +7,25 @@ use super::Loss;
 pub struct Options {
     /// Largest number of iterations; 100 by default.
     pub max_iterations: usize,
-    /// Cosine between the residuals and the columns of their Jacobian below which there is nothing to gain; 1e-10 by default. It has no unit.
+    /// Cosine between the residuals and the columns of their Jacobian below which the solver has converged; 1e-10 by default. Dimensionless.
     pub gradient_tolerance: f64,
-    /// Change of the cost, found and predicted, beside the cost itself, below which it is at its least; 1e-14 by default.
+    /// Relative change of the cost, actual and predicted, below which the solver has converged; 1e-14 by default.
     pub cost_tolerance: f64,
-    /// Size of a step beside that of the variables, both in the scale of the residuals, below which it counts for nothing; 1e-14 by default. Where variables
-    /// have fewer directions than numbers (rotations), each counts as 1.
+    /// Size of a step relative to that of the variables, both in the scale of the residuals, below which the solver has converged; 1e-14 by default.
+    /// For variables with fewer directions than coordinates (rotations), the size of each is 1.
     pub step_tolerance: f64,
-    /// Relative offset below which an estimate counts as found; 0 by default. It is the root mean square of what the next full step would take off the residuals, for each
-    /// direction, beside that of what would stay, for each residual to spare: with 1e-3, errors of measurement hide a thousand times as much. Of use where residuals are
-    /// such errors [Bates, Watts 1981].
+    /// Relative offset below which the solver has converged; 0 by default. It is the root mean square of the reduction of the residuals by the next
+    /// full step, per direction, relative to that of the remainder, per degree of freedom of the residuals: with 1e-3, measurement errors are a
+    /// thousand times as large as the reduction. Use it if residuals are measurement errors [Bates, Watts 1981].
     pub offset_tolerance: f64,
-    /// λ of the first step, beside the squared columns of the Jacobian; 1e-3 by default. Smaller where the start is good.
+    /// λ of the first step, relative to the squared columns of the Jacobian; 1e-3 by default. Use a smaller value for a good start.
     pub damping: f64,
-    /// Loss of each residual; the square by default.
+    /// Loss function of the residuals; the square by default.
     pub loss: Loss,
-    /// Least values of the variables; empty by default, for none. −∞ for a variable without. Where variables have fewer directions than numbers (rotations),
-    /// those of the plain numbers before the first of these.
+    /// Lower bounds of the variables; empty (the default) for none, −∞ for a variable without a bound. If some variables have fewer directions than
+    /// coordinates (rotations), bounds of the plain variables before the first of these.
     pub lower: Vec<f64>,
-    /// Largest values of the variables; empty by default, for none. ∞ for a variable without. As many as [`lower`](Self::lower) may have.
+    /// Upper bounds of the variables; empty (the default) for none, ∞ for a variable without a bound. Same length rule as [`lower`](Self::lower).
     pub upper: Vec<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Sets the bounds of the variables, ±∞ for none: as many as there are, or those of the plain numbers at the front, where others are points of a curved space.
+    /// Sets the bounds of the variables, ±∞ for none: one for each variable, or, if some variables are on a manifold, for the plain variables before these.
     #[must_use]
     pub fn with_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         self.lower = lower.to_vec();

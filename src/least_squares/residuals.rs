@@ -1,10 +1,10 @@
-//! Residuals, and where their Jacobian comes from.
+//! Residuals and their Jacobians.
 
 use nalgebra::DMatrix;
 
 use crate::autodiff::{CHUNK, JacobianScratch, VectorFunction, jacobian_into};
 
-/// Residuals r(x) ∈ ℝᵐ that are to become small. The implementor may hold working memory.
+/// Residuals r(x) ∈ ℝᵐ to be minimised. The implementor may own working memory.
 pub trait Residuals {
     /// Number of residuals m.
     fn n_residuals(&self) -> usize;
@@ -45,7 +45,7 @@ pub struct ByDuals<F> {
 }
 
 impl<F: VectorFunction> ByDuals<F> {
-    /// Residuals that are the outputs of a function.
+    /// Makes residuals from the outputs of a function.
     pub fn new(function: F) -> Self {
         Self {
             function,

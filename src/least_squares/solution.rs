@@ -8,15 +8,15 @@ use nalgebra::DMatrix;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
-    /// No residual can be made smaller to first order, or the cost no longer changes.
+    /// The gradient is zero to first order, or the cost no longer changes.
     Converged,
     /// All iterations were used; the variables are the best so far.
     IterationLimit,
-    /// No step lowers the cost, however short, although its gradient promises one: the Jacobian is wrong, or residuals are nonsmooth or noisy.
+    /// No step reduces the cost, although the gradient is not zero: the Jacobian is wrong, or residuals are nonsmooth or noisy.
     Stalled,
     /// A [`StopSignal`](crate::StopSignal) was set; the variables are the best so far.
     Stopped,
-    /// Residuals or their Jacobian are not finite at the start, or at the point that was reached.
+    /// Residuals or their Jacobian are not finite at the start, or at the last point.
     Diverged,
 }
 
@@ -45,7 +45,7 @@ pub struct Iteration {
     pub damping: f64,
 }
 
-/// Result of [`solve`](super::solve): the best point that was found, and how the run went.
+/// Result of [`solve`](super::solve): the best point found, and the course of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Termination status.
@@ -60,7 +60,7 @@ pub struct Solution {
     pub iterations: usize,
     /// Cost of the start, then after each iteration.
     pub history: Vec<f64>,
-    /// Directions that a bound holds back.
+    /// Directions with an active bound.
     pub held: Vec<usize>,
     /// Jᵀ W J with the weights of the loss, directions × directions.
     pub normal_matrix: DMatrix<f64>,
@@ -76,17 +76,17 @@ impl Solution {
         self.status == Status::Converged
     }
 
-    /// Variance of a residual, 2 cost / (m − n), of m residuals and n directions that no bound holds; `None` unless there are more residuals.
+    /// Variance of a residual, 2 cost / (m − n), for m residuals and n directions without an active bound; `None` unless m > n.
     pub fn variance(&self) -> Option<f64> {
         let free = self.normal_matrix.nrows() - self.held.len();
         let redundant = self.residuals.len().checked_sub(free)?;
         (redundant > 0).then(|| 2.0 * self.cost / redundant as f64)
     }
 
-    /// Covariance of the variables, σ² (Jᵀ W J)⁻¹ with the [variance](Self::variance) of the residuals; rows and columns of directions that a bound
-    /// holds are zero.
+    /// Covariance of the variables, σ² (Jᵀ W J)⁻¹ with the [variance](Self::variance) of the residuals; rows and columns of directions with an active
+    /// bound are zero.
     ///
-    /// To first order, for residuals with independent errors of equal size. `None` if there are no more residuals than directions, or if some
+    /// To first order, for residuals with independent errors of equal size. `None` if there are not more residuals than directions, or if some
     /// direction does not change the residuals.
     ///
     /// # References

@@ -1,4 +1,4 @@
-//! Levenberg and Marquardt's method.
+//! The Levenberg–Marquardt method.
 
 use nalgebra::DMatrix;
 
@@ -13,9 +13,9 @@ const LARGEST_DAMPING: f64 = 1e20;
 /// λ below which damping is nothing but rounding.
 const LEAST_DAMPING: f64 = 1e-18;
 
-/// Minimises ½ Σ ρ(rᵢ(x)²) from a start, within bounds. The best point is kept, whatever happens.
+/// Minimises ½ Σ ρ(rᵢ(x)²) from a start, within bounds. It always returns the best point found.
 ///
-/// * `start` – variables of the start; beyond a bound they are moved onto it
+/// * `start` – initial variables; those beyond a bound are moved to it
 ///
 /// # Panics
 /// If an option is out of its range.
@@ -46,7 +46,7 @@ pub fn solve(residuals: &mut dyn Residuals, start: &[f64], options: &Options) ->
     solve_with(residuals, start, options, &mut |_| {})
 }
 
-/// [`solve`], reporting every iteration.
+/// [`solve`] with a report of each iteration.
 ///
 /// # Panics
 /// If an option is out of its range.

@@ -1,6 +1,6 @@
 //! Eigenvalues of a square matrix that need not be symmetric.
 
-use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
+use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 /// QR sweeps per row before a decomposition is given up; two or three are usual.
 const SWEEPS_PER_ROW: usize = 100;
@@ -10,15 +10,22 @@ pub(crate) fn eigenvalues(m: DMatrix<f64>) -> Vec<Complex<f64>> {
     if m.is_empty() || m.iter().any(|x| !x.is_finite()) {
         return Vec::new();
     }
-    let schur = schur(m.clone()).or_else(|| schur(reflected(&m)));
-    schur.map_or_else(Vec::new, |s| {
-        s.complex_eigenvalues().iter().copied().collect()
-    })
+    let center = m.trace() / m.nrows() as f64;
+    schur(m.clone())
+        .or_else(|| schur(reflected(&m)))
+        .or_else(|| {
+            // Rounding of a multiple of the identity hides what is next to it, and the iteration finds no end there.
+            let next_to_it = &m - DMatrix::from_diagonal_element(m.nrows(), m.nrows(), center);
+            let found = schur(next_to_it)?;
+            Some(found.into_iter().map(|z| z + center).collect())
+        })
+        .unwrap_or_default()
 }
 
-fn schur(m: DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
+fn schur(m: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let sweeps = SWEEPS_PER_ROW * m.nrows();
-    Schur::try_new(m, f64::EPSILON, sweeps)
+    let found = Schur::try_new(m, f64::EPSILON, sweeps)?;
+    Some(found.complex_eigenvalues().iter().copied().collect())
 }
 
 /// The similar matrix S M S with a reflection S. The shifts of the QR iteration stand still on some structured
@@ -28,4 +35,22 @@ fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
     let v = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
     let s = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
     &s * m * &s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // A unipotent part, as that of directions that no input reaches: I + 1e-9 N with random N.
+    #[test]
+    fn eigenvalues_next_to_the_identity_are_found() {
+        for seed in 0..200 {
+            for n in [2, 3, 6] {
+                let noise = |i: usize, j: usize| ((seed * 91 + i * 17 + j * 5) as f64).sin() * 1e-9;
+                let found = eigenvalues(DMatrix::identity(n, n) + DMatrix::from_fn(n, n, noise));
+                assert_eq!(found.len(), n, "seed {seed}");
+                assert!(found.iter().all(|z| (z - 1.0).norm() < 1e-8), "{found:?}");
+            }
+        }
+    }
 }

@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 /// A matrix by columns.
 #[derive(Clone, Copy)]
 pub(crate) struct ColumnMajor<'a> {
-    /// Entries, column after column.
+    /// Entries, column by column.
     pub(crate) data: &'a [f64],
     /// Number of rows, at least one.
     pub(crate) rows: usize,
@@ -63,7 +63,7 @@ impl Product<'_> {
         };
         let mut i = 0;
         while i < end {
-            // A tile may reach below what is wanted, not below the matrix.
+            // A tile may reach below what is requested, not below the matrix.
             i += match self.a.rows - i {
                 8.. if end - i > 4 => self.tile::<8, J>(c, stride, i, j),
                 4.. => self.tile::<4, J>(c, stride, i, j),

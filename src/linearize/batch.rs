@@ -54,13 +54,13 @@ impl StepMemory for VjpScratch {
 }
 
 impl BatchSimulator {
-    /// Computes the Jacobians of the step from each state, on as many threads as the simulator uses; those of
-    /// [`Simulator::linearize_into`](crate::Simulator::linearize_into), bit for bit. Allocates.
+    /// Computes the Jacobians of the step from each state, on the threads of the simulator; bit-identical to
+    /// [`Simulator::linearize_into`](crate::Simulator::linearize_into). Allocates.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for, or if a state has the wrong length.
+    /// If the number of states or inputs is wrong, or a state has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -78,14 +78,14 @@ impl BatchSimulator {
         })
     }
 
-    /// Computes the gradients of λᵀ x⁺ of the steps from all states in state, input and parameters, on as many threads as the simulator uses; those of
-    /// [`Simulator::vjp`](crate::Simulator::vjp), bit for bit. Allocates.
+    /// Computes the gradients of λᵀ x⁺ of the steps from all states in state, input and parameters, on the threads of the simulator; bit-identical to
+    /// [`Simulator::vjp`](crate::Simulator::vjp). Allocates.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     /// * `adjoints` – λ of one state after the other, length `len` × [`n_tangent`](crate::Simulator::n_tangent)
     ///
     /// # Panics
-    /// If states, inputs or adjoints are not as many as the simulator was made for, or if a state has the wrong length.
+    /// If the number of states, inputs or adjoints is wrong, or a state has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -105,7 +105,7 @@ impl BatchSimulator {
         })
     }
 
-    /// Hands each state's index, input, working memory and result to `work`, on all threads.
+    /// Passes each state's index, input, working memory and result to `work`, on all threads.
     fn differentiate<S: StepMemory>(
         &self,
         states: &[State],

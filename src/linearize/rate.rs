@@ -1,4 +1,4 @@
-//! Jacobians of continuous time: how the rate (v, v̇) changes with state and input.
+//! Jacobians in continuous time: derivatives of the rate (v, v̇) in state and input.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub struct RateScratch {
 }
 
 impl RateScratch {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self::for_calls(simulator, Calls::Many)
     }
@@ -31,12 +31,12 @@ impl RateScratch {
 impl Simulator<f64> {
     /// Computes the Jacobians A and B of the rate (v, v̇(q, v, u)) at `state` with input `u`:  δ(v, v̇) = A δx + B δu.  Allocates.
     ///
-    /// A = (0, 1; ∂v̇/∂q, ∂v̇/∂v) and B = (0; ∂v̇/∂u), in tangent directions of q, with a row of blocks for the rates of the state of contact, where
-    /// there is one: what a controller in continuous time is designed on, at rest. Exact to rounding; the same for every integrator, and for
-    /// every time step but for the stabilisation of constraints, which knows it.
+    /// A = (0, 1; ∂v̇/∂q, ∂v̇/∂v) and B = (0; ∂v̇/∂u), in tangent directions of q, with a block row for the rates of the contact state if there is
+    /// one. Use them to design a controller in continuous time, at rest. They are exact to rounding, and independent of the integrator and of the
+    /// time step, except for the stabilisation of constraints, which depends on the time step.
     ///
     /// # Panics
-    /// If state or input have the wrong length, or if there is rigid contact, whose forces act over a step.
+    /// If state or input have the wrong length, or if contact is rigid: its forces act over a step and have no rate.
     ///
     /// # Examples
     /// ```
@@ -64,7 +64,7 @@ impl Simulator<f64> {
     /// [`linearize_rate`](Self::linearize_rate) without allocation.
     ///
     /// # Panics
-    /// If state, input, scratch or output have the wrong size, or if there is rigid contact, whose forces act over a step.
+    /// If state, input, working memory or output have the wrong size, or if contact is rigid: its forces act over a step and have no rate.
     pub fn linearize_rate_into(
         &self,
         state: &State,

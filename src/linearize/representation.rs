@@ -1,4 +1,4 @@
-//! The Jacobians of a step with the velocity of the base in another representation.
+//! Jacobians of a step with the base velocity in another representation.
 
 use super::Linearization;
 use crate::dynamics::{deviation_to_representation, gradient_to_representation};
@@ -8,14 +8,14 @@ use crate::sim::State;
 use crate::spatial::Representation;
 
 impl<T: Scalar> Linearization<T> {
-    /// The Jacobians of the step between states with the base in another representation:  A' = S(x⁺) A S(x)⁻¹,
-    /// B' = S(x⁺) B, with S as in [`BaseQuantity::Deviation`](crate::dynamics::BaseQuantity), which says what the tangent of the configuration means
-    /// there. Inputs stay as they are. Allocates.
+    /// Converts the Jacobians to states with the base in another representation: A' = S(x⁺) A S(x)⁻¹, B' = S(x⁺) B, with S as in
+    /// [`BaseQuantity::Deviation`](crate::dynamics::BaseQuantity), which also defines the tangent of the configuration there. Inputs are unchanged.
+    /// Allocates.
     ///
-    /// * `state`, `next` – the states before and after the step, in the crate's own representation
+    /// * `state`, `next` – the states before and after the step, in the representation of this crate
     ///
     /// # Panics
-    /// If a size is not that of the model.
+    /// If a size differs from that of the model.
     pub fn to_representation<P: Scalar>(
         &self,
         model: &Model<P>,

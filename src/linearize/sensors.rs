@@ -1,4 +1,4 @@
-//! C and D: Jacobians of the readings of sensors, beside A and B of the step that they belong to.
+//! C and D: Jacobians of sensor readings, with A and B of the same step.
 
 use std::ops::Range;
 
@@ -10,14 +10,14 @@ use crate::memory;
 use crate::scalar::{Differentiable, Scalar};
 use crate::sim::{SensorScratch, Sensors, Simulator, State};
 
-/// The Jacobians of a step and of what sensors read in it: δx⁺ = A δx + B δu and δy = C δx + D δu.
+/// The Jacobians of a step and of its sensor readings: δx⁺ = A δx + B δu and δy = C δx + D δu.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorLinearization<T: Scalar = f64> {
     /// A and B.
     pub step: Linearization<T>,
-    /// C: a row for each number that is read, columns (δq, δv), and the state of contact where there is one.
+    /// C: one row per reading; columns (δq, δv), and the contact state if there is one.
     pub c: DMatrix<T>,
-    /// D: a row for each number that is read, `nu` columns.
+    /// D: one row per reading, `nu` columns.
     pub d: DMatrix<T>,
     /// The readings y.
     pub reading: DVector<T>,
@@ -26,13 +26,13 @@ pub struct SensorLinearization<T: Scalar = f64> {
 impl Sensors {
     /// Computes A and B of the step from `state` with input `u`, and C and D of the readings of that step. Allocates.
     ///
-    /// Exact to rounding, also through the acceleration and through the forces of contact and constraints: D of an accelerometer is not zero. A pose is
-    /// differentiated number by number, so its quaternion has four rows.
+    /// Exact to rounding, including the acceleration and the forces of contact and constraints: D of an accelerometer is not zero. A pose is
+    /// differentiated component by component, so its quaternion has four rows.
     ///
     /// * `state`, `u` – as in [`Simulator::linearize`]
     ///
     /// # Panics
-    /// As [`Simulator::linearize`], or if the simulator is of another robot than the sensors.
+    /// As [`Simulator::linearize`], or if simulator and sensors belong to different robots.
     ///
     /// # Examples
     /// ```

@@ -1,30 +1,30 @@
-//! Vector-Jacobian products of the step: the gradient of a weighted sum of the next state's numbers.
+//! Vector-Jacobian products of the step: the gradient of a weighted sum of the entries of the next state.
 //!
-//! With the weights λ of the next state, λᵀ x⁺ has a gradient in state, input and all parameters that costs a few steps, however many there are.
+//! With the weights λ of the next state, the gradient of λᵀ x⁺ in state, input and all parameters costs a few steps, independent of their number.
 //! It is found backwards (`sim/integrators`): through each joint's own step to the weights of its acceleration; by the implicit function theorem to
 //! weights μ of the balance of forces; and from these by one sweep along the tree, to which each term of the
-//! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers. All of it is written over
-//! the scalar: on dual numbers of one direction it has second derivatives along that.
+//! equation of motion adds its part (`sim/terms`). No graph is recorded, and the derivatives of small functions come from dual numbers. All functions
+//! are generic over the scalar: on dual numbers of one direction they also compute second derivatives along it.
 
 use nalgebra::DVector;
 
 use crate::dynamics::Calls;
 use crate::model::Generation;
-use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepPoint, StepSlopes};
+use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepGradientSum, StepPoint};
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepGradient {
-    /// In the state, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`]: Aᵀ λ.
+    /// In the state, along its tangent (δq, δv, and the contact state where there is one), length [`Simulator::n_tangent`]: Aᵀ λ.
     pub state: DVector<f64>,
     /// In the input, length `nu`: Bᵀ λ.
     pub input: DVector<f64>,
-    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with those of the model; or in these alone; or empty.
+    /// In all [parameters](Simulator::parameters) of the simulator, in their order; or only in those of the model, which come first; or empty.
     pub parameters: DVector<f64>,
 }
 
 impl StepGradient {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn zeros(simulator: &Simulator) -> Self {
         Self {
             state: DVector::zeros(simulator.n_tangent()),
@@ -33,14 +33,14 @@ impl StepGradient {
         }
     }
 
-    /// Leaves out the parameters, by an empty vector.
+    /// Omits the parameters: their vector is empty.
     #[must_use]
     pub fn without_parameters(mut self) -> Self {
         self.parameters = DVector::zeros(0);
         self
     }
 
-    /// Leaves out those parameters that are not the [model's](crate::Model::parameters).
+    /// Omits all parameters except those of the [model](crate::Model::parameters).
     #[must_use]
     pub fn with_model_parameters_only(mut self, simulator: &Simulator) -> Self {
         self.parameters = DVector::zeros(simulator.model().parameters().len());
@@ -51,7 +51,7 @@ impl StepGradient {
         let (n, nu, len) = (self.state.len(), self.input.len(), self.parameters.len());
         assert!(
             n == simulator.n_tangent() && nu == simulator.nu(),
-            "a gradient of \"{}\" has {} numbers of state and {} of input, got memory for {n} and {nu}",
+            "a gradient of \"{}\" has {} state and {} input entries, got memory for {n} and {nu}",
             simulator.model().name(),
             simulator.n_tangent(),
             simulator.nu()
@@ -65,11 +65,11 @@ impl StepGradient {
         );
     }
 
-    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepSlopes<'_> {
+    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepGradientSum<'_> {
         let len = self.parameters.len();
         let (q, rest) = self.state.as_mut_slice().split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        StepSlopes {
+        StepGradientSum {
             q,
             v,
             contact,
@@ -87,7 +87,8 @@ pub(super) struct Counts {
     of_model: usize,
 }
 
-/// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements or armature, and of what actuators and contacts there are, a new one is needed.
+/// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
+/// armature, or of the set of actuators and contacts, make a new one.
 #[derive(Clone, Debug)]
 pub struct VjpScratch {
     generation: Generation,
@@ -96,7 +97,7 @@ pub struct VjpScratch {
 }
 
 impl VjpScratch {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self::for_calls(simulator, Calls::Many)
     }
@@ -123,17 +124,17 @@ impl Simulator<f64> {
     /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
     /// once. Allocates.
     ///
-    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps.
+    /// Works for every joint kind, base, integrator and contact model; exact to rounding. It costs three to six steps.
     ///
     /// # Impacts
-    /// It is the derivative of the step, as A and B are. For each contact model, see [`linearize`](Self::linearize).
+    /// It is the derivative of the step, like A and B. For each contact model, see [`linearize`](Self::linearize).
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
     /// * `adjoint` – λ, weights of the tangent of the next state, length [`n_tangent`](Self::n_tangent)
     ///
     /// # Limitations
-    /// What is none of the [parameters](Self::parameters) has no gradient.
+    /// Only [parameters](Self::parameters) have a gradient.
     ///
     /// # Panics
     /// If an argument has the wrong length.
@@ -160,7 +161,7 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`](crate::Integrator).
+    /// [`vjp`](Self::vjp) without allocation, except the first semi-implicit Euler step with fast rotation, see [`Integrator`](crate::Integrator).
     ///
     /// # Panics
     /// If state, input, adjoint, scratch or output have the wrong size.
@@ -182,7 +183,7 @@ impl Simulator<f64> {
         self.add_vjp(&at, adjoint, scratch, out);
     }
 
-    /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
+    /// [`vjp_into`](Self::vjp_into), but adds the gradient in parameters to `out`.
     pub(crate) fn add_vjp(
         &self,
         at: &StepPoint<'_>,
@@ -193,7 +194,7 @@ impl Simulator<f64> {
         assert_eq!(
             adjoint.len(),
             self.n_tangent(),
-            "the weights of the next state of \"{}\" are those of its tangent",
+            "the adjoint of the next state of \"{}\" has one entry per tangent coordinate",
             self.model().name()
         );
         assert!(

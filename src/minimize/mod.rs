@@ -1,15 +1,15 @@
-//! Minimisation of smooth functions by argmin's methods, under watch.
+//! Minimisation of smooth functions by guarded methods of argmin.
 //!
-//! argmin's line searches and radii of trust may go on for ever, or end with an error, where a function overflows, is
-//! not finite, or has no minimum. [`minimize`] keeps the best point of every run, counts what an iteration asks for,
-//! starts a method that stalls anew, and ends with a [`Status`]. `watch.rs` is the guard, `run.rs` runs the methods.
+//! argmin's line searches and trust regions may not terminate, or end with an error, if a function overflows, is not finite, or has no minimum.
+//! [`minimize`] keeps the best point of each run, counts the evaluations of an iteration, restarts a method that stalls, and ends with a [`Status`].
+//! `watch.rs` is the guard, `run.rs` runs the methods.
 
 mod objective;
 mod run;
 mod status;
 mod watch;
 
-/// The optimiser, in the version whose traits functions implement.
+/// The optimiser argmin, in the version of the implemented traits.
 #[doc(no_inline)]
 pub use argmin;
 
@@ -20,12 +20,12 @@ pub(crate) use status::COST_LIMIT;
 pub use status::Status;
 pub(crate) use watch::Iteration;
 
-/// Method of argmin that minimises a smooth function.
+/// Method of argmin for smooth functions.
 ///
 /// | method | derivatives | an iteration costs | use |
 /// |---|---|---|---|
-/// | [`Lbfgs`](Self::Lbfgs) | gradient | a few gradients | many variables, dear Hessians |
-/// | [`SteepestDescent`](Self::SteepestDescent) | gradient | a few gradients | yardstick |
+/// | [`Lbfgs`](Self::Lbfgs) | gradient | a few gradients | many variables, expensive Hessians |
+/// | [`SteepestDescent`](Self::SteepestDescent) | gradient | a few gradients | reference |
 /// | [`NewtonCg`](Self::NewtonCg) | Hessian | a Hessian, a few values | convex near the minimum |
 /// | [`TrustRegion`](Self::TrustRegion) | Hessian | a Hessian, a value | not convex |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,8 +34,7 @@ pub enum Minimizer {
     /// L-BFGS, a quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
     #[default]
     Lbfgs,
-    /// Steepest descent: steps along the negative gradient, with the line search of Moré and Thuente. Slow; a
-    /// yardstick.
+    /// Steepest descent: steps along the negative gradient, with the line search of Moré and Thuente. Slow; for comparison.
     SteepestDescent,
     /// Newton-CG: Newton steps by truncated conjugate gradients, with a backtracking line search.
     NewtonCg,
@@ -56,12 +55,12 @@ impl Minimizer {
 /// Options of [`minimize`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinimizeOptions {
-    /// Most iterations, 500 by default.
+    /// Maximum number of iterations, 500 by default.
     pub max_iterations: usize,
-    /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is
-    /// below zero. 1e-7 by default; larger stops earlier.
+    /// The method has converged when no entry of the gradient is larger than this times (1 + value), or than this if the value is negative. 1e-7 by
+    /// default; a larger value stops earlier.
     pub tolerance: f64,
-    /// Gradients that L-BFGS remembers, 10 by default, and not more than there are iterations; more need fewer iterations and more memory.
+    /// Number of gradients that L-BFGS stores, 10 by default, and at most the number of iterations; more gradients need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the variables; 100 by default.
     pub radius: f64,
@@ -86,7 +85,7 @@ impl MinimizeOptions {
     }
 }
 
-/// Result of [`minimize`]: the best point that was found, and how the run went.
+/// Result of [`minimize`]: the best point found, and the course of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
     /// Termination status.
@@ -108,12 +107,12 @@ impl Minimum {
     }
 }
 
-/// Minimises a function from a start. The best point is kept, whatever happens.
+/// Minimises a function from a start. It always returns the best point found.
 ///
 /// * `start` – variables of the start, as many as the function takes
 ///
 /// # Panics
-/// If an option is out of its range, or what L-BFGS remembers would need more memory than the [limit](crate::memory).
+/// If an option is out of its range, or the gradients of L-BFGS would need more memory than the [limit](crate::memory).
 ///
 /// # Examples
 /// ```
@@ -202,7 +201,7 @@ mod tests {
         }
     }
 
-    /// A value without a minimum, and a count of how often it was asked for.
+    /// A value without a minimum, and a count of how often it was requested.
     struct Falling(Cell<usize>);
 
     impl Objective for Falling {

@@ -6,12 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use super::status::Status;
 use crate::autodiff::{VectorFunction, gradient, hessian, jacobian};
 
-/// A function ℝⁿ → ℝ with its derivatives, as [`minimize`](super::minimize) asks for them.
+/// A function ℝⁿ → ℝ with its derivatives, for [`minimize`](super::minimize).
 ///
-/// [`Differentiated`] makes one of any function over the scalar; one with a gradient of its own, an adjoint say,
-/// implements this trait.
+/// [`Differentiated`] makes one from any function over the scalar. A function with its own gradient, for example an adjoint, implements this trait.
 pub trait Objective {
-    /// The value; infinite or not a number where there is none.
+    /// The value; infinite or NaN where there is none.
     fn value(&self, x: &[f64]) -> f64;
 
     /// The gradient, length n.
@@ -108,10 +107,9 @@ impl<F: Objective + ?Sized> Objective for &F {
 /// A function over the scalar, of one output, as an [`Objective`]: gradient and Hessian by dual numbers, exact to
 /// rounding.
 ///
-/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` too, for those who run its methods themselves; then
-/// nothing guards them against functions that overflow or have no minimum, as [`minimize`](super::minimize) does. For
-/// functions of several outputs it implements `Operator` and `Jacobian`; [`least_squares`](crate::least_squares) minimises
-/// their squares.
+/// It also implements argmin's `CostFunction`, `Gradient` and `Hessian`, for direct use of argmin, which has no guard against functions that overflow
+/// or have no minimum; [`minimize`](super::minimize) has. For functions of several outputs it implements `Operator` and `Jacobian`;
+/// [`least_squares`](crate::least_squares) minimises their squares.
 #[derive(Clone, Copy, Debug)]
 pub struct Differentiated<F>(pub F);
 
@@ -146,7 +144,7 @@ impl<F: VectorFunction> Operator for Differentiated<F> {
 
 impl<F: VectorFunction> Jacobian for Differentiated<F> {
     type Param = Vec<f64>;
-    /// Row after row.
+    /// Row by row.
     type Jacobian = Vec<Vec<f64>>;
 
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {

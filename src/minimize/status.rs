@@ -5,27 +5,26 @@ use std::fmt;
 /// A cost beyond this size has no limit: divergence.
 pub(crate) const COST_LIMIT: f64 = 1e25;
 
-/// Termination status of a solution, whatever the solver.
+/// Termination status of any solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
-    /// No improvement is expected any more, gaps are closed, constraints hold.
+    /// No further improvement is expected, gaps are closed, constraints hold.
     Converged,
     /// All iterations were used; the trajectory is the best so far.
     IterationLimit,
-    /// No step improves, however short and however much regularised.
+    /// No step reduces the cost, at any length and regularisation.
     LineSearchStalled,
-    /// No regularisation within its limit makes the quadratic model convex and solvable, so that there is no direction
-    /// to search along.
+    /// No regularisation within its limit makes the quadratic model convex and solvable, so there is no search direction.
     NotConvex,
-    /// The guess leads to numbers that are not finite, or the cost falls without limit.
+    /// The guess leads to values that are not finite, or the cost decreases without bound.
     Diverged,
     /// A [`StopSignal`](crate::StopSignal) was set; the trajectory is the best so far.
     Stopped,
-    /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
+    /// The constraints cannot be satisfied near the trajectory: violations remain at the largest penalty.
     Infeasible,
-    /// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) was asked for, and the [system](crate::trajopt::System::has_step_hessian) has no Hessians of its step: those of
-    /// robots are compiled with the feature `second-order`. The trajectory is the guess.
+    /// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) was requested, but the [system](crate::trajopt::System::has_step_hessian) has no
+    /// Hessian of its step; for robots enable the feature `second-order`. The trajectory is the guess.
     NoStepHessian,
 }
 

@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-15;
 /// Values that one iteration may ask for; a line search that needs more goes nowhere.
 const MOST_VALUES: usize = 200;
 /// Factor on 1 + |best cost| that replaces a value that is not finite in a line search. Infinity would make its
-/// interpolation not a number; a much larger value would make it too cautious.
+/// interpolation NaN; a much larger value would make it too cautious.
 const NOT_FINITE: f64 = 1e3;
 
 /// State of argmin's methods that know gradients, and matrices `H` of second derivatives.

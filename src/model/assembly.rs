@@ -1,4 +1,4 @@
-//! Assembles the tree from named parts: finds the root, walks the tree depth first, merges what is fixed.
+//! Assembles the tree from named parts: finds the root, traverses the tree depth first, and merges fixed links.
 //!
 //! Everything is iterative, so that a chain of any length fits an ordinary stack.
 
@@ -346,8 +346,8 @@ impl ModelBuilder {
     /// Checks everything and builds the model, in time linear in the number of links (names are hashed).
     ///
     /// # Errors
-    /// See [`LoadError`]: names that are missing, empty or double, loops, several roots, zero axes, numbers that are not finite or beyond
-    /// ±10¹⁰⁰, negative masses, limits in the wrong order. Moving links without inertia are built: [`Model::check_mass_matrix`] finds them.
+    /// See [`LoadError`]: names that are missing, empty or duplicate, loops, several roots, zero axes, values that are not finite or beyond ±10¹⁰⁰,
+    /// negative masses, limits in the wrong order. Moving links without inertia are allowed here: [`Model::check_mass_matrix`] finds them.
     pub fn build(&self) -> Result<Model, LoadError> {
         build(self)
     }

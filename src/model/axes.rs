@@ -30,7 +30,7 @@ pub(super) fn body_frame(kind: JointKind, axis: &Vector3<f64>) -> Matrix3<f64> {
 /// Cosine of the angle from ẑ beyond which [`turn_z`] begins with a half turn. No usual axis is there: at it the axes of the plane jump.
 const NEARLY_BACKWARD: f64 = -0.5;
 
-/// The shortest rotation R with R ẑ = `axis` (a unit vector), after half a turn about x where the axis points backward: x̂ and ŷ of planar joints
+/// The shortest rotation R with R ẑ = `axis` (a unit vector), after half a revolution about x where the axis points backward: x̂ and ŷ of planar joints
 /// are coordinates, and follow an axis that is off by rounding. Without rounding for the coordinate axes.
 fn turn_z(axis: &Vector3<f64>) -> Matrix3<f64> {
     let is_backward = axis.z < NEARLY_BACKWARD;

@@ -1,7 +1,7 @@
-//! A moving body, its joint, and what the joint's coordinates do.
+//! A moving body, its joint, and the coordinates of the joint.
 //!
-//! A joint either has coordinates of its own or follows another joint. The functions here are the only place that knows the
-//! difference: algorithms hand over the whole of `q`, `v` or `τ`, and the body takes its part.
+//! A joint has its own coordinates, or is a mimic joint. Only the functions here distinguish both cases: algorithms pass the whole of `q`, `v` or
+//! `τ`, and the body selects its part.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -16,14 +16,14 @@ use crate::spatial::linear::lift_vector;
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
-/// A moving body with the joint that carries it.
+/// A moving body with its joint.
 ///
 /// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<P> {
-    /// The body that carries this one; `None` is the world.
+    /// The parent body; `None` is the world.
     pub parent: Option<BodyId>,
-    /// Kind of the joint that carries the body.
+    /// Kind of the joint of the body.
     pub joint: JointKind,
     /// Pose `X_PJ` of the joint frame in the parent body (or the world).
     pub placement: Transform<P>,
@@ -33,7 +33,7 @@ pub struct Body<P> {
     pub q: usize,
     /// Index of the joint's first velocity coordinate; of a mimic joint, that of its leader.
     pub v: usize,
-    /// Coupling to the joint that this one follows; `None` for a joint with coordinates of its own.
+    /// Coupling of a mimic joint to its leader; `None` for a joint with its own coordinates.
     pub coupling: Option<Coupling<P>>,
     /// Index one past the last body of the subtree that starts here.
     pub subtree_end: usize,
@@ -61,11 +61,11 @@ impl<P: Scalar> Body<P> {
     pub fn place<T: Over<P>>(&self, q: &[T]) -> Transform<T> {
         match self.coupling {
             None => self.joint.compose(&self.placement, &q[q_range(self)]),
-            Some(coupling) => self.place_follower(coupling, q),
+            Some(coupling) => self.place_mimic(coupling, q),
         }
     }
 
-    /// [`place`](Self::place) with the sines and cosines of all of `q`, which are faster computed together.
+    /// [`place`](Self::place) with the sines and cosines of all of `q`, which are computed together for speed.
     #[inline(always)]
     pub(crate) fn place_turned<T: Over<P>>(&self, q: &[T], sin_cos: &[(T, T)]) -> Transform<T> {
         match self.coupling {
@@ -74,18 +74,18 @@ impl<P: Scalar> Body<P> {
                 self.joint
                     .compose_turned(&self.placement, own, || sin_cos[self.q])
             }
-            Some(coupling) => self.place_follower(coupling, q),
+            Some(coupling) => self.place_mimic(coupling, q),
         }
     }
 
     /// As numbers, so that the poses of other bodies stay in registers: they would else share memory with this one.
     #[inline(always)]
-    fn place_follower<T: Over<P>>(&self, at: Coupling<P>, q: &[T]) -> Transform<T> {
-        Transform::from_entries(self.compose_follower(at, q))
+    fn place_mimic<T: Over<P>>(&self, at: Coupling<P>, q: &[T]) -> Transform<T> {
+        Transform::from_entries(self.compose_mimic(at, q))
     }
 
     #[inline(never)]
-    fn compose_follower<T: Over<P>>(
+    fn compose_mimic<T: Over<P>>(
         &self,
         Coupling { ratio, offset }: Coupling<P>,
         q: &[T],
@@ -94,8 +94,8 @@ impl<P: Scalar> Body<P> {
         self.joint.compose(&self.placement, &followed).to_entries()
     }
 
-    /// The point c of the body by which a step of Euler moves it, in the body frame, m: of joints whose linear velocity turns with the body the centre
-    /// of mass, where there is mass; else zero.
+    /// The point c of the body that an Euler step moves, in the body frame, m: the centre of mass for joints with a linear velocity in body axes, if
+    /// there is mass; otherwise zero.
     pub(crate) fn center<T: Over<P>>(&self) -> Vector3<T> {
         if !self.joint.turns_with_body() {
             return Vector3::zeros();
@@ -112,14 +112,14 @@ impl<P: Scalar> Body<P> {
         mass.select_lt(least, P::zero(), per_mass)
     }
 
-    /// [`JointKind::turning`] about the centre of mass at the robot's velocity `v`: hands each coordinate with what turns along it to `each`.
+    /// [`JointKind::turning`] about the centre of mass at the velocity `v` of the robot: passes each coordinate with its value to `each`.
     #[inline(always)]
     pub(crate) fn turning<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T)) {
         let own = &v[v_range(self)];
         (self.joint).turning(&self.center(), own, |k, x| each(self.v + k, x));
     }
 
-    /// The velocity after a step of Euler with the acceleration `a`, along the axes of before it; all of the robot's coordinates.
+    /// The velocity after an Euler step with the acceleration `a`, along the axes of before it; all of the robot's coordinates.
     #[inline(always)]
     pub(crate) fn step_velocity<T: Over<P>>(&self, v: &[T], a: &[T], dt: P, next_v: &mut [T]) {
         let own = v_range(self);
@@ -127,7 +127,7 @@ impl<P: Scalar> Body<P> {
         (self.joint).step_velocity(&self.center(), v, a, dt, next_v);
     }
 
-    /// Hands each pair of a linear and an angular coordinate, with their ratio x, to `each`: while the body turns about its centre of mass and that
+    /// Passes each pair of a linear and an angular coordinate, with their ratio x, to `each`: while the body turns about its centre of mass and that
     /// rests in the joint frame, the rate of the former is the sum of all x times the latter. None of kinds whose linear velocity does not turn with
     /// the body.
     pub(crate) fn each_spin<T: Over<P>>(&self, mut each: impl FnMut(usize, usize, T)) {
@@ -196,7 +196,7 @@ impl<P: Scalar> Body<P> {
         }
     }
 
-    /// Projects a spatial force, Sᵀ F: hands what a spatial force on the body, in the body frame, does along each of the robot's coordinates to
+    /// Projects a spatial force, Sᵀ F: passes the component of a spatial force on the body, in the body frame, along each of the robot's coordinates to
     /// `each(coordinate, force)`.
     #[inline(always)]
     pub(crate) fn project<T: Over<P>>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {

@@ -1,4 +1,4 @@
-//! Building a model from links, joints and frames, in any order, by name.
+//! Builder of models from named links, joints and frames, in any order.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -10,11 +10,10 @@ use crate::error::SourcePosition;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Gravity in the world where nothing else is said, m/s²: 9.81 downwards along z.
+/// Default gravity in the world, m/s²: 9.81 downwards along z.
 pub const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// Description of a link for a [`ModelBuilder`]: name, inertia and shapes, in the frame of the link. Numbers are checked when the model is
-/// [built](ModelBuilder::build).
+/// Description of a link for a [`ModelBuilder`]: name, inertia and shapes, in the frame of the link. [`ModelBuilder::build`] checks the values.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LinkSpec {
@@ -22,11 +21,11 @@ pub struct LinkSpec {
     pub name: String,
     /// Inertia of the link in its own frame, about the origin.
     pub inertia: Inertia<f64>,
-    /// Visual shapes, to show.
+    /// Visual shapes.
     pub visuals: Vec<Visual>,
-    /// Collision shapes, to touch.
+    /// Collision shapes.
     pub collisions: Vec<Collision>,
-    /// A bitmask of each collision shape, in their order, all bits where there is none: two shapes collide where these have a bit in common.
+    /// A bitmask for each collision shape, in their order; all bits by default. Two shapes collide if their bitmasks have a common bit.
     pub collide_bitmasks: Vec<u16>,
     /// Whether gravity acts on the link.
     pub has_gravity: bool,
@@ -47,7 +46,7 @@ impl LinkSpec {
         }
     }
 
-    /// Lets gravity not act on the link: it has inertia and no weight, as for a part that is balanced or floats.
+    /// Switches off gravity for the link: it has inertia but no weight, for a balanced or buoyant part.
     ///
     /// # Examples
     /// ```
@@ -85,14 +84,14 @@ impl LinkSpec {
         self.with_inertia(Inertia::from_com(mass, &com.into(), &about_com))
     }
 
-    /// Adds a shape to show; it has no part in the motion.
+    /// Adds a visual shape, which has no effect on the motion.
     #[must_use]
     pub fn with_visual(mut self, visual: Visual) -> Self {
         self.visuals.push(visual);
         self
     }
 
-    /// Adds a shape with which the link touches the ground, see [`Contacts`](crate::contact::Contacts).
+    /// Adds a collision shape, see [`Contacts`](crate::contact::Contacts).
     #[must_use]
     pub fn with_collision(mut self, collision: Collision) -> Self {
         self.collisions.push(collision);
@@ -100,8 +99,8 @@ impl LinkSpec {
     }
 }
 
-/// Description of a joint for a [`ModelBuilder`]: kind, the links that it connects, pose in the parent link, axis, limits, and the forces along it.
-/// Numbers are checked when the model is [built](ModelBuilder::build).
+/// Description of a joint for a [`ModelBuilder`]: kind, the two links, pose in the parent link, axis, limits, and the forces along it.
+/// [`ModelBuilder::build`] checks the values.
 ///
 /// # Examples
 /// ```
@@ -120,13 +119,13 @@ pub struct JointSpec {
     pub name: String,
     /// Kind of the joint.
     pub kind: JointKind,
-    /// Name of the link that carries the joint.
+    /// Name of the parent link.
     pub parent: String,
-    /// Name of the link that the joint moves.
+    /// Name of the child link, which the joint moves.
     pub child: String,
-    /// Pose of the joint in the parent link, which is that of the child link at zero.
+    /// Pose of the joint in the parent link; at zero it is the pose of the child link.
     pub placement: Transform<f64>,
-    /// Axis of the joint in the frame of the child link, of any length; of no meaning where the kind has none.
+    /// Axis of the joint in the frame of the child link, of any length; ignored for kinds without an axis.
     pub axis: Vector3<f64>,
     /// Limits of the joint.
     pub limits: Limits,
@@ -138,7 +137,7 @@ pub struct JointSpec {
     pub armature: f64,
     /// Spring along the joint; stiffness zero for none.
     pub spring: Spring<f64>,
-    /// Joint that this one follows, with ratio and offset; `None` for joints that move by themselves.
+    /// Leader of a mimic joint, with ratio and offset; `None` for independent joints.
     pub mimic: Option<Mimic>,
     /// The second axis of a universal joint.
     pub second: Option<SecondAxis>,
@@ -203,14 +202,14 @@ impl JointSpec {
         self.with_placement(Transform::from_translation(translation.into()))
     }
 
-    /// Sets the axis in the joint frame: of rotation, of translation, or normal to the plane. Any length but zero.
+    /// Sets the axis in the joint frame: of rotation, of translation, or normal to the plane. Any length except zero.
     #[must_use]
     pub fn with_axis(mut self, axis: [f64; 3]) -> Self {
         self.axis = axis.into();
         self
     }
 
-    /// Sets the second axis of a universal joint, and what acts along it.
+    /// Sets the second axis of a universal joint, with its limits and forces.
     #[must_use]
     pub fn with_second_axis(mut self, second: SecondAxis) -> Self {
         self.second = Some(second);
@@ -283,15 +282,15 @@ impl JointSpec {
         }
     }
 
-    /// Makes the joint passive: a [`Simulator`](crate::Simulator) gives it no input, unless it is among the
-    /// [actuated joints](crate::Simulator::with_actuated_joints) that are named.
+    /// Makes the joint passive: by default a [`Simulator`](crate::Simulator) gives it no input.
+    /// [`Simulator::with_actuated_joints`](crate::Simulator::with_actuated_joints) overrides this.
     #[must_use]
     pub fn passive(mut self) -> Self {
         self.is_passive = true;
         self
     }
 
-    /// Makes the joint follow another one; see [`Mimicry`] for what becomes of its coordinate.
+    /// Makes the joint a mimic joint; see [`Mimicry`] for its coordinate.
     #[must_use]
     pub fn with_mimic(mut self, mimic: Mimic) -> Self {
         self.mimic = Some(mimic);
@@ -299,7 +298,7 @@ impl JointSpec {
     }
 }
 
-/// A number of one degree of freedom of a joint that has several, or of the floating base, which has no joint to hold it.
+/// A parameter of one degree of freedom of a joint with several, or of the floating base, which has no named joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Override {
     /// The joint; `None` is the floating base.
@@ -361,13 +360,13 @@ impl PartialEq for Positions {
     }
 }
 
-/// Treatment of joints that mimic others.
+/// Treatment of mimic joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimicry {
-    /// Followers move with their leaders and have no coordinates.
+    /// Mimic joints move with their leaders and have no coordinates.
     #[default]
     Coupled,
-    /// Followers move independently, with coordinates of their own.
+    /// Mimic joints move independently, with their own coordinates.
     Independent,
 }
 
@@ -396,7 +395,7 @@ impl ModelBuilder {
         }
     }
 
-    /// Says where a joint, or else a link or frame, stands, for errors.
+    /// Sets the source position of a joint, otherwise of a link or frame, for errors.
     pub(crate) fn set_position(&mut self, is_joint: bool, name: &str, at: SourcePosition) {
         let own = match is_joint {
             true => &mut self.positions.joints,
@@ -405,7 +404,7 @@ impl ModelBuilder {
         own.entry(name.into()).or_insert(at);
     }
 
-    /// Where an element stands: of its own, or the whole.
+    /// Source position of an element, or of the whole description.
     pub(super) fn position(&self, element: &str, name: &str) -> SourcePosition {
         let own = match element {
             "joint" => &self.positions.joints,
@@ -418,14 +417,14 @@ impl ModelBuilder {
         own.get(name).cloned().unwrap_or_else(whole)
     }
 
-    /// Sets what errors name as their source: a path, say.
+    /// Sets the source in error messages, for example a path.
     #[must_use]
     pub fn with_source(mut self, source: impl Into<String>) -> Self {
         self.source = source.into();
         self
     }
 
-    /// Sets gravity in the world, m/s²; [`DEFAULT_GRAVITY`] otherwise.
+    /// Sets gravity in the world, m/s²; [`DEFAULT_GRAVITY`] by default.
     #[must_use]
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity.into();
@@ -439,7 +438,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Sets what becomes of joints that mimic others.
+    /// Sets the treatment of mimic joints.
     #[must_use]
     pub fn with_mimicry(mut self, mimicry: Mimicry) -> Self {
         self.mimicry = mimicry;
@@ -458,7 +457,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Puts other joints in the place of all.
+    /// Replaces all joints.
     pub(crate) fn set_joints(&mut self, joints: Vec<JointSpec>) {
         self.joints = joints;
     }

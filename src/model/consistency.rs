@@ -1,4 +1,4 @@
-//! Whether an inertia can be that of a body.
+//! Physical consistency of inertias.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
 
-/// Property of an inertia that no distribution of mass can have.
+/// Violation of physical consistency of an inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum InertiaFlaw {
@@ -88,8 +88,7 @@ pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
 }
 
 impl Model<f64> {
-    /// The links whose inertia no body can have, with what is wrong; edits of the model count, as in
-    /// [`to_builder`](Self::to_builder).
+    /// Returns the links with physically inconsistent inertias, each with the violation. Includes edits of the model, as in [`to_builder`](Self::to_builder).
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
         let builder = self.to_builder();
         let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())

@@ -1,4 +1,4 @@
-//! Coordinates of each joint, and what acts along them.
+//! Coordinates of each joint, with damping, armature and springs.
 
 use std::collections::HashMap;
 
@@ -91,7 +91,7 @@ impl Coordinates {
         self.springs.resize(n, along.spring);
     }
 
-    /// Adds what acts along a mimic joint to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.
+    /// Adds damping, armature and spring of a mimic joint to those of its leader: with q = r `q_l` + o, forces by r, rates by r.
     fn couple(&mut self, v: usize, spec: &JointSpec, Coupling { ratio, offset }: Coupling) {
         self.damping[v] += ratio * ratio * spec.damping;
         self.armature[v] += ratio * ratio * spec.armature;
@@ -114,7 +114,7 @@ struct Leaders<'a> {
     builder: &'a ModelBuilder,
     specs: &'a [&'a JointSpec],
     joint_of_name: HashMap<&'a str, usize>,
-    /// Leader of each joint; `None` where it has not been asked for.
+    /// Leader of each joint; `None` if not yet computed.
     found: Vec<Option<(usize, Coupling)>>,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Leaders<'a> {
             };
             chain.push((at, mimic));
             if chain.len() > self.specs.len() {
-                let reason = "the joints follow one another in a circle";
+                let reason = "the mimic joints form a cycle";
                 return Err(invalid(self.builder, self.specs[j], reason));
             }
             let leader = self.joint_of_name.get(mimic.leader.as_str());
@@ -241,7 +241,7 @@ mod tests {
         let mut circle = chain(4);
         circle.joints[3].mimic = circle.joints[1].mimic.clone();
         let error = circle.build().unwrap_err().to_string();
-        assert!(error.contains("in a circle"), "{error}");
+        assert!(error.contains("form a cycle"), "{error}");
         let mut fixed = chain(4);
         fixed.joints[3].kind = JointKind::Fixed;
         let error = fixed.build().unwrap_err().to_string();

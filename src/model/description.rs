@@ -1,9 +1,8 @@
-//! The description that a model was built from, and how it stays true when the model is edited.
+//! The description of a model, updated by edits of the model.
 //!
-//! A model merges links into bodies. Its description keeps them apart: every link with its own inertia, every joint with those that
-//! are fixed, every frame. Edits of the merged numbers ([`Model::with_inertia`], [`Model::with_gravity`],
-//! [`Model::with_damping`]) are carried back by [`Model::to_builder`], so that the description never says anything else than the
-//! model.
+//! A model merges links into bodies. Its description keeps them separate: all links with their own inertia, all joints including fixed ones, all
+//! frames. [`Model::to_builder`] transfers edits of merged parameters ([`Model::with_inertia`], [`Model::with_gravity`], [`Model::with_damping`]) to
+//! the description, so that it always agrees with the model.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -79,11 +78,9 @@ impl ModelBuilder {
 }
 
 impl Model<f64> {
-    /// The description of the robot: what it was built from, with every later edit. Building it gives the same robot again,
-    /// equal in every number; edited inertias to rounding.
+    /// Returns the description of the robot with all later edits. Building it gives an equal robot; edited inertias are equal to rounding.
     ///
-    /// The inertia of a body that [`with_inertia`](Self::with_inertia) changed stands on the first link of the body; the links
-    /// fixed to that one become massless.
+    /// For a body that [`with_inertia`](Self::with_inertia) changed, the first link has the whole inertia; the links fixed to it become massless.
     ///
     /// Cost: linear in the number of links; allocates.
     ///
@@ -192,7 +189,7 @@ impl Model<f64> {
         }
     }
 
-    /// Notes the numbers of a joint's axes where they are not the same for all.
+    /// Stores the parameters of the axes of a joint if they differ.
     fn describe_axes(&self, builder: &mut ModelBuilder, joint: Option<&str>, axes: Range<usize>) {
         // The base has nothing but what is noted here.
         let usual = |x: &[f64]| if joint.is_some() { x[axes.start] } else { 0.0 };
@@ -211,7 +208,7 @@ impl Model<f64> {
 }
 
 impl<P: Scalar> Model<P> {
-    /// Sets the numbers that single degrees of freedom have for themselves.
+    /// Sets the parameters of individual degrees of freedom.
     pub(super) fn apply_overrides(&mut self, overrides: &[Override]) {
         for edit in overrides {
             let first = match &edit.joint {

@@ -2,8 +2,8 @@
 
 use super::Model;
 
-/// Two robots are equal if all their parts and numbers are: names, joints, bodies, frames, links with their shapes, gravity. The file that a
-/// robot was read from, and how it was edited, do not count.
+/// Two robots are equal if all their parts and parameters are equal: names, joints, bodies, frames, links with their shapes, gravity. Source file and
+/// edit history are ignored.
 impl PartialEq for Model {
     fn eq(&self, other: &Self) -> bool {
         (&self.name, self.gravity, &self.bodies, &self.frames)

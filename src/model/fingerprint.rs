@@ -1,4 +1,4 @@
-//! A number by which a robot is known again.
+//! Fingerprint of a robot.
 
 use super::Model;
 use crate::scalar::Scalar;
@@ -8,10 +8,10 @@ const START: u64 = 0xcbf2_9ce4_8422_2325;
 const FACTOR: u64 = 0x0100_0000_01b3;
 
 impl<P: Scalar> Model<P> {
-    /// A number that is the same for a robot whenever it is loaded, and in all likelihood another one for any other
-    /// robot, or when a number, a name or the tree has changed: what is made of a robot, and kept, is known by it.
+    /// Returns a hash of the robot: equal each time the robot is loaded, and with high probability different for another robot or after a change of a
+    /// parameter, a name or the tree. Use it as a key for cached data of a robot.
     ///
-    /// Numbers that are [not known yet](Scalar::has_value) do not count.
+    /// Values that are [not known yet](Scalar::has_value) are ignored.
     ///
     /// # Examples
     /// ```

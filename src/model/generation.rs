@@ -1,4 +1,4 @@
-//! Identity of a model's numbers.
+//! Identity of the parameters of a model.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ impl Generation {
     }
 }
 
-/// Prints without the number, which says nothing of the model: equal robots print alike.
+/// Prints without the identity, so that equal robots print equally.
 impl fmt::Debug for Generation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Generation")

@@ -1,4 +1,4 @@
-//! Graph of links and joints: finds the root of the tree, loops, and where the base is.
+//! Graph of links and joints: finds the root of the tree, loops, and the base.
 
 use std::collections::HashMap;
 

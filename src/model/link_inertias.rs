@@ -1,21 +1,21 @@
-//! Masses and inertias link by link, where several links make up one body.
+//! Masses and inertias of individual links.
 
 use super::Model;
 use crate::error::UnknownName;
 use crate::spatial::Inertia;
 
 impl Model<f64> {
-    /// Inertia of a link in its own frame, about the origin of that: its mass, [centre of mass](Inertia::com) and the
-    /// matrix 6 × 6 ([`Inertia::to_matrix`]) follow.
+    /// Returns the inertia of a link in its own frame, about its origin; it contains mass, [centre of mass](Inertia::com) and the 6 × 6 matrix
+    /// ([`Inertia::to_matrix`]).
     ///
-    /// That of the link alone, as the description has it, where links fixed to one another are one body; links that are
-    /// fixed to the world have theirs too. Of a body whose inertia was [changed](Self::with_inertia), the first link has all of it.
+    /// It is that of the link alone in the description, also if several fixed links form one body, and also for links that are fixed to the world.
+    /// For a body with a [changed](Self::with_inertia) inertia, the first link has all of it.
     ///
-    /// Costs a [description](Self::to_builder), linear in the number of links; allocates. For several links,
-    /// [`link_inertias`](Self::link_inertias) is as cheap as for one.
+    /// Builds a [description](Self::to_builder), linear in the number of links; allocates. For several links, [`link_inertias`](Self::link_inertias)
+    /// costs as much as for one.
     ///
     /// # Errors
-    /// If there is no link of the name.
+    /// If there is no link with this name.
     ///
     /// # Examples
     /// ```
@@ -37,7 +37,7 @@ impl Model<f64> {
         Ok(self.link_inertias()[place.ok_or_else(unknown)?])
     }
 
-    /// Inertia of each link in its own frame, about the origin of that, in the order of [`links`](Self::links); see
+    /// Returns the inertia of each link in its own frame, about its origin, in the order of [`links`](Self::links); see
     /// [`link_inertia`](Self::link_inertia). Allocates.
     pub fn link_inertias(&self) -> Vec<Inertia<f64>> {
         let builder = self.to_builder();

@@ -45,7 +45,7 @@ impl<P: Scalar> Model<P> {
     }
 
     /// Computes a step of semi-implicit Euler from configuration `q` and velocity `v` with the acceleration `a` held for the time `dt` (s), joint
-    /// by joint; see [`JointKind::advance`]. Where linear velocities turn with the body, it is the centre of mass that is stepped.
+    /// by joint; see [`JointKind::advance`]. For linear velocities in body axes the step moves the centre of mass.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -132,8 +132,8 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// A random configuration: within the position limits where a joint has both, else within half a turn or 1 m of zero and moved
-    /// into the limit that there is; rotations are uniform on SO(3).
+    /// A random configuration: within the position limits of joints with both limits, otherwise within ±π or ±1 m and clamped to an existing limit;
+    /// rotations are uniform on SO(3).
     pub fn random_configuration<R: Rng + ?Sized>(&self, rng: &mut R) -> DVector<f64> {
         let mut q = DVector::zeros(self.nq());
         for body in self.independent() {
@@ -159,8 +159,7 @@ impl<P: Scalar> Model<P> {
         q
     }
 
-    /// A random velocity (length `nv`): every coordinate uniform in ±`speed` (rad/s or m/s), or within the speed limits of its
-    /// joint and of those that follow it where they are less.
+    /// A random velocity (length `nv`): each coordinate uniform in ±`speed` (rad/s or m/s), and within the speed limits of its joint and its mimic joints.
     ///
     /// # Panics
     /// If `speed` is negative or not finite.

@@ -1,4 +1,4 @@
-//! Derivatives of moves and differences of configurations, in the entries of the configuration.
+//! Derivatives of ⊕ and ⊖ in the entries of the configuration.
 
 use nalgebra::{DMatrix, DVector};
 

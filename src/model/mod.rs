@@ -1,31 +1,31 @@
 //! The robot: an immutable tree of bodies over model data `P`.
 //!
-//! A [`Model`] lists its moving bodies in depth-first order: parents come before children and each subtree is contiguous. Links
-//! that are fixed to one another are one body; every link keeps a frame with its name. Models are built as `Model<f64>`, by
-//! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
+//! A [`Model`] lists its moving bodies in depth-first order: parents come before children and each subtree is contiguous. Links that are fixed to
+//! each other form one body; each link keeps a frame with its name. Models are built as `Model<f64>`, by [`ModelBuilder`] or from a file;
+//! [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
 //!
 //! With n the number of bodies or links:
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | how is a robot made in code? | [`ModelBuilder`], [`LinkSpec`], [`JointSpec`] | O(n) | |
-//! | small robots to try things on? | [`samples`] | O(n) | |
+//! | build a robot in code? | [`ModelBuilder`], [`LinkSpec`], [`JointSpec`] | O(n) | |
+//! | small example robots? | [`samples`] | O(n) | |
 //! | several robots and objects in one model? | [`World`], [`Object`] | O(n) | |
-//! | where in q and v is a joint? | [`Model::find_joint`], then [`Model::joint_q`], [`Model::joint_v`] | O(n) by name, then O(1) | |
-//! | which frame has this name? | [`Model::find_frame`] | O(n) | |
-//! | how does a configuration move, how far apart are two? | [`Model::integrate`], [`Model::difference`], [`Model::interpolate`] | O(n) | [Murray, Li, Sastry 1994, chapter 2] |
-//! | a random one? | [`Model::random_configuration`], [`Model::random_velocity`] | O(n) | [Shoemake 1992] |
-//! | what numbers does the dynamics depend on? | [`Model::parameters`], [`Model::parameter_layout`] | O(n) | |
-//! | the same robot with others, or over another scalar? | [`Model::with_parameters`], [`Model::with_some_parameters`], [`Model::cast`] | O(n) | |
-//! | with joints locked, parts attached, another scale or mass? | [`Model::with_locked_joints`], [`Model::with_attached`], [`Model::scaled`], [`Model::with_link_mass`] | O(n), built anew | |
-//! | with links of other lengths, radii, densities, over any scalar? | [`Hardware`] | O(n), built anew | |
+//! | coordinates of a joint in q and v? | [`Model::find_joint`], then [`Model::joint_q`], [`Model::joint_v`] | O(n) by name, then O(1) | |
+//! | a frame by name? | [`Model::find_frame`] | O(n) | |
+//! | motion, difference and interpolation of configurations? | [`Model::integrate`], [`Model::difference`], [`Model::interpolate`] | O(n) | [Murray, Li, Sastry 1994, chapter 2] |
+//! | a random configuration or velocity? | [`Model::random_configuration`], [`Model::random_velocity`] | O(n) | [Shoemake 1992] |
+//! | parameters of the dynamics? | [`Model::parameters`], [`Model::parameter_layout`] | O(n) | |
+//! | the robot with other parameters, or over another scalar? | [`Model::with_parameters`], [`Model::with_some_parameters`], [`Model::cast`] | O(n) | |
+//! | locked joints, attached parts, another scale or mass? | [`Model::with_locked_joints`], [`Model::with_attached`], [`Model::scaled`], [`Model::with_link_mass`] | O(n), built anew | |
+//! | lengths, radii and densities of links as design parameters? | [`Hardware`] | O(n), built anew | |
 //! | mass, centre of mass, inertia of a link? | [`Model::link_inertia`], [`Model::link_inertias`] | O(n) | |
-//! | derivatives of moves in the numbers of q? | [`Model::integrate_jacobian`], [`Model::difference_jacobian`] | O(nv · nq) | |
-//! | is an inertia that of a body? | [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
-//! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
-//! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
-//! | from what was it built? | [`Model::to_builder`] | O(n) | |
-//! | is it still the same one? | [`Model::fingerprint`] | O(n) | |
+//! | derivatives of ⊕ and ⊖ in the entries of q? | [`Model::integrate_jacobian`], [`Model::difference_jacobian`] | O(nv · nq) | |
+//! | are the inertias physically consistent? | [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
+//! | is the mass matrix regular? | [`Model::check_mass_matrix`] | O(n) if all bodies are solid, otherwise up to O(nv³) | |
+//! | the tree as text? | [`Model::tree`] | O(n) | |
+//! | the description of a model? | [`Model::to_builder`] | O(n) | |
+//! | a hash of a robot? | [`Model::fingerprint`] | O(n) | |
 
 mod assembly;
 mod axes;
@@ -135,10 +135,10 @@ impl<P: Scalar> Model<P> {
         &self.name
     }
 
-    /// Remarks of the reader of its file, a sentence each: which base it has and why, that limits act in some simulators only, what was read but
-    /// may not mean what its author wanted, and what of the file the model does not use. Empty for robots that are built in code.
+    /// Remarks from loading the file, one sentence each: the base and its reason, limits that act only in some simulators, ambiguous content, and
+    /// content that the model does not use. Empty for robots that are built in code.
     ///
-    /// They are the lines of the `ImportReport` that `ModelOptions` gives beside a model, for those who load without it.
+    /// They are the lines of the `ImportReport` that `ModelOptions` returns with a model.
     ///
     /// # Examples
     /// ```
@@ -171,13 +171,13 @@ impl<P: Scalar> Model<P> {
         self.damping.len()
     }
 
-    /// Number of moving bodies; the world and what is fixed to it do not count.
+    /// Number of moving bodies, without the world and links fixed to it.
     #[inline]
     pub fn n_bodies(&self) -> usize {
         self.bodies.len()
     }
 
-    /// Number of named joints; that of a floating base and fixed joints do not count.
+    /// Number of named joints, without the joint of a floating base and fixed joints.
     pub fn n_joints(&self) -> usize {
         self.joints.len()
     }
@@ -292,7 +292,7 @@ impl<P: Scalar> Model<P> {
             .map_or(!self.bodies.is_empty(), |first| first.bodies().start != 0)
     }
 
-    /// Mass of all moving bodies, kg; what is fixed to the world does not count.
+    /// Mass of all moving bodies, kg, without links fixed to the world.
     pub fn total_mass(&self) -> P {
         self.bodies
             .iter()
@@ -328,7 +328,7 @@ impl<P: Scalar> Model<P> {
             .collect()
     }
 
-    /// Finds a joint by its name; `None` if there is none, and for fixed joints, which are part of a body.
+    /// Finds a joint by name; `None` if it does not exist, and for fixed joints, which are part of a body.
     pub fn joint(&self, name: &str) -> Option<JointId> {
         self.joints
             .iter()
@@ -336,7 +336,7 @@ impl<P: Scalar> Model<P> {
             .map(JointId)
     }
 
-    /// Finds a frame by its name; each link is one. `None` if there is none.
+    /// Finds a frame or link by name; `None` if it does not exist.
     pub fn frame(&self, name: &str) -> Option<FrameId> {
         self.frames
             .iter()
@@ -344,7 +344,7 @@ impl<P: Scalar> Model<P> {
             .map(FrameId)
     }
 
-    /// Finds a joint by its name, with an error that lists the names that there are.
+    /// Finds a joint by name; the error lists the existing names.
     ///
     /// # Errors
     /// If there is no such joint.
@@ -357,7 +357,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Finds a frame by its name, with an error that lists the names that there are.
+    /// Finds a frame or link by name; the error lists the existing names.
     ///
     /// # Errors
     /// If there is no such frame.
@@ -370,8 +370,8 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// The frame of the first link on a body: the frame by which a body is reached, as its own has no name. Of the first body of a universal
-    /// joint, which has no link, the frame of the cross.
+    /// The frame of the first link on a body. (The body frame itself has no name.) For the first body of a universal joint, which has no link, it is
+    /// the frame of the cross.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -400,7 +400,7 @@ impl<P: Scalar> Model<P> {
         self.joint_of(joint).body
     }
 
-    /// The bodies that a joint moves by coordinates of its own: two for a universal joint, the outer one last, else one.
+    /// The bodies of a joint: two for a universal joint, the outer one last, otherwise one.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -431,7 +431,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Indices of a joint's coordinates in q; a joint that follows another has those of its leader.
+    /// Indices of a joint's coordinates in q; a mimic joint has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -440,7 +440,7 @@ impl<P: Scalar> Model<P> {
         bodies[0].q..bodies[0].q + bodies.iter().map(|body| body.joint.nq()).sum::<usize>()
     }
 
-    /// Indices of a joint's coordinates in v, τ and every tangent vector; a joint that follows another has those of its leader.
+    /// Indices of a joint's coordinates in v, τ and all tangent vectors; a mimic joint has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -457,10 +457,10 @@ impl<P: Scalar> Model<P> {
         &self.joint_of(joint).limits
     }
 
-    /// Returns the robot with another inertia of one body (in the body frame), for all links on it together.
+    /// Returns the robot with another inertia of one body (in the body frame), the sum over its links.
     ///
     /// # Panics
-    /// If the id is not one of this model, a number is not finite, or the mass is negative.
+    /// If the id is not one of this model, an entry is not finite, or the mass is negative.
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.body(body);
@@ -473,8 +473,7 @@ impl<P: Scalar> Model<P> {
     /// Returns the robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
     ///
     /// # Panics
-    /// If the id is not one of this model, is its floating base or the second body of a universal joint, which are not placed, or if a
-    /// number is not finite.
+    /// If the id is not one of this model, or is its floating base or the second body of a universal joint, which have no placement. If an entry is not finite.
     #[must_use]
     pub fn with_placement(mut self, body: BodyId, placement: Transform<P>) -> Self {
         self.body(body);
@@ -499,7 +498,7 @@ impl<P: Scalar> Model<P> {
     /// Returns the robot with another gravity, m/s².
     ///
     /// # Panics
-    /// If a number is not finite.
+    /// If an entry is not finite.
     #[must_use]
     pub fn with_gravity(mut self, gravity: Vector3<P>) -> Self {
         for &x in &gravity {

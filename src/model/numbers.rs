@@ -1,4 +1,4 @@
-//! Parameters of a description from which a tree is built, over any scalar.
+//! Parameters of a description, over any scalar.
 
 use super::ModelBuilder;
 use crate::scalar::Scalar;
@@ -16,7 +16,7 @@ pub(super) struct Numbers<T> {
 }
 
 impl<T: Scalar> Numbers<T> {
-    /// The numbers that the description has.
+    /// The parameters of the description.
     pub(super) fn of(builder: &ModelBuilder) -> Self {
         let links = builder.links.iter();
         let joints = builder.joints.iter();

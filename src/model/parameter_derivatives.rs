@@ -9,10 +9,10 @@ use crate::scalar::Dual;
 use crate::spatial::{SPATIAL, Transform};
 
 impl<const N: usize> Model<Dual<f64, N>> {
-    /// Derivatives of all [parameters](Self::parameters) (rows) in the directions of the dual numbers (columns): of a robot whose numbers are functions of
-    /// variables, the matrix whose transpose takes a gradient in the parameters to one in the variables.
+    /// Computes the derivatives of all [parameters](Self::parameters) (rows) in the directions of the dual numbers (columns), for a robot whose
+    /// parameters are functions of variables. The transpose converts a gradient in the parameters to one in the variables.
     ///
-    /// Placements are increments, as there: their rows are shift and turn along the axes of the joint or frame.
+    /// Placements are increments, as there: their rows are translation and rotation along the axes of the joint or frame.
     ///
     /// # Examples
     /// ```

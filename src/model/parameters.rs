@@ -1,21 +1,21 @@
-//! All numbers that the dynamics of a robot depend on, as one vector.
+//! The parameters of the dynamics of a robot as one vector.
 //!
-//! | group | numbers | unit |
+//! | group | parameters | unit |
 //! |---|---|---|
 //! | inertia of each body | m, hx, hy, hz, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, see [`Inertia::to_parameters`] | kg, kg·m, kg·m² |
-//! | placement of each named joint | shift x, y, z, then turn x, y, z | m, rad |
+//! | placement of each named joint | translation x, y, z, then rotation x, y, z | m, rad |
 //! | gravity | x, y, z in the world | m/s² |
-//! | damping, armature | one a velocity coordinate | N·m·s/rad, kg·m²; or N·s/m, kg |
-//! | spring of each joint with one coordinate of its own | stiffness, rest position | N·m/rad, rad; or N/m, m |
-//! | coupling of each joint that follows another one | ratio, offset | 1, rad/m or m/rad; rad or m |
-//! | placement of each frame on its body | shift x, y, z, then turn x, y, z | m, rad |
+//! | damping, armature | one per velocity coordinate | N·m·s/rad, kg·m²; or N·s/m, kg |
+//! | spring of each joint with one coordinate | stiffness, rest position | N·m/rad, rad; or N/m, m |
+//! | coupling of each mimic joint | ratio, offset | 1, rad/m or m/rad; rad or m |
+//! | placement of each frame on its body | translation x, y, z, then rotation x, y, z | m, rad |
 //!
-//! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)) with the pose `X_PJ` that the model has, shifted by p and turned
-//! by φ, both along the axes of the joint, whose z axis is that of its motion; that of a frame likewise, along its own axes. So zero is the unchanged robot, the derivative at zero
-//! is that in calibration errors, and no number is redundant as those of a rotation matrix are.
+//! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)), the pose `X_PJ` of the model moved by p and rotated by φ, both along the
+//! axes of the joint (z is the axis of its motion). Frames are moved likewise, along their own axes. So zero is the unchanged robot, the derivative
+//! at zero is that in calibration errors, and no parameter is redundant, unlike the entries of a rotation matrix.
 //!
-//! Ratio and offset of a mimic joint say how it moves; its share of damping, armature and spring of the leading coordinate is part of
-//! these, and does not change with its ratio.
+//! Ratio and offset of a mimic joint define its motion only. Its share of damping, armature and spring is part of the parameters of its leader, and
+//! does not change with its ratio.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -28,12 +28,12 @@ use crate::numbers::{Domain, Each, EachIn, Number, Numbers as _, each_named, is_
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Quaternion, SPATIAL, Transform};
 
-/// Numbers that belong together in the vector of parameters; see [the table](Model::parameters).
+/// A group of parameters; see [the table](Model::parameters).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ParameterGroup {
     /// The ten standard inertial parameters of a body.
     Inertia(BodyId),
-    /// The increment of the pose of a named joint: shift, then turn.
+    /// The increment of the pose of a named joint: translation, then rotation.
     Placement(JointId),
     /// Gravity in the world.
     Gravity,
@@ -41,17 +41,17 @@ pub enum ParameterGroup {
     Damping,
     /// Rotor inertia on all velocity coordinates.
     Armature,
-    /// Stiffness and rest position of the spring along a joint with one coordinate of its own.
+    /// Stiffness and rest position of the spring along a joint with one coordinate.
     Spring(JointId),
-    /// Ratio and offset of a joint that follows another one.
+    /// Ratio and offset of a mimic joint.
     Coupling(JointId),
-    /// The increment of the pose of a frame on its body (or the world): shift, then turn. Links are frames.
+    /// The increment of the pose of a frame or link on its body (or the world): translation, then rotation.
     Frame(FrameId),
 }
 
 use ParameterGroup as Group;
 
-/// Layout of a vector of parameters: index and name of each number, and the groups that they belong to, [`ParameterGroup`] for those of a model.
+/// Layout of a parameter vector: index, name and group of each parameter ([`ParameterGroup`] for those of a model).
 #[derive(Clone, Debug)]
 pub struct ParameterLayout<G = ParameterGroup> {
     model: String,
@@ -98,10 +98,10 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
         self.names.len()
     }
 
-    /// Name of each parameter: the link, joint or world that it belongs to and the quantity, as in `forearm: mass`,
-    /// `elbow: damping`, `world: gravity z`; several of one sort are numbered, as in `ball: damping 2`.
+    /// Name of each parameter: its link, joint or world, and the quantity, as in `forearm: mass`, `elbow: damping`, `world: gravity z`; several of
+    /// one kind are numbered, as in `ball: damping 2`.
     ///
-    /// A body is called like its first link; the joint of a floating base, which has no name, `floating base`.
+    /// The name of a body is that of its first link; the joint of a floating base, which has no name, is `floating base`.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -122,10 +122,10 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
         found.map(|(_, range)| range.clone())
     }
 
-    /// Index of the number with a name.
+    /// Index of the parameter with a name.
     ///
     /// # Errors
-    /// If there is none.
+    /// If there is no parameter with this name.
     pub fn find(&self, name: &str) -> Result<usize, UnknownName> {
         let found = self.names.iter().position(|own| own == name);
         found.ok_or_else(|| UnknownName {
@@ -147,9 +147,9 @@ impl ParameterLayout {
 }
 
 impl<P: Scalar> Model<P> {
-    /// Collects all numbers that the dynamics depend on: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad;
-    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, ratios and offsets of mimic joints, placements of frames; see [`ParameterLayout`] for the position of
-    /// each. Allocates.
+    /// Returns all parameters of the dynamics: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad; zero, as they are
+    /// increments), gravity (m/s²), damping, armature, springs, ratios and offsets of mimic joints, placements of frames; see [`ParameterLayout`] for
+    /// the position of each. Allocates.
     ///
     /// [`Simulator::parameters`](crate::Simulator::parameters) adds limits, friction and contact.
     ///
@@ -168,16 +168,16 @@ impl<P: Scalar> Model<P> {
         DVector::from_vec(all)
     }
 
-    /// The robot with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
+    /// Returns the robot with other parameters, over their scalar. Over dual numbers this gives derivatives in all parameters.
     ///
-    /// Placements are relative to this model's; with `self.parameters()` it does not change.
+    /// Placements are relative to those of this model; with `self.parameters()` the robot is unchanged.
     ///
-    /// Negative masses, damping, rotors and stiffnesses are taken, though no robot has them: finite differences step over zero, where the damping
-    /// and the rotors of many robots are. Check the result of an optimiser or an identification for
-    /// [inconsistent inertias](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`](crate::spatial::Inertia::from_log_cholesky).
+    /// Negative masses, damping, rotor inertias and stiffnesses are accepted, because finite differences step below zero, the value of damping and
+    /// rotor inertia of many robots. Check the result of an optimisation or identification for [inconsistent inertias](Model::inertia_flaws), or
+    /// prevent them by [`Inertia::from_log_cholesky`](crate::spatial::Inertia::from_log_cholesky).
     ///
     /// # Panics
-    /// If there are not as many as [`parameters`](Self::parameters) gives, or if one is not finite; the message names it.
+    /// If the length differs from that of [`parameters`](Self::parameters), or a value is not finite; the message names it.
     ///
     /// # Examples
     /// ```
@@ -221,10 +221,10 @@ impl<P: Scalar> Model<P> {
         model
     }
 
-    /// The robot with some parameters changed, over their scalar: those at `indices` take `values`, the others stay.
+    /// Returns the robot with some parameters changed, over their scalar: those at `indices` get `values`, the others are unchanged.
     ///
     /// # Panics
-    /// If there are not as many values as indices, if there is no parameter with an index, or if a value is not finite.
+    /// If the numbers of values and indices differ, an index is out of range, or a value is not finite.
     pub fn with_some_parameters<Q: Over<P>>(&self, indices: &[usize], values: &[Q]) -> Model<Q> {
         assert_eq!(indices.len(), values.len(), "one value a parameter");
         let mut all = self.parameters().map(<Q as From<P>>::from);
@@ -245,7 +245,7 @@ impl<P: Scalar> Model<P> {
         out
     }
 
-    /// Hands each number with its group to `each`, group after group; the one place that says the order.
+    /// Passes each parameter with its group to `each`, group by group: this function defines the order.
     fn each_number(&mut self, each: &mut EachIn<'_, ParameterGroup, P>) {
         let along = |name| Number::new(name, name, Domain::NotNegative);
         for (i, body) in self.bodies.iter_mut().enumerate() {
@@ -291,7 +291,7 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// Name of the k-th number of a group.
+    /// Name of the k-th parameter of a group.
     fn name_of(&self, group: ParameterGroup, k: usize, name: &dyn Display) -> String {
         let of_joint = |joint: JointId| self.joints[joint.0].name.clone();
         let owner = match group {
@@ -311,7 +311,7 @@ impl<P: Scalar> Model<P> {
     }
 }
 
-/// Hands shift and turn of a pose along its own axes, zero so far, to `each`, and moves it by them.
+/// Passes translation and rotation of a pose along its own axes, initially zero, to `each`, and moves it by them.
 fn each_increment<P: Scalar>(pose: &mut Transform<P>, each: &mut Each<'_, P>) {
     const NAMES: [&str; SPATIAL] = [
         "shift x", "shift y", "shift z", "turn x", "turn y", "turn z",
@@ -321,7 +321,7 @@ fn each_increment<P: Scalar>(pose: &mut Transform<P>, each: &mut Each<'_, P>) {
     *pose = *pose * increment(&own);
 }
 
-/// The pose (p, exp(φ)) of a shift p and a turn φ.
+/// The pose (p, exp(φ)) of a translation p and a rotation vector φ.
 fn increment<P: Scalar>(x: &[P]) -> Transform<P> {
     let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
     Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]))

@@ -9,7 +9,7 @@ use crate::joint::JointKind;
 use crate::numbers::numbers;
 use crate::spatial::Transform;
 
-/// Limits of a joint; `None` is unlimited.
+/// Limits of a joint; `None` for unlimited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Least position, rad or m.
@@ -36,10 +36,10 @@ numbers! { struct Spring {
     rest: Finite("rest", "rest position of a spring"),
 } }
 
-/// A joint whose position follows another: q = multiplier · `q_leader` + offset.
+/// Coupling of a mimic joint: q = multiplier · `q_leader` + offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
-    /// Name of the joint that is followed.
+    /// Name of the leader.
     pub leader: String,
     /// Ratio of the rates.
     pub multiplier: f64,
@@ -47,10 +47,10 @@ pub struct Mimic {
     pub offset: f64,
 }
 
-/// The second axis of a universal joint, with what acts along it as [`JointSpec`](super::JointSpec) has it for the first.
+/// The second axis of a universal joint, with limits and forces as [`JointSpec`](super::JointSpec) has for the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SecondAxis {
-    /// The axis in the joint frame where the joint is at zero; it turns with the first. Not parallel to the first.
+    /// The axis in the joint frame with the joint at zero; it rotates with the first axis. Not parallel to the first.
     pub axis: Vector3<f64>,
     /// Position, velocity and effort limits.
     pub limits: Limits,
@@ -65,7 +65,7 @@ pub struct SecondAxis {
 }
 
 impl SecondAxis {
-    /// An axis of any length but zero, along which nothing acts.
+    /// Makes an axis of any length except zero, without limits and forces.
     pub fn about(axis: [f64; 3]) -> Self {
         Self {
             axis: axis.into(),
@@ -78,7 +78,7 @@ impl SecondAxis {
     }
 }
 
-/// A named joint, with what does not enter the equations of motion of a free mechanism.
+/// A named joint, with the properties that do not enter the equations of motion of a free mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Name of the joint in the description.
@@ -93,9 +93,9 @@ pub struct Joint {
     pub limits: Limits,
     /// Coulomb friction, N·m or N; of a universal joint, that of its first axis.
     pub friction: f64,
-    /// The second axis of a universal joint, as the description has it but of unit length.
+    /// The second axis of a universal joint, as in the description but of unit length.
     pub second: Option<SecondAxis>,
-    /// The joint that it should follow.
+    /// Leader of a mimic joint in the description.
     pub mimic: Option<Mimic>,
     /// Whether it has no input by default, see [`JointSpec::passive`](super::JointSpec::passive).
     pub is_passive: bool,
@@ -118,7 +118,7 @@ pub(crate) struct JointPart<'a> {
     pub(crate) friction: f64,
 }
 
-/// A named pose on a body, or on the world; links are frames too.
+/// A named pose on a body, or on the world; each link is also a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame<P> {
     /// Name of the frame; links and frames share one name space.
@@ -133,8 +133,8 @@ numbers! { struct Frame { name: kept(), body: kept(), placement: part(Transform)
 
 /// A link of the description. Several links can make up one body.
 ///
-/// Its inertia is a part of that of its body, which may have been changed since; [`Model::to_builder`](super::Model::to_builder)
-/// tells it link by link.
+/// Its inertia is a part of that of its body, which may have been changed since; [`Model::to_builder`](super::Model::to_builder) returns the inertia
+/// of each link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Frame of the link, which has the name of the link.
@@ -163,7 +163,7 @@ pub enum Geometry {
         /// Full length.
         length: f64,
     },
-    /// A cylinder about z with half spheres on its ends.
+    /// A cylinder about z with hemispheres at its ends.
     Capsule {
         /// Radius.
         radius: f64,
@@ -188,7 +188,7 @@ pub enum Geometry {
     },
 }
 
-/// A shape of a link to show; it has no part in the motion.
+/// A visual shape of a link, without effect on the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
     /// Name of the shape, where it has one.
@@ -201,7 +201,7 @@ pub struct Visual {
     pub color: Option<[f64; 4]>,
 }
 
-/// A shape with which a link touches the ground.
+/// A collision shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// Name of the shape, where it has one.
@@ -215,12 +215,12 @@ pub struct Collision {
 /// Base of a robot, fixed in the world or floating.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Base {
-    /// Fixed if the root link is called `world`, else floating.
+    /// Fixed if the root link is called `world`, otherwise floating.
     #[default]
     Auto,
     /// The root link does not move.
     Fixed,
-    /// The root link moves freely. If it is called `world`, the link fixed to it moves freely, by its one fixed joint: the frame of the
-    /// floating base is then that of the link `world` on the moving robot, and that joint's placement stays between the two.
+    /// The root link moves freely. If it is called `world`, the robot must be connected to it by one fixed joint: the frame of the floating base is
+    /// then that of the link `world`, which moves with the robot, and the placement of this joint remains.
     Floating,
 }

@@ -21,7 +21,7 @@ const MOVING: [JointKind; 8] = [
     JointKind::Universal,
 ];
 
-/// Builds a sample, whose parts are known to be right.
+/// Builds a sample, whose parts are valid.
 fn built(builder: &ModelBuilder) -> Model {
     builder
         .build()
@@ -48,7 +48,7 @@ pub fn pendulum() -> Model {
     built(&builder)
 }
 
-/// Double pendulum: two rods of 1 kg and 1 m in a row, both pivots about x, hanging at q = 0.
+/// Double pendulum: two rods of 1 kg and 1 m in series, both pivots about x, hanging at q = 0.
 pub fn double_pendulum() -> Model {
     let mut builder = ModelBuilder::new("double_pendulum");
     builder
@@ -155,8 +155,7 @@ pub fn arm() -> Model {
     built(&builder)
 }
 
-/// A random tree of `n` moving links with every kind of joint, arbitrary axes, and a fixed link on every third body. The same
-/// seed gives the same robot.
+/// A random tree of `n` moving links with all kinds of joints, arbitrary axes, and a fixed link on each third body. The same seed gives the same robot.
 ///
 /// # Panics
 /// If the robot would need more memory than the [limit](crate::memory).

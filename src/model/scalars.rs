@@ -22,7 +22,7 @@ impl<P: Scalar> Model<P> {
         self.map(&mut |x| <Q as From<P>>::from(x))
     }
 
-    /// The robot in the values of its numbers in one lane, without derivatives.
+    /// The robot with the values of its parameters in one lane, without derivatives.
     pub(crate) fn values(&self, lane: usize) -> Model {
         self.map(&mut |x| x.value(lane))
     }
@@ -67,12 +67,11 @@ impl<P: Scalar> Model<P> {
 }
 
 impl<const N: usize> Model<Lanes<N>> {
-    /// Puts `N` robots of one structure side by side, each in its lane. All that the dynamics are computed from (inertias,
-    /// placements of joints and frames, gravity, damping, armature, springs) may differ; limits, shapes and the
-    /// description are those of the first.
+    /// Packs `N` robots of equal structure into lanes. The parameters of the dynamics (inertias, placements of joints and frames, gravity, damping,
+    /// armature, springs) may differ; limits, shapes and the description are those of the first robot.
     ///
     /// # Errors
-    /// If the robots differ in more than numbers; the error names the robot and its first difference to `models[0]`.
+    /// If the structures of the robots differ; the error names the robot and its first difference from `models[0]`.
     ///
     /// # Panics
     /// If `N` is zero.

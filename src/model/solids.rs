@@ -1,4 +1,4 @@
-//! Links that are homogeneous solids: volume and inertia of shapes, and links made of one.
+//! Homogeneous solids: volume and inertia of shapes, and links that are a solid.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use super::parts::{Collision, Geometry, Visual};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
-/// Mass of a solid, given by itself or by its density.
+/// Mass of a solid, given directly or by its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mass {
     /// The mass, kg.
@@ -48,8 +48,8 @@ impl Geometry {
 
     /// The inertia of a homogeneous solid of this shape in its own frame; `None` for a mesh, whose file is not read here.
     ///
-    /// Those of closed meshes are found by [`Hardware`](super::Hardware), with sizes and densities as design parameters: with a
-    /// [`LinkShape`](super::LinkShape) of the mesh and what reads its file, [`MeshSolids`](super::MeshSolids).
+    /// [`Hardware`](super::Hardware) computes inertias of closed meshes, with sizes and densities as design parameters, from a
+    /// [`LinkShape`](super::LinkShape) of the mesh and a reader of its file, [`MeshSolids`](super::MeshSolids).
     ///
     /// # Examples
     /// ```
@@ -74,7 +74,7 @@ impl Geometry {
 }
 
 impl LinkSpec {
-    /// A solid box with full edge lengths `size` (m), centred at the origin of the link, to show and to touch.
+    /// A solid box with full edge lengths `size` (m), centred at the origin of the link, with visual and collision shape.
     ///
     /// # Examples
     /// ```
@@ -90,22 +90,22 @@ impl LinkSpec {
         Self::new(name).with_solid(Geometry::Box { size }, inertia)
     }
 
-    /// A solid ball, centred at the origin of the link, to show and to touch; radius in m.
+    /// A solid ball, centred at the origin of the link, with visual and collision shape; radius in m.
     pub fn solid_sphere(name: impl Into<String>, radius: f64, mass: Mass) -> Self {
         let shape = Geometry::Sphere { radius };
         let inertia = Inertia::solid_sphere(mass.of(shape.volume().unwrap_or_default()), radius);
         Self::new(name).with_solid(shape, inertia)
     }
 
-    /// A solid cylinder about z, centred at the origin of the link, to show and to touch; radius and full length in m.
+    /// A solid cylinder about z, centred at the origin of the link, with visual and collision shape; radius and full length in m.
     pub fn solid_cylinder(name: impl Into<String>, radius: f64, length: f64, mass: Mass) -> Self {
         let shape = Geometry::Cylinder { radius, length };
         let mass = mass.of(shape.volume().unwrap_or_default());
         Self::new(name).with_solid(shape, Inertia::solid_cylinder(mass, radius, length))
     }
 
-    /// A solid capsule about z, centred at the origin of the link, to show and to touch; radius and length of the
-    /// cylinder between the half balls in m.
+    /// A solid capsule about z, centred at the origin of the link, with visual and collision shape; radius, and length of the cylinder without the
+    /// hemispheres, in m.
     pub fn solid_capsule(name: impl Into<String>, radius: f64, length: f64, mass: Mass) -> Self {
         let shape = Geometry::Capsule { radius, length };
         let mass = mass.of(shape.volume().unwrap_or_default());

@@ -1,4 +1,4 @@
-//! Whether two robots differ in numbers only.
+//! Comparison of the structures of robots, without their parameters.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -7,8 +7,7 @@ use crate::error::StructureMismatch;
 use crate::joint::JointKind;
 use crate::scalar::Scalar;
 
-/// Structure shared by robots that differ in numbers only: names and kinds of joints, names of frames, and how they
-/// hang together.
+/// Structure of a robot without parameters: names and kinds of joints, names of frames, and their tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Structure(u64);
 
@@ -24,7 +23,7 @@ impl Structure {
     }
 }
 
-/// The hash of what [`Model::check_structure`] compares: names, kinds and places in the tree, no numbers of type `P`.
+/// The hash of the content that [`Model::check_structure`] compares: names, kinds and positions in the tree, without parameters of type `P`.
 pub(super) fn fingerprint<P>(
     bodies: &[Body<P>],
     joints: &[Joint],
@@ -91,13 +90,15 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Kinds and places in the tree, and which joints follow.
+    /// Kinds and positions in the tree, and mimic joints.
     fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {
             let name = other.body_name(BodyId(i));
             if place(own) != place(theirs) {
-                return Some(format!("body {i}, \"{name}\", hangs elsewhere in the tree"));
+                return Some(format!(
+                    "body {i}, \"{name}\", has another place in the tree"
+                ));
             }
             if own.coupling.is_some() != theirs.coupling.is_some() {
                 return Some(format!(
@@ -112,7 +113,7 @@ impl<P: Scalar> Model<P> {
     fn first_weight_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let own = self.weightless.iter().map(|part| part.body);
         let theirs = other.weightless.iter().map(|part| part.body);
-        (!own.eq(theirs)).then(|| "gravity acts on other links of it".to_owned())
+        (!own.eq(theirs)).then(|| "gravity acts on different links".to_owned())
     }
 
     fn first_frame_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {

@@ -19,7 +19,7 @@ pub struct ModelTree {
 }
 
 impl Model<f64> {
-    /// The robot as text: one line for each link with its mass and the joint that carries it, indented as the tree is.
+    /// The robot as text: one line per link with its mass and its joint, indented by depth in the tree.
     ///
     /// # Examples
     /// ```

@@ -1,23 +1,22 @@
 //! The axis of a mesh file that points up.
 
-/// Treatment of the up axis that a COLLADA file states.
+/// Treatment of the up axis of a COLLADA file.
 ///
-/// Descriptions put z up. A file whose `<up_axis>` is another one is either turned, so that this axis points along z,
-/// or taken as its numbers stand, as `RViz` takes them. Either way the page of the robot and
-/// [`Contacts::mesh_remarks`](crate::contact::Contacts::mesh_remarks) say so. STL and OBJ files state no axis.
+/// In robot descriptions z points up. A file with another `<up_axis>` is either rotated, so that this axis points along z, or its coordinates are
+/// used unchanged, as in `RViz`. In both cases the HTML viewer and [`Contacts::mesh_remarks`](crate::contact::Contacts::mesh_remarks) report it. STL
+/// and OBJ files have no up axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "view", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "view", serde(rename_all = "lowercase"))]
 #[non_exhaustive]
 pub enum UpAxis {
-    /// Turns the file, unless `MeshLab` (its library `VCGLib`) wrote it, which states `Y_UP` whatever the axes are.
+    /// Rotates the file, unless `MeshLab` (its library `VCGLib`) wrote it, which always writes `Y_UP`.
     ///
-    /// Of the robots that the defaults were tried on, those with files of `MeshLab` hold z up in them, the others what
-    /// they state.
+    /// In all tested robots, files of `MeshLab` have z up, and other files have the stated axis up.
     #[default]
     Auto,
-    /// Turns the file as it says.
+    /// Rotates the file according to its up axis.
     Honour,
-    /// Takes the numbers as they stand.
+    /// Uses the coordinates unchanged.
     Ignore,
 }

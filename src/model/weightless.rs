@@ -1,4 +1,4 @@
-//! Part of a body that gravity does not act on.
+//! The part of a body without gravity.
 
 use nalgebra::Vector3;
 
@@ -22,7 +22,7 @@ pub(crate) struct Weightless<P = f64> {
 numbers! { struct Weightless { body: kept(), fraction: hidden(), offset: hidden() } }
 
 impl<P: Scalar> Weightless<P> {
-    /// A body that gravity does not act on at all.
+    /// A body without gravity.
     pub(super) fn whole(body: BodyId) -> Self {
         Self {
             body,
@@ -69,7 +69,7 @@ impl<P: Scalar> Model<P> {
         &self.weightless
     }
 
-    /// The part of a body that gravity does not act on: mass, kg, and first moment in the body frame, kg·m. Zero for most; see
+    /// The part of a body on which gravity does not act: mass, kg, and first moment in the body frame, kg·m. Usually zero; see
     /// [`LinkSpec::without_gravity`](super::LinkSpec::without_gravity).
     ///
     /// # Panics

@@ -1,8 +1,8 @@
-//! Values of numbers over another scalar.
+//! Conversion of values to another scalar.
 
 use super::{Over, Scalar};
 
-/// A value with parameters over the scalar `P`, to be converted to another one: laws of contact, motors, constraints, poses, states.
+/// Conversion of a value with parameters over the scalar `P` to another scalar: contact models, motors, constraints, poses, states.
 ///
 /// [`Model`](crate::Model::cast) and [`Simulator`](crate::Simulator::cast) have methods of the same name.
 ///

@@ -1,9 +1,8 @@
 //! A dual number with a fixed number of directions, in plain arrays.
 //!
-//! The vector types of `num-dual` keep their derivative part optional, which costs a branch in every operation and
-//! keeps compilers from vector instructions. This type always has its `N` derivatives, and is what the drivers of this
-//! crate use inside. Both are scalars, and give the same numbers. Over another scalar it gives derivatives of whatever
-//! that one gives: of several lanes side by side, of derivatives, of a recorded graph.
+//! The vector types of `num-dual` keep their derivative part optional, which costs a branch in each operation and prevents vector instructions. This
+//! type always has its `N` derivatives; the drivers of this crate use it. Both are scalars and give the same results. Over another scalar it
+//! differentiates the results of that one: several lanes, derivatives, a recorded graph.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -13,7 +12,7 @@ use super::each::each;
 use super::widths::ANGLES;
 use super::{DualNumber, Over, Scalar};
 
-/// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions, over a scalar `T` inside.
+/// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions, over an inner scalar `T`.
 ///
 /// # Examples
 /// ```
@@ -33,7 +32,7 @@ pub struct Dual<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Dual<T, N> {
-    /// A number with its derivatives.
+    /// A value with its derivatives.
     #[inline(always)]
     pub fn new(re: T, eps: [T; N]) -> Self {
         Self { re, eps }
@@ -54,7 +53,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
         Self::new(re, each(|_| T::zero()))
     }
 
-    /// f of value and derivatives, for a linear f.
+    /// Applies a linear f to value and derivatives.
     #[doc(hidden)]
     #[inline(always)]
     pub fn each(self, f: impl Fn(T) -> T) -> Self {
@@ -62,7 +61,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
         Self::new(f(self.re), eps)
     }
 
-    /// f of the values and of the derivatives of two numbers, for a linear f.
+    /// Applies a linear f to the values and to the derivatives of two numbers.
     #[doc(hidden)]
     #[inline(always)]
     pub fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {

@@ -1,4 +1,4 @@
-//! Several numbers at once, for the vector units of a CPU.
+//! Several numbers in one scalar, for the vector units of a CPU.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -9,11 +9,11 @@ use super::float::Float;
 use super::vectorized::{has_lanes, vectorized, vectorized_lanes};
 use super::{Over, Scalar};
 
-/// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
+/// `N` independent real numbers with the same operations: one lane for each of `N` states or models.
 ///
-/// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a
-/// target whose library differs. Plain arrays: the compiler makes vector instructions of them, as wide as the
-/// target has. Aligned, so that no vector lies across two cache lines that need not.
+/// All operations act lane by lane and are bit-identical to those of `f64`, except `exp`, `ln` and `atan2` on a target whose library differs. The
+/// type is a plain array: the compiler makes vector instructions of the width of the target. It is aligned, so that no vector crosses a cache line
+/// unnecessarily.
 ///
 /// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, see [`is_supported`](Self::is_supported).
 ///
@@ -31,8 +31,8 @@ pub struct Lanes<const N: usize>(pub [f64; N]);
 
 /// [`Lanes`] in single precision: twice as many fit into a vector register, with 7 digits instead of 16.
 ///
-/// All of the physics runs on it, as on any scalar; what looks for an answer on values (the forces of rigid contact and of constraints) does so in
-/// double precision, and gives it to single. See [`SingleBatch`](crate::sim::SingleBatch) for how far states are off.
+/// All of the physics runs on it, as on any scalar; solvers on values (the forces of rigid contact and of constraints) run in double precision and
+/// round their result. See [`SingleBatch`](crate::sim::SingleBatch) for the accuracy of states.
 ///
 /// # Examples
 /// ```
@@ -46,8 +46,8 @@ pub struct Lanes<const N: usize>(pub [f64; N]);
 pub struct SingleLanes<const N: usize>(pub [f32; N]);
 
 impl<const N: usize> Lanes<N> {
-    /// Whether the dynamics run over lanes on this CPU: always, except in optimised programs for x86-64 on a CPU without AVX2, where they panic. There
-    /// [`BatchSimulator`](crate::sim::BatchSimulator) takes its states one by one, with the same bits.
+    /// Whether the dynamics run over lanes on this CPU: always, except in optimised programs for x86-64 on a CPU without AVX2, where they panic. On
+    /// such a CPU [`BatchSimulator`](crate::sim::BatchSimulator) steps its states one by one, with bit-identical results.
     pub fn is_supported() -> bool {
         has_lanes()
     }

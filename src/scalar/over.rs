@@ -9,7 +9,7 @@ use super::{Dual, Lanes, Scalar, SingleLanes};
 
 /// A scalar that can be combined with data of type `P`: `T::from(p)`, `t + p`, `t - p`, `t * p`.
 ///
-/// Implemented for every type that has these operations; `T: Over<f64>` and `T: Over<T>` hold for every scalar.
+/// Implemented for all types with these operations; `T: Over<f64>` and `T: Over<T>` hold for all scalars.
 pub trait Over<P>:
     Scalar + From<P> + Add<P, Output = Self> + Sub<P, Output = Self> + Mul<P, Output = Self>
 {
@@ -20,7 +20,7 @@ impl<P, T: Scalar + From<P> + Add<P, Output = T> + Sub<P, Output = T> + Mul<P, O
 {
 }
 
-/// Numbers that can be added up: scalars, or several of them side by side.
+/// Additive types: scalars, or packs of several scalars.
 pub trait Additive:
     Copy
     + Debug
@@ -48,7 +48,7 @@ impl<
 {
 }
 
-/// Numbers on which data of type `P` act linearly: scalars [`Over`] them, or several of those side by side.
+/// Types on which data of type `P` act linearly: scalars [`Over`] them, or packs of several.
 pub trait Linear<P>: Additive + Mul<P, Output = Self> {
     /// `self · p + term`, rounded once where the target has such an instruction.
     fn times_plus(self, p: P, term: Self) -> Self;
@@ -69,7 +69,7 @@ impl<P: Scalar, T: Over<P>> Linear<P> for T {
     }
 }
 
-/// A scalar whose dual numbers are scalars over it: what derivatives along the tree ask for.
+/// A scalar whose dual numbers are scalars over it: required by derivatives along the tree.
 ///
 /// Implemented for `f64`, [`Lanes`], [`Dual`] and the types of num-dual, and for types of your own by
 /// [`differentiable!`](crate::differentiable).
@@ -88,9 +88,9 @@ pub trait Differentiable: Scalar {
     }
 }
 
-/// A number with its derivatives in `N` directions: [`Dual`], where code is generic over the scalar inside.
+/// A value with its derivatives in `N` directions: [`Dual`], for code that is generic over the inner scalar.
 pub trait DualNumber<T: Scalar, const N: usize>: Scalar {
-    /// A number with its derivatives.
+    /// A value with its derivatives.
     fn new(re: T, eps: [T; N]) -> Self;
 
     /// The value.

@@ -1,9 +1,9 @@
-//! Widths: numbers that are worked on together, and why as many.
+//! Vector widths and their reasons.
 
-/// States that a batch steps side by side: as many as the widest vector registers hold that the program may meet.
+/// Number of states in a group of a batch: as many as fit into the widest vector registers of possible CPUs.
 pub const BATCH_WIDTH: usize = if cfg!(target_arch = "x86_64") { 8 } else { 2 };
 
-/// Directions that one evaluation on dual numbers carries: wide enough to share the work on values, narrow enough to stay in registers.
+/// Number of directions of one evaluation on dual numbers: large enough to share the work on values, small enough to stay in registers.
 pub const CHUNK: usize = 4;
 
 /// Numbers that are worked on together: some vectors, without an end that is not full.

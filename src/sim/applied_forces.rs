@@ -1,4 +1,4 @@
-//! Forces that the frame terms of a simulator apply, for a person or a picture.
+//! Forces that external forces and frame actuators apply, for display.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -10,14 +10,14 @@ use crate::model::FrameId;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation, Transform};
 
-/// A force on a place of a robot at an instant.
+/// A force at an attachment frame of a robot at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForce<T = f64> {
-    /// The frame that carries the place.
+    /// The frame that carries the attachment frame.
     pub frame: FrameId,
-    /// Position of the place in the world, m.
+    /// Pose of the attachment frame in the world, m.
     pub pose: Transform<T>,
-    /// Force and moment in the axes of the world, about the origin of the place (*mixed*; N, N·m).
+    /// Force and moment in world axes, about the origin of the attachment frame (*mixed*; N, N·m).
     pub force: Force<T>,
 }
 

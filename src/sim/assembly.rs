@@ -1,4 +1,4 @@
-//! Closing loops: a configuration and velocity that obey the kinematic constraints, from one that does not.
+//! Assembly of closed loops: finds a configuration and velocity that satisfy the kinematic constraints.
 
 #![expect(
     non_snake_case,
@@ -14,14 +14,14 @@ use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::dynamics::{MassMatrixFactor, mass_matrix};
 use crate::scalar::{Over, Scalar};
 
-/// A state that obeys the constraints.
+/// A state that satisfies the constraints.
 #[derive(Clone, Debug)]
 pub struct Assembly {
     /// The state.
     pub state: State,
-    /// Largest error that is left, m or rad.
+    /// Largest remaining error, m or rad.
     pub error: f64,
-    /// Steps that were needed.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
@@ -37,9 +37,9 @@ pub struct AssemblyError {
     pub row: usize,
     /// That error, m or rad.
     pub error: f64,
-    /// Steps that were tried.
+    /// Number of iterations.
     pub iterations: usize,
-    /// The best configuration that was found.
+    /// The best configuration found.
     pub q: DVector<f64>,
 }
 
@@ -48,15 +48,15 @@ const CLOSED: f64 = 1e-12;
 /// Errors that are accepted where rounding allows no better ones, m or rad.
 const ACCEPTED: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 200;
-/// Longest step of a coordinate, rad or m: where a loop is far from closed, its Jacobian says little about far away.
+/// Longest step of a coordinate, rad or m: if a loop is far from closed, its Jacobian is valid only nearby.
 const LONGEST_STEP: f64 = 0.5;
-/// Damping at the start, by the largest diagonal entry of J Jᵀ, how much it changes, and its least value.
+/// Initial damping relative to the largest diagonal entry of J Jᵀ, its factor of change, and its minimum.
 const DAMPING: (f64, f64, f64) = (1e-3, 4.0, 1e-14);
 /// Eigenvalues of J M⁻¹ Jᵀ below this part of the largest one are of redundant rows.
 const REDUNDANT: f64 = 1e-10;
 
 impl<P: Scalar> Simulator<P> {
-    /// The errors φ of the kinematic constraints at a state, row after row (m or rad), zero where they are closed. Allocates.
+    /// Computes the errors φ of the kinematic constraints at a state, row by row (m or rad); zero for a closed constraint. Allocates.
     ///
     /// # Panics
     /// If the state has the wrong length.
@@ -67,7 +67,7 @@ impl<P: Scalar> Simulator<P> {
 
     fn constraint_rows<T: Over<P>>(&self, state: &State<T>) -> ConstraintRows<T> {
         self.check(state);
-        let mut rows = ConstraintRows::new(self.held_rows(), self.model().nv());
+        let mut rows = ConstraintRows::new(self.bilateral_rows(), self.model().nv());
         let at = (state.q.as_slice(), state.v.as_slice());
         rows.evaluate(self.model(), self.constraints(), at.0, at.1);
         rows
@@ -75,14 +75,13 @@ impl<P: Scalar> Simulator<P> {
 }
 
 impl Simulator<f64> {
-    /// Closes the kinematic constraints, but for those that are [springs](crate::constraint::Constraint::with_spring): the configuration nearby that obeys them, and the velocity with the least change of kinetic energy
-    /// that keeps them, v − M⁻¹ Jᵀ (J M⁻¹ Jᵀ)⁺ J v. Allocates.
+    /// Closes the kinematic constraints, except those that are [springs](crate::constraint::Constraint::with_spring). Returns a nearby configuration
+    /// that satisfies them, and the velocity that satisfies them with the least change of kinetic energy, v − M⁻¹ Jᵀ (J M⁻¹ Jᵀ)⁺ J v. Allocates.
     ///
-    /// Steps of Levenberg and Marquardt on the configuration manifold, q ⊕ −Jᵀ (J Jᵀ + λ)⁻¹ φ; redundant rows do no harm. Limits of joints
-    /// are not looked at.
+    /// Uses Levenberg–Marquardt steps on the configuration manifold, q ⊕ −Jᵀ (J Jᵀ + λ)⁻¹ φ; redundant rows are allowed. Joint limits are ignored.
     ///
     /// # Errors
-    /// If an error of more than 1e-9 is left: the loop cannot be closed, or not from this start.
+    /// If an error above 1e-9 remains: the loop cannot be closed, or not from this start.
     ///
     /// # Panics
     /// If the state has the wrong length.

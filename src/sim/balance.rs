@@ -1,8 +1,7 @@
-//! The balance of forces of a robot with rows: accelerations under kinematic constraints, rigid contact, and what is implicit in velocity.
+//! The balance of forces with constraint rows: accelerations under kinematic constraints, rigid contact, and forces that are implicit in velocity.
 //!
-//! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − reference with
-//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The rows are those of kinematic constraints, then of joints at their
-//! stops and with dry friction, then of points that touch.
+//! With the acceleration `a_free` without the rows, a = `a_free` + M⁻¹ Jᵀ f. In the rows this is y = G f + J `a_free` − reference with
+//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The order of rows is: kinematic constraints, joints at their limits and with dry friction, contact points.
 
 use nalgebra::DMatrix;
 
@@ -39,7 +38,7 @@ impl<T: Scalar> Balance<T> {
         let given = given.unwrap_or_default();
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
-        let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * n;
+        let rows = simulator.bilateral_rows() + simulator.joint_rows() + ROWS * n;
         let blocks = simulator.held_blocks() + simulator.joint_rows() + n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
@@ -165,7 +164,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Keeps the status of the last solution, if it is the worst of the step.
-    pub(super) fn keep_status(&mut self) {
+    pub(super) fn retain_status(&mut self) {
         let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
         statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
     }
@@ -189,7 +188,7 @@ impl<T: Scalar> Balance<T> {
         self.factor.solve(a);
     }
 
-    /// The factors of M, with what is implicit in the step.
+    /// The factors of M with the implicit diagonal of the step.
     pub(crate) fn factor(&self) -> &MassMatrixFactor<T> {
         &self.factor
     }
@@ -220,7 +219,7 @@ impl<T: Scalar> Balance<T> {
         &self.solver.modes()[all.saturating_sub(blocks)..all]
     }
 
-    /// Says that rows which ought to take part were left out.
+    /// Reports that rows were dropped that should take part.
     pub(super) fn report_limit(&mut self) {
         let limit = Status::IterationLimit;
         self.certificate.status = self.certificate.status.max(limit);

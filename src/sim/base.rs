@@ -1,4 +1,4 @@
-//! Pose and velocity of the base of a state, by their names.
+//! Pose and velocity of the floating base in a state.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -39,7 +39,7 @@ impl<T: Scalar> State<T> {
         floats.then(|| model.body(BodyId(0)).place(self.q.as_slice()))
     }
 
-    /// Sets the pose `X_WB` of a floating base. The velocity keeps its numbers, and so turns along with the base.
+    /// Sets the pose `X_WB` of a floating base. The velocity coordinates stay as they are, so the velocity rotates with the base.
     ///
     /// # Panics
     /// If the base is fixed, or the state has the wrong length.
@@ -67,7 +67,7 @@ impl<T: Scalar> State<T> {
         Some(representation.velocity_from_body(&X_WB, &V_WB_B))
     }
 
-    /// Sets the velocity of a floating base from a representation (m/s, rad/s), at the pose that it has. Does not allocate.
+    /// Sets the velocity of a floating base from a representation (m/s, rad/s), at its current pose. Does not allocate.
     ///
     /// # Panics
     /// If the base is fixed, or the state has the wrong length.

@@ -1,4 +1,4 @@
-//! States of a world in another one, joint by joint of the same name.
+//! Transfer of states between worlds, by joint name.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -14,18 +14,18 @@ use crate::model::{BodyId, Joint, Model};
 use crate::spatial::SPATIAL;
 
 impl State<f64> {
-    /// The state of a robot or world in another one that shares joints with it, as a world with other objects does.
+    /// Transfers the state of a robot or world to another one that shares joints with it, for example a world with other objects.
     ///
-    /// Joints of the same name keep configuration and velocity; a body on a floating joint keeps its pose in the world. Joints that `from` does not have
-    /// are neutral and at rest, so that a free object is where it was added; those that `to` does not have are dropped. The state has no state of contact, see
-    /// [`Simulator::carried_state`].
+    /// Joints of the same name keep configuration and velocity; a body on a floating joint keeps its pose in the world. Joints that `from` does not
+    /// have are neutral and at rest, so a free object is where it was added; joints that `to` does not have are dropped. The result has no contact
+    /// state, see [`Simulator::carried_state`].
     ///
     /// Cost: O(n); allocates.
     ///
     /// * `from`, `to` – models of this state and of the new one
     ///
     /// # Errors
-    /// If this is no state of `from` ([`check`](Self::check)), or a joint of the same name is of another kind, or follows another joint in one of them only.
+    /// If this is not a state of `from` ([`check`](Self::check)), or a joint of the same name has another kind, or is a mimic joint in one model only.
     ///
     /// # Examples
     /// ```
@@ -98,14 +98,14 @@ impl State<f64> {
 }
 
 impl Simulator {
-    /// The state of another simulator in this one: [`State::carried`] with the state of contact. The bristles of a link that has as many points of contact in
-    /// both are kept, others are straight.
+    /// Transfers the state of another simulator to this one: [`State::carried`] with the contact state. A link keeps its bristles if it has the same
+    /// number of contact points in both simulators; other bristles are straight.
     ///
     /// # Errors
     /// As for [`State::carried`].
     ///
     /// # Panics
-    /// If the state is not as long as the states of `from`.
+    /// If the state has another length than the states of `from`.
     pub fn carried_state(&self, from: &Self, state: &State) -> Result<State, InvalidState> {
         from.check(state);
         let out = state.carried(from.model(), self.model())?;
@@ -129,7 +129,7 @@ impl Simulator {
     }
 }
 
-/// Reason why a joint cannot take over the coordinates of another one.
+/// Reason why coordinates of a joint cannot be transferred to another one.
 fn difference(joint: &Joint, old: &Joint, [follows, followed]: [bool; 2]) -> Option<String> {
     if joint.kind != old.kind {
         return Some(format!("is {} and was {}", joint.kind, old.kind));
@@ -138,7 +138,7 @@ fn difference(joint: &Joint, old: &Joint, [follows, followed]: [bool; 2]) -> Opt
     (follows != followed).then(reason)
 }
 
-/// Numbers of the points of contact on each link.
+/// Numbers of the contact points on each link.
 fn points_of_links(simulator: &Simulator) -> HashMap<&str, Vec<usize>> {
     let points = simulator.contacts().map_or(&[][..], Contacts::points);
     let mut of_links: HashMap<&str, Vec<usize>> = HashMap::new();

@@ -12,8 +12,9 @@ const NONE: Interval = Interval {
 };
 
 impl Simulator {
-    /// The effort limits of the actuated joints, of servos the ranges of their inputs, then those of frame actuators and of servos of tendons: lower and upper, length `nu`, infinite
-    /// where there are none. For `Problem::with_input_bounds` of trajectory optimisation.
+    /// Returns the lower and upper bounds of the input, length `nu`, infinite where there is no limit: effort limits of the actuated joints (for
+    /// servos the ranges of their inputs), then limits of frame actuators and of tendon servos. For `Problem::with_input_bounds` of trajectory
+    /// optimisation.
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let mut bounds = vec![NONE; self.model().nv()];
         for joint in own_joints(self.model()) {

@@ -1,4 +1,4 @@
-//! A state and an input at which forces are found, and which of these forces are those of the end of a step.
+//! Evaluation point of forces: a state, an input, and the kinds of forces that are evaluated at the end of a step.
 
 use super::integrator::Integrator;
 use super::simulator::Simulator;
@@ -7,12 +7,12 @@ use crate::contact::Contacts;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 
-/// Which forces of a step are those at its end.
+/// Forces of a step that are evaluated at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AtEnd {
     /// None: all are those of its start, or of an instant.
     Nothing,
-    /// Those of joints: dampers, springs, servos, dry friction, speed limits, stops.
+    /// Those of joints: dampers, springs, servos, dry friction, speed limits, joint limits.
     Joints,
     /// Those of joints and of soft contact.
     JointsAndContact,
@@ -36,18 +36,18 @@ pub(crate) struct EvaluationPoint<'a, P, T: Scalar> {
     /// The input, length `nu`.
     pub(crate) u: &'a [T],
     pub(crate) at_end: AtEnd,
-    /// `true` if rates are asked for, of contact too; `false` for what a step changes.
+    /// `true` if rates are requested, of contact too; `false` for what a step changes.
     pub(crate) is_instant: bool,
     /// [`Simulator::half_step`], s; `None` where velocity forces are those of the state.
     pub(crate) half_step: Option<T>,
     /// Length of the step, s: the time step of the simulator, or that of an impact.
     pub(crate) dt: P,
-    /// A contact point without force, by its place among all of this state.
+    /// A contact point without force, by its index in this state.
     pub(crate) left_out: Option<usize>,
 }
 
 impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
-    /// All forces as they are at a state.
+    /// All forces at a state.
     pub(crate) fn instant(simulator: &'a Simulator<P>, state: &'a State<T>, u: &'a [T]) -> Self {
         Self {
             simulator,
@@ -125,15 +125,15 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
         contacts.filter(|_| self.solved_contacts().is_none())
     }
 
-    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
-    /// where they are those of its start.
+    /// Time after which the deeper side of an inner edge of the ground determines the contact, s: one step if a solver finds the forces, 0 if forces
+    /// are those of the start.
     pub(crate) fn contact_duration(&self) -> P {
         self.solved_contacts().map_or(P::zero(), |_| self.dt)
     }
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Which forces of a step are those at its end.
+    /// Forces of a step that are evaluated at its end.
     pub(crate) fn at_end(&self) -> AtEnd {
         match self.integrator() {
             Integrator::SemiImplicitEuler if self.resists() => AtEnd::Joints,
@@ -144,7 +144,7 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
-    /// `true` if a step finds forces by a solver, or may have to say that it left out pairs of bodies.
+    /// `true` if a step uses a solver, or may have to report dropped pairs of bodies.
     pub(crate) fn needs_solver(&self) -> bool {
         self.solved_contacts(self.at_end()).is_some()
             || !self.constraints().is_empty()

@@ -1,15 +1,15 @@
-//! Forces of an instant that terms add up.
+//! Sums of the forces of all terms at an instant.
 
 use super::simulator::Simulator;
 use crate::scalar::Scalar;
 use crate::spatial::Force;
 
-/// Forces along coordinates and on bodies, and what forces resist with.
+/// Forces along coordinates and on bodies, and the implicit damping diagonal.
 #[derive(Clone, Debug)]
 pub(crate) struct Forces<T> {
     /// Along the coordinates, at a = 0: N·m or N.
     pub(crate) tau: Vec<T>,
-    /// By how much those of the end of a step fall with the acceleration, Δt c + Δt² k: a diagonal beside M, kg·m² or kg. Meaningless where all
+    /// Implicit damping diagonal Δt c + Δt² k, added to M, kg·m² or kg: decrease of forces at the end of a step with the acceleration. Unused if all
     /// forces are those of the state.
     pub(crate) resistance: Vec<T>,
     /// On each body, in the body; empty for robots on whose bodies nothing acts.
@@ -17,7 +17,7 @@ pub(crate) struct Forces<T> {
 }
 
 impl<T: Scalar> Forces<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let model = simulator.model();
         let zeros = || vec![T::zero(); model.nv()];

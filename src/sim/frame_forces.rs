@@ -6,13 +6,13 @@ use super::simulator::Simulator;
 use crate::scalar::Scalar;
 
 impl<P: Scalar> Simulator<P> {
-    /// Sets the forces that act on the robot from outside; without this call there are none. An [`ExternalForce`] is constant or follows how its place
-    /// moves.
+    /// Sets the external forces on the robot; without this call there are none. An [`ExternalForce`] is constant or depends on the motion of its
+    /// attachment frame.
     ///
-    /// Every integrator but Runge and Kutta's takes them as they are at the start of a step.
+    /// All integrators except Runge–Kutta evaluate them at the start of a step.
     ///
     /// # Panics
-    /// If a place belongs to another robot, or is fixed to the world.
+    /// If an attachment frame belongs to another robot, or is fixed to the world.
     #[must_use]
     pub fn with_external_forces(mut self, forces: Vec<ExternalForce<P>>) -> Self {
         for force in &forces {
@@ -22,12 +22,12 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Sets actuators that act on frames: thrusters of a drone, reaction jets, pushes. Their inputs follow those of the joints, one each, in this order.
+    /// Sets actuators that act on frames: thrusters of a drone, reaction jets, pushes. Each has one input; these follow the inputs of the joints, in this order.
     ///
-    /// A robot whose joints move freely and that has thrusters only is `with_actuated_joints(&[])`.
+    /// For a robot with thrusters and unactuated joints, call `with_actuated_joints(&[])`.
     ///
     /// # Panics
-    /// If two have the same name, or if a place belongs to another model or is fixed to the world.
+    /// If two have the same name, or an attachment frame belongs to another model or is fixed to the world.
     #[must_use]
     pub fn with_frame_actuators(mut self, actuators: Vec<FrameActuator<P>>) -> Self {
         for (k, actuator) in actuators.iter().enumerate() {
@@ -40,12 +40,12 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// The forces that act from outside.
+    /// The external forces.
     pub fn external_forces(&self) -> &[ExternalForce<P>] {
         &self.frames.forces
     }
 
-    /// The actuators on frames, in the order of their inputs, which are the last ones of u.
+    /// The frame actuators, in the order of their inputs.
     pub fn frame_actuators(&self) -> &[FrameActuator<P>] {
         &self.frames.actuators
     }
@@ -59,8 +59,7 @@ impl<P: Scalar> Simulator<P> {
         &u[self.actuated().len()..]
     }
 
-    /// The names of the entries of u: of joints (numbered, `<joint>.<k>`, where one has several coordinates), then of frame actuators, then of servos of tendons.
-    /// Allocates.
+    /// Returns the names of the entries of u: joints (`<joint>.<k>` for joints with several coordinates), then frame actuators, then tendon servos. Allocates.
     ///
     /// # Examples
     /// ```

@@ -1,4 +1,4 @@
-//! Pose and velocity of the free bodies of a world, by name.
+//! Pose and velocity of free bodies in a world, by name.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -37,12 +37,12 @@ pub(super) fn is_free<P>(body: &Body<P>) -> bool {
 }
 
 impl<T: Scalar> State<T> {
-    /// Pose `X_WB` in the world of a body on a floating joint, as objects and floating robots of a [`World`](crate::model::World) have.
+    /// Pose `X_WB` in the world of a body on a floating joint, such as an object or a floating robot of a [`World`](crate::model::World).
     ///
-    /// * `joint` – name of the joint: that of an object, `{prefix}floating_base` of a robot
+    /// * `joint` – name of the joint: the name of an object, or `{prefix}floating_base` of a robot
     ///
     /// # Errors
-    /// If the world carries no floating joint of this name; the error lists those that it carries. [`base_pose`](Self::base_pose) is for a robot alone.
+    /// If the world has no floating joint of this name; the error lists its floating joints. For a single robot use [`base_pose`](Self::base_pose).
     ///
     /// # Panics
     /// If the state has the wrong length.
@@ -76,7 +76,7 @@ impl<T: Scalar> State<T> {
         Ok(find(model, joint)?.place(self.q.as_slice()))
     }
 
-    /// Sets the pose `X_WB` in the world of a body on a floating joint. The velocity keeps its numbers, and so turns along with the body.
+    /// Sets the pose `X_WB` in the world of a body on a floating joint. The velocity coordinates stay as they are, so the velocity rotates with the body.
     ///
     /// # Errors
     /// As for [`free_pose`](Self::free_pose).
@@ -122,7 +122,7 @@ impl<T: Scalar> State<T> {
         Ok(representation.velocity_from_body(&X_WB, &V_WB_B))
     }
 
-    /// Sets the velocity of a body on a floating joint from a representation, m/s and rad/s, at the pose that it has. Does not allocate.
+    /// Sets the velocity of a body on a floating joint from a representation, m/s and rad/s, at its current pose. Does not allocate.
     ///
     /// # Errors
     /// As for [`free_pose`](Self::free_pose).

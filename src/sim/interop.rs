@@ -1,8 +1,8 @@
 //! States, tangent vectors, Jacobians and mass matrices in the coordinates of other engines.
 //!
-//! Configurations differ in the order of joints and in how an angle or a quaternion is written. Rates differ in order and in the axes of some
-//! linear and angular parts, so they are related by an orthogonal matrix, `v' = T(q) v`. As it is orthogonal, forces, gradients and displacements
-//! transform like velocities; Jacobians by `J' = J Tᵀ`, mass matrices by `M' = T M Tᵀ`, accelerations by `a' = T a + Ṫ v`.
+//! Configurations differ in the order of joints and in the format of angles and quaternions. Rates differ in order and in the axes of some linear and
+//! angular parts, so an orthogonal matrix relates them, `v' = T(q) v`. As T is orthogonal, forces, gradients and displacements transform like
+//! velocities; Jacobians by `J' = J Tᵀ`, mass matrices by `M' = T M Tᵀ`, accelerations by `a' = T a + Ṫ v`.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -20,27 +20,27 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, JointId, Model};
 use crate::spatial::Transform;
 
-/// Whose coordinates.
+/// The engine whose coordinates are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Engine {
-    /// Quaternions (x, y, z, w); continuous joints and the angle of planar joints as (cos, sin); velocities as here.
+    /// Quaternions (x, y, z, w); continuous joints and the angle of planar joints as (cos, sin); velocities as in this library.
     Pinocchio,
-    /// Quaternions (w, x, y, z); the linear velocity of a floating base in the world, its angular velocity in the base; of a floating joint on the world
-    /// the pose in the world, wherever the joint is placed; a planar joint is two slides and a hinge.
+    /// Quaternions (w, x, y, z); the linear velocity of a floating base in the world, its angular velocity in the base. The configuration of a
+    /// floating joint on the world is its pose in the world, not relative to the placement of the joint. A planar joint is two slides and a hinge.
     MuJoCo,
     /// Quaternions (w, x, y, z); base velocity in the mixed representation, linear first.
     JaxSim,
 }
 
-/// The coordinates that another engine has for a robot, and the way there and back.
+/// Conversion between the coordinates of this library and those of another engine, for one robot.
 ///
-/// Functions named `…_to` take what is in the coordinates of this library, `q` included, and `…_from` what is in those of the engine, but for
-/// `q`, which is this library's throughout ([`configuration_from`](Self::configuration_from) gives it). All allocate.
+/// Functions named `…_to` convert from the coordinates of this library, `…_from` from those of the engine. An argument `q` beside the converted value
+/// is always a configuration of this library ([`configuration_from`](Self::configuration_from) computes it). All functions allocate.
 ///
 /// # Limitations
-/// Joints that follow others have no coordinates, as in this library (and in Pinocchio with `mimic=True`); engines in which they are joints of their
-/// own with a constraint have more. A [`Simulator`](crate::Simulator)'s state of contact is not converted.
+/// Mimic joints have no coordinates, as in this library (and in Pinocchio with `mimic=True`); engines that model them as joints with a constraint
+/// have more coordinates. The contact state of a [`Simulator`](crate::Simulator) is not converted.
 ///
 /// # Examples
 /// ```
@@ -76,11 +76,11 @@ impl<'m> EngineCoordinates<'m> {
 
     /// Puts joints in the engine's order; a floating base comes first.
     ///
-    /// * `names` – names of joints as the engine lists them (`model.names` of Pinocchio); those that this model does not have, as of an engine's
-    ///   own base, and followers are passed over
+    /// * `names` – names of joints in the order of the engine (`model.names` of Pinocchio); mimic joints, and names that this model does not have,
+    ///   such as an engine's own base, are skipped
     ///
     /// # Errors
-    /// If a joint that has coordinates is not among the names.
+    /// If a joint with coordinates is missing in the names.
     pub fn with_joint_order<S: AsRef<str>>(mut self, names: &[S]) -> Result<Self, UnknownName> {
         let position: HashMap<&str, usize> = (names.iter().enumerate().rev())
             .map(|(i, name)| (name.as_ref(), i))
@@ -97,7 +97,7 @@ impl<'m> EngineCoordinates<'m> {
             };
             placed.push((place, body));
         }
-        // The base has no place, which comes before all places.
+        // The base has no index; it comes before all joints.
         placed.sort_by_key(|&(place, _)| place);
         self.order = placed.into_iter().map(|(_, body)| body).collect();
         Ok(self)
@@ -110,7 +110,7 @@ impl<'m> EngineCoordinates<'m> {
             .sum()
     }
 
-    /// Position of a joint's coordinates in the engine's configuration; those of its leader for one that follows another.
+    /// Range of a joint's coordinates in the engine's configuration; for a mimic joint those of its leader.
     ///
     /// # Panics
     /// If the id is not one of the model.
@@ -118,7 +118,7 @@ impl<'m> EngineCoordinates<'m> {
         self.place(joint, |body| width(self.engine, body.joint))
     }
 
-    /// Position of a joint's coordinates in the engine's tangent vectors; those of its leader for one that follows another.
+    /// Range of a joint's coordinates in the engine's tangent vectors; for a mimic joint those of its leader.
     ///
     /// # Panics
     /// If the id is not one of the model.
@@ -126,7 +126,7 @@ impl<'m> EngineCoordinates<'m> {
         self.place(joint, |body| body.joint.nv())
     }
 
-    /// The configuration in the engine's coordinates, length [`nq`](Self::nq).
+    /// Converts a configuration to the engine's coordinates, length [`nq`](Self::nq).
     ///
     /// # Panics
     /// If `q` has the wrong length.
@@ -140,10 +140,10 @@ impl<'m> EngineCoordinates<'m> {
         DVector::from_vec(own.collect())
     }
 
-    /// The configuration of the engine's coordinates. Angles given as (cos, sin) come back in (−π, π].
+    /// Converts a configuration from the engine's coordinates. Angles given as (cos, sin) become angles in (−π, π].
     ///
     /// # Panics
-    /// If `q` has not the length [`nq`](Self::nq).
+    /// If `q` does not have length [`nq`](Self::nq).
     pub fn configuration_from(&self, q: &[f64]) -> DVector<f64> {
         let (name, nq) = (self.model.name(), self.nq());
         assert_eq!(
@@ -177,7 +177,7 @@ impl<'m> EngineCoordinates<'m> {
     /// The state of the engine's configuration and velocity.
     ///
     /// # Panics
-    /// If `q` has not the length [`nq`](Self::nq), or `v` not the length `nv`.
+    /// If `q` does not have length [`nq`](Self::nq), or `v` not the length `nv`.
     pub fn state_from(&self, q: &[f64], v: &[f64]) -> State<f64> {
         let q = self.configuration_from(q);
         let v = self.tangent_from(q.as_slice(), v);
@@ -226,7 +226,7 @@ impl<'m> EngineCoordinates<'m> {
         self.tangent_from(q, a) - self.turning(v)
     }
 
-    /// A Jacobian whose columns belong to the engine's coordinates:  J' = J Tᵀ. Its rows are as they were.
+    /// A Jacobian whose columns belong to the engine's coordinates:  J' = J Tᵀ. Its rows are unchanged.
     ///
     /// # Panics
     /// If `q` has the wrong length or `J` not `nv` columns.
@@ -297,7 +297,7 @@ impl<'m> EngineCoordinates<'m> {
         T
     }
 
-    /// Tᵀ Ṫ v: where linear velocities are given in axes that do not turn with the body, ω × v.
+    /// Tᵀ Ṫ v: for linear velocities in axes that do not rotate with the body, ω × v.
     fn turning(&self, v: &[f64]) -> DVector<f64> {
         self.model.check_v(v);
         let mut out = DVector::zeros(v.len());

@@ -1,25 +1,25 @@
 //! Simulation: state, actuation, external forces, integrators, one step, a rollout, and batches of them.
 //!
-//! One step holds the input constant and is a function of state and input over any scalar. [`linearize`](crate::linearize) gives its exact Jacobians.
+//! One step holds the input constant. It is a function of state and input over any scalar. [`linearize`](crate::linearize) computes its exact Jacobians.
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | what is the next state? | [`Simulator::step`], [`Simulator::step_into`] | forward dynamics, O(n); with rows of contact or constraints M and a solver, O(rows³) | |
-//! | and after many steps? | [`Simulator::rollout`], [`Simulator::rollout_over`] | that of its steps | |
+//! | what is the next state? | [`Simulator::step`], [`Simulator::step_into`] | forward dynamics, O(n); with contact or constraints also the mass matrix and a solver, O(rows³) | |
+//! | what are the states after many steps? | [`Simulator::rollout`], [`Simulator::rollout_over`] | that of its steps | |
 //! | did it diverge, did the solver find the forces? | [`Rollout::status`], [`Rollout::solver_failure`] | | |
-//! | which integrator? | [`Integrator`] | once, once with a solve, four times the dynamics, or a search; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999]; [Marsden, West 2001] |
+//! | which integrator? | [`Integrator`] | one dynamics evaluation, one with a solve, four, or a Newton search; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999]; [Marsden, West 2001] |
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
 //! | episodes of reinforcement learning, many at once? | [`Environment`], [`Environments`] | that of the steps | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
-//! | servos of tendons, further ones of a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
+//! | tendon servos, several servos on a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | sensors: encoders, inertial units, force and torque, touch, range finders? | [`Sensors`], [`Sensor`] | a few per cent of a step; see there | |
-//! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
-//! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
+//! | all parameters as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
+//! | what happens at a contact point? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
 //! | is the step short enough, for springs, dampers, limits, soft contact, rotations? | [`Simulator::remarks`], [`Simulator::remarks_at`] | O(nv³ + points · nv²) | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
@@ -29,7 +29,7 @@
 //! | where are the free bodies of a world, how fast? | [`State::free_pose`], [`State::set_free_pose`], [`State::free_velocity`], [`State::set_free_velocity`] | O(n) | |
 //! | a state in a world with other members? | [`State::carried`], [`Simulator::carried_state`] | O(n) | |
 //! | a random state? | [`State::random`], [`State::random_within`] | O(n) | |
-//! | is a state from outside one? | [`State::check`] | O(n) | |
+//! | is a state from a file or another program valid? | [`State::check`] | O(n) | |
 
 mod actuation;
 mod applied_forces;
@@ -102,4 +102,4 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use status::{RolloutStatus, SolverFailure};
 pub use step::StepScratch;
-pub(crate) use terms::StepSlopes;
+pub(crate) use terms::StepGradientSum;

@@ -12,9 +12,9 @@ use crate::error::UnknownName;
 use crate::spatial::{Force, Representation};
 
 impl Simulator<f64> {
-    /// Advances by one time step under forces given by name: those along joints are inputs, those on frames act from outside
-    /// as well as what the simulator has already. Allocates a simulator with them; for many steps under the same forces,
-    /// [`with_frame_forces`](Self::with_frame_forces) and [`inputs_of`](Self::inputs_of) make it once.
+    /// Advances by one time step under forces given by name. Forces along joints are inputs; forces on frames are added to the external forces of the
+    /// simulator. Allocates a simulator with them; for many steps under the same forces, [`with_frame_forces`](Self::with_frame_forces) and
+    /// [`inputs_of`](Self::inputs_of) make it once.
     ///
     /// # Errors
     /// If there is a force along a joint that has no input.

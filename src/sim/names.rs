@@ -54,7 +54,7 @@ impl<P: Scalar> Simulator<P> {
     /// Name of each direction of the [tangent space](Self::n_tangent) of the state, which are the rows and columns of A: `q.<joint>` for a small
     /// displacement,
     /// `v.<joint>` for a velocity, numbered from 0 where a joint has several (`q.base.3` of a floating base turns it about its x axis), then
-    /// `contact<k>` for the state of contact.
+    /// `contact<k>` for the contact state.
     ///
     /// # Examples
     /// ```

@@ -1,4 +1,4 @@
-//! Groups of the parameters of a simulator, and where those of each part stand.
+//! Groups of the parameters of a simulator, and their positions.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use super::simulator::Simulator;
 use crate::model::ParameterGroup;
 use crate::scalar::Scalar;
 
-/// Numbers that belong together in the vector of parameters of a simulator.
+/// A group in the parameter vector of a simulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SimulatorParameterGroup {
@@ -16,15 +16,15 @@ pub enum SimulatorParameterGroup {
     Actuator(usize),
     /// A kinematic constraint, in the order of [`Simulator::constraints`].
     Constraint(usize),
-    /// A point of contact, in the order of [`Contacts::points`](crate::contact::Contacts::points).
+    /// A contact point, in the order of [`Contacts::points`](crate::contact::Contacts::points).
     ContactPoint(usize),
-    /// The law of a point of contact.
+    /// The contact model of a contact point.
     ContactLaw(usize),
     /// The ground.
     Terrain,
-    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if it has one.
+    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set.
     CollisionShape(usize),
-    /// The law of bodies that touch each other.
+    /// The contact model between bodies.
     PairLaw,
     /// An external force, in the order of [`Simulator::external_forces`].
     ExternalForce(usize),
@@ -32,20 +32,20 @@ pub enum SimulatorParameterGroup {
     FrameActuator(usize),
     /// A servo of a tendon, in the order of [`Simulator::tendon_servos`].
     TendonServo(usize),
-    /// The time step, which is the last number.
+    /// The time step, which is the last parameter.
     TimeStep,
 }
 
 use SimulatorParameterGroup as Group;
 
-/// Places of the numbers of each part in the vector of parameters.
+/// Positions of the parameters of each part in the parameter vector.
 #[derive(Clone, Debug)]
 pub(crate) struct PartSlots {
     /// Of the actuator of each velocity coordinate.
     pub(crate) actuators: Vec<Range<usize>>,
     /// Of each kinematic constraint.
     pub(crate) constraints: Vec<Range<usize>>,
-    /// Of each point of contact.
+    /// Of each contact point.
     pub(crate) points: Vec<Range<usize>>,
     /// Of the law of each point.
     pub(crate) laws: Vec<Range<usize>>,

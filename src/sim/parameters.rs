@@ -1,19 +1,20 @@
-//! All numbers that a simulation depends on, as one vector: those of the [model](crate::Model::parameters), then those of what acts on it.
+//! All parameters of a simulation as one vector: those of the [model](crate::Model::parameters), then those of forces and constraints on it.
 //!
-//! | group | numbers | unit |
+//! | group | parameters | unit |
 //! |---|---|---|
 //! | the model's | inertias, placements of joints, gravity, damping, armature, springs, placements of frames | see [`Model::parameters`](crate::Model::parameters) |
-//! | actuator of each velocity coordinate, those that it has | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper end, stiffness, damping and their exponents of its stops; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
-//! | each kinematic constraint | origins of its anchors in their frames; turns of those that are welded; coefficients of a tendon; length, or ratio and offset; time constant, or stiffness and damping of a spring; largest force | m; rad; m, or rad or m; s, or N/m, N·s/m; N |
-//! | each point of contact | centre in the body frame, radius | m |
-//! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
-//! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |
-//! | each external force, then each frame actuator | origin of its place in its frame, turn of the place; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
-//! | each servo of a tendon | coefficients; gear, gains and ranges; effort limit | |
-//! | the method | time step | s |
+//! | actuator of each velocity coordinate, as far as set | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper position limit, their stiffness, damping and exponents; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
+//! | each kinematic constraint | origins of its attachment frames; rotations of welded ones; coefficients of a tendon; length, or ratio and offset; time constant, or stiffness and damping of a spring; maximum force | m; rad; m, or rad or m; s, or N/m, N·s/m; N |
+//! | each contact point | centre in the body frame, radius | m |
+//! | contact model of each point | friction and all other parameters of [the model](crate::contact::ContactLaw) | |
+//! | the ground | height and slopes along x and y of a plane; height of each node of a grid; parameters of a function | m, 1; m; the function's |
+//! | each external force, then each frame actuator | origin and rotation of its attachment frame; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
+//! | each tendon servo | coefficients; gear, gains and ranges; effort limit | |
+//! | integrator | time step | s |
 //!
-//! Turns are increments, zero as they are, about the axes of the place. Not among them: axes of rims, which are unit vectors (the placement of the joint that
-//! carries them turns them); grids' origins and spacings, and angles on rims, which are `f64` over any scalar; other numbers of the method, as smoothing.
+//! Rotations are increments about the axes of the attachment frame, zero at the current value. These values are not parameters: axes of wheel rims,
+//! which are unit vectors (the placement of their joint rotates them); origins and spacings of grids, and angles on rims, which are `f64` over any
+//! scalar; other numerical settings, such as smoothing.
 
 use nalgebra::DVector;
 
@@ -27,11 +28,12 @@ use crate::numbers::{Domain, EachIn, Number, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Simulator<P> {
-    /// Collects all numbers that a step depends on: first those of the [model](crate::Model::parameters), then those of actuators, constraints, points of contact,
-    /// their laws, the ground and forces on frames, and last the time step; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
+    /// Returns all parameters of a step: first those of the [model](crate::Model::parameters), then those of actuators, constraints, contact points,
+    /// contact models, the ground and forces on frames, and last the time step. [`parameter_layout`](Self::parameter_layout) returns their positions.
+    /// Allocates.
     ///
-    /// The module's table lists them; axes of rims and other numbers of the method, as smoothing, are not among them. A grid gives the ground as many numbers as it has nodes:
-    /// the gradient in all of them costs each step that touches it a pass over the grid.
+    /// The table of the module lists them; axes of wheel rims and numerical settings, such as smoothing, are not parameters. A grid has one parameter
+    /// per node: the gradient in all of them costs one pass over the grid for each step in contact.
     ///
     /// # Examples
     /// ```
@@ -52,8 +54,8 @@ impl<P: Scalar> Simulator<P> {
 
     /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
     ///
-    /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`; the
-    /// last is `time step`.
+    /// A name begins with the owner of the parameter, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`,
+    /// `terrain: height`; the last name is `time step`.
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
         let mut out = self.model().parameter_layout().regrouped(Group::Model);
         let coordinates = velocity_names(self.model());
@@ -67,13 +69,14 @@ impl<P: Scalar> Simulator<P> {
         out
     }
 
-    /// The simulator with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
+    /// Returns the simulator with other parameters, over their scalar. Over dual numbers this gives derivatives in all parameters.
     ///
     /// Placements are relative to this model's, as in [`Model::with_parameters`](crate::Model::with_parameters).
     ///
     /// # Panics
-    /// If there are not as many as [`parameters`](Self::parameters) gives, or if one makes no sense: one of the model that is not finite, a negative
-    /// stiffness, damping or friction, a limit below the other one, a length or a time step that is not positive, and so on; the message names it.
+    /// If the length differs from that of [`parameters`](Self::parameters), or a value is out of range: a model parameter that is not finite, a
+    /// negative stiffness, damping or friction, an upper limit below the lower one, a length or a time step that is not positive, and so on. The
+    /// message names it.
     ///
     /// # Examples
     /// ```
@@ -114,7 +117,7 @@ impl<P: Scalar> Simulator<P> {
         out.with_resistance_found()
     }
 
-    /// Hands each number of what acts on the model, and the time step, with its group and name to `each`, group after group: the one place that says the order.
+    /// Passes each parameter of forces and constraints, and the time step, with its group and name to `each`, group by group: this function defines the order.
     fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators.iter_mut().enumerate() {
@@ -156,7 +159,7 @@ impl<P: Scalar> Simulator<P> {
         each(Group::TimeStep, time_step, &mut self.time_step);
     }
 
-    /// Name of what the numbers of a group belong to; `None` for the simulator itself.
+    /// Name of the owner of a group; `None` for the simulator itself.
     ///
     /// * `coordinates` – names of the velocity coordinates
     fn part_name(&self, group: Group, coordinates: &[String]) -> Option<String> {

@@ -1,4 +1,4 @@
-//! Mass matrix and forces of a robot at a state, without what holds it.
+//! Mass matrix and forces of a robot at a state, without constraint forces.
 
 use nalgebra::DMatrix;
 
@@ -19,7 +19,7 @@ pub(super) struct Placed<T: Scalar> {
 }
 
 impl<T: Scalar> Placed<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self {
             crba: CrbaScratch::new(model),

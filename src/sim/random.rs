@@ -8,8 +8,7 @@ use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
 use crate::spatial::{Motion, Quaternion, Representation, Transform};
 
-/// Bounds of a random state, part by part: `[lower, upper]` of each number, which is uniform between them. What is equal is
-/// taken as it is.
+/// Bounds of a random state: `[lower, upper]` of each coordinate, which is uniformly distributed between them. Equal bounds fix a coordinate.
 ///
 /// The bounds of the base have no effect on a robot with a fixed base.
 ///
@@ -34,11 +33,10 @@ pub struct StateBounds {
     pub base_linear_velocity: [[f64; 2]; 3],
     /// Angular velocity of the base, in axes of the world, rad/s; ±1 by default.
     pub base_angular_velocity: [[f64; 2]; 3],
-    /// Position of each joint of one degree of freedom, rad or m, within its own limits where these are narrower; every
-    /// position as in [`Model::random_configuration`] by default.
+    /// Position of each joint of one degree of freedom, rad or m, also within its joint limits; by default any position as in
+    /// [`Model::random_configuration`].
     pub joint_position: [f64; 2],
-    /// Velocity along each degree of freedom of a joint, rad/s or m/s, within the speed limit of the joint where that is less;
-    /// ±1 by default.
+    /// Velocity along each degree of freedom of a joint, rad/s or m/s, also within the speed limit of the joint; ±1 by default.
     pub joint_velocity: [f64; 2],
 }
 
@@ -57,11 +55,10 @@ impl Default for StateBounds {
 }
 
 impl State<f64> {
-    /// A random state within bounds. Joints of several degrees of freedom have a random position, and joints that follow others
-    /// have none of their own.
+    /// Draws a random state within bounds. Joints of several degrees of freedom get a random position; mimic joints have no coordinates.
     ///
     /// # Panics
-    /// If a lower bound exceeds its upper one or is not a number, or if one of the base or of a velocity is not finite.
+    /// If a lower bound exceeds its upper one or is NaN, or if one of the base or of a velocity is not finite.
     pub fn random_within<R: Rng + ?Sized>(
         model: &Model,
         rng: &mut R,

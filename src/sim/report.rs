@@ -1,4 +1,4 @@
-//! Report on contact and constraints at an instant, for a person or a picture.
+//! Report on contact and constraints at an instant, for display and analysis.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -20,26 +20,26 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, dot};
 use crate::spatial::{Force, Representation};
 
-/// Report on the points of contact, and on constraints, at an instant.
+/// Report on the contact points, and on constraints, at an instant.
 #[derive(Clone, Debug)]
 pub struct ContactReport<T: Scalar = f64> {
-    /// Positions, depths and velocities of the points with the ground.
+    /// Positions, depths and velocities of the contact points with the ground.
     pub points: Vec<PointState<T>>,
     /// The force of the ground on each, in the world, N.
     pub forces: Vec<Vector3<T>>,
     /// The force of the ground and of other bodies on each link, in the frame of the link (N, N·m about its origin), in the order of
     /// [`Model::links`](crate::Model::links).
     pub links: Vec<Force<T>>,
-    /// In which part of its law each point is, for rigid contact; in the first lane. Points that took no part are separated.
+    /// Mode of each point in rigid contact (stick, slip, separated), in the first lane. Points that took no part are separated.
     pub modes: Vec<Mode>,
-    /// Behaviour of each point, and so why a derivative is zero or is not.
+    /// Behaviour of each point, which explains why a derivative is zero or not.
     pub reasons: Vec<ContactReason>,
     /// Points at which bodies are near each other.
     pub pairs: Vec<PairReport<T>>,
-    /// The forces of kinematic constraints, row after row as in [`Simulator::constraint_errors`]: N, N·m, on the second anchor (and the
-    /// opposite on the first), along what grows with the error.
+    /// The forces of kinematic constraints, row by row as in [`Simulator::constraint_errors`]: N, N·m, on the second attachment frame (and the
+    /// opposite on the first), in the direction in which the error grows.
     pub constraints: Vec<T>,
-    /// Accuracy with which the forces of rigid contact and of constraints obey their laws.
+    /// Residuals of the laws of rigid contact and constraints for the computed forces.
     pub certificate: Certificate,
 }
 
@@ -48,24 +48,24 @@ pub struct ContactReport<T: Scalar = f64> {
 pub struct PairReport<T: Scalar = f64> {
     /// The links.
     pub links: [FrameId; 2],
-    /// The point half way between both. The normal points out of the second link; the velocity is that of the first one less that of the second.
+    /// The midpoint between both links. The normal points out of the second link; the velocity is that of the first link minus that of the second.
     pub point: PointState<T>,
-    /// The force on the first link, in the world, N; that on the second one is opposite.
+    /// The force on the first link, in the world, N; the force on the second link is opposite.
     pub force: Vector3<T>,
-    /// In which part of its law the point is; in the first lane.
+    /// Mode of the point (stick, slip, separated), in the first lane.
     pub mode: Mode,
-    /// Its behaviour, and so why a derivative is zero or is not.
+    /// Its behaviour, which explains why a derivative is zero or not.
     pub reason: ContactReason,
 }
 
 impl<T: Scalar> ContactReport<T> {
-    /// Whether two links touch, in either order: whether one of their points is in contact, in the first lane.
+    /// Whether two links touch, in either order: whether a point between them is in contact, in the first lane.
     pub fn are_touching(&self, links: [FrameId; 2]) -> bool {
         let mut between = self.between(links);
         between.any(|(pair, _)| pair.mode != Mode::Separated)
     }
 
-    /// Computes the force of the second link on the first, the sum over their points, in the world, N.
+    /// Computes the force of the second link on the first, summed over their points, in the world, N.
     pub fn force_between(&self, links: [FrameId; 2]) -> Vector3<T> {
         let zero = Vector3::from_element(T::zero());
         let between = self.between(links);
@@ -108,8 +108,8 @@ impl<T: Scalar> PairReport<T> {
         })
     }
 
-    /// Computes the rate of the [Jacobian](Self::jacobian), 6 × `nv`, of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of the one less that of the other.
-    /// Allocates.
+    /// Computes the rate of the [Jacobian](Self::jacobian), 6 × `nv`, of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of
+    /// the first point minus that of the second. Allocates.
     ///
     /// * `q`, `v` – configuration and velocity of the report, lengths `nq` and `nv`
     ///
@@ -135,7 +135,7 @@ impl<T: Scalar> PairReport<T> {
         })
     }
 
-    /// What the first link has less what the second one has.
+    /// Value of the first link minus that of the second.
     fn difference<P: Scalar>(
         &self,
         model: &Model<P>,
@@ -161,7 +161,7 @@ fn shift<T: Scalar>(J: &mut DMatrix<T>, arm: &Vector3<T>) {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Reports on the points of contact, and on constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
+    /// Reports on the contact points, and on constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
     ///
     /// # Panics
     /// If state or input have the wrong length.
@@ -188,7 +188,7 @@ impl<P: Scalar> Simulator<P> {
         if let Some(balance) = &scratch.balance {
             let modes = contact.modes(balance);
             modes.for_each(|(i, mode)| out.modes[i] = mode);
-            let solved = balance.rows().first_forces(self.held_rows());
+            let solved = balance.rows().first_forces(self.bilateral_rows());
             out.constraints = scratch.terms.constraints.forces(&at, solved);
             out.certificate = balance.certificate();
         }

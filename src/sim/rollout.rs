@@ -1,4 +1,4 @@
-//! Many steps in a row.
+//! Rollouts: many steps in sequence.
 
 use std::io::{self, Write};
 
@@ -15,10 +15,10 @@ use crate::model::{Model, Structure, numbered};
 use crate::scalar::{Over, Scalar};
 
 /// A trajectory of a robot: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see
-/// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) of states from elsewhere.
+/// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) from given states.
 #[derive(Clone, Debug)]
 pub struct Rollout<T: Scalar = f64> {
-    /// Time between two states, s, without derivatives; of several lanes that of the first.
+    /// Time between two states, s, without derivatives; with several lanes that of the first lane.
     pub time_step: f64,
     /// The states, one more than there are inputs.
     pub states: Vec<State<T>>,
@@ -26,7 +26,7 @@ pub struct Rollout<T: Scalar = f64> {
     pub inputs: Vec<DVector<T>>,
     /// Status of the rollout at its end.
     pub status: RolloutStatus,
-    /// The first step in which the solver of the forces of contact and constraints failed; `None` if it never did, or if there is none.
+    /// The first step in which the solver for contact and constraint forces failed; `None` if it never failed or none was needed.
     pub solver_failure: Option<SolverFailure>,
     /// Structure of the robot that it is of.
     robot: Structure,
@@ -36,9 +36,9 @@ pub struct Rollout<T: Scalar = f64> {
 impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
-    /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
-    /// status. Memory grows with the steps that are taken, not with those that are asked for; where it comes to the [limit](crate::memory), the
-    /// rollout stops. [`rollout_over`](Self::rollout_over) is the same over any scalar.
+    /// Stops at the first input or state that is not finite, or exceeds the [divergence bound](Self::with_divergence_bound), and reports this in the
+    /// status. Memory grows with the number of steps taken, not with the number requested; at the memory [limit](crate::memory) the rollout stops.
+    /// [`rollout_over`](Self::rollout_over) is the same function over any scalar.
     ///
     /// # Examples
     /// ```
@@ -74,8 +74,8 @@ impl Simulator<f64> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// [`rollout`](Simulator::rollout) over any scalar: over dual numbers the trajectory has its derivatives in what the initial state, the
-    /// inputs or the model depend on; over lanes it stops where the first of them does.
+    /// [`rollout`](Simulator::rollout) over any scalar: over dual numbers the trajectory carries derivatives in all variables of the initial state,
+    /// the inputs and the model; over lanes it stops when the first lane stops.
     ///
     /// # Examples
     /// ```
@@ -107,12 +107,12 @@ impl<P: Scalar> Simulator<P> {
         self.rollout_of_steps(initial, steps, control, step)
     }
 
-    /// [`rollout_over`](Self::rollout_over) with steps that other code takes for the simulator, as compiled code does.
+    /// [`rollout_over`](Self::rollout_over) with a user-supplied step function, for example compiled code.
     ///
     /// * `take_step(state, u, next)` – writes the next state, and returns the status of the solver of contact and constraints
     ///
     /// # Panics
-    /// If the step does.
+    /// If the step function panics.
     #[doc(hidden)]
     pub fn rollout_of_steps<T: Over<P>>(
         &self,
@@ -160,11 +160,11 @@ impl<P: Scalar> Simulator<P> {
 }
 
 impl Rollout {
-    /// A completed trajectory of states and inputs from elsewhere: planned, recorded, thinned out. Where there are fewer inputs than
-    /// states, those at the end are unknown.
+    /// Makes a completed trajectory from given states and inputs: planned, recorded, or subsampled. If there are fewer inputs than states, the last
+    /// inputs are unknown.
     ///
     /// # Panics
-    /// If there is no state, more inputs than states, or a state of the wrong length.
+    /// If the list of states is empty, there are more inputs than states, or a state has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -198,7 +198,7 @@ impl Rollout {
         }
     }
 
-    /// Name of what each entry of the input acts on; empty where that is unknown. See [`Simulator::input_names`].
+    /// Name of the joint or actuator of each input; empty if unknown. See [`Simulator::input_names`].
     pub fn input_names(&self) -> &[String] {
         &self.input_names
     }
@@ -248,10 +248,10 @@ impl<T: Scalar> Rollout<T> {
 }
 
 impl Rollout {
-    /// Writes one row a state: time, q, v, the state of contact, and the input that acted from there (empty in the last row).
+    /// Writes one row a state: time, q, v, the contact state, and the input that acted from there (empty in the last row).
     ///
-    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u.<input>` by [`input_names`](Self::input_names), or `u<k>` where these are
-    /// unknown; where a joint has several coordinates they are numbered.
+    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, and `u.<input>` by [`input_names`](Self::input_names), or `u<k>` if these
+    /// are unknown. The coordinates of a joint with several are numbered.
     ///
     /// # Errors
     /// If writing fails.
@@ -290,7 +290,7 @@ pub(crate) fn write_row<'a>(
     )
 }
 
-/// Writes a row of a table: time and cells, which are empty where there is no number.
+/// Writes a row of a table: time and cells; unknown values are empty.
 pub(crate) fn write_cells(
     out: &mut impl Write,
     time: f64,

@@ -1,4 +1,4 @@
-//! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
+//! Constraint rows of the force problem: Jacobian, reference accelerations, and compliance.
 
 use super::islands::{ForceSolver, Islands, trees};
 use super::sparse_rows::SparseRows;
@@ -14,7 +14,7 @@ pub(crate) struct Rows<T> {
     nv: usize,
     /// Number of rows.
     count: usize,
-    /// J, row after row, `nv` numbers each.
+    /// J, row by row, `nv` numbers each.
     jacobian: Vec<T>,
     /// X with Lᵀ X = (Jᵀ, τ), filled up with zeros: for each group of rows, coordinate after coordinate.
     half: Vec<[T; GROUP]>,
@@ -28,7 +28,7 @@ pub(crate) struct Rows<T> {
     regularization: Vec<T>,
     offset: Vec<T>,
     forces: Vec<T>,
-    /// In a world of several trees, in place of J, X and G: those are then written for derivatives alone.
+    /// In a world of several trees, instead of J, X and G, which are then formed only for derivatives.
     sparse: Option<Box<SparseRows<T>>>,
     /// Diagonal of G there.
     diagonal: Vec<T>,
@@ -49,7 +49,7 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn new<P: Scalar>(model: &Model<P>, rows: usize, blocks: usize) -> Self {
         let nv = model.nv();
         let trees = trees(model);
-        // What is recorded has no zeros that are known.
+        // Recorded numbers have no known zeros.
         let are_several = T::HAS_VALUES && trees.iter().any(|&first| first > 0);
         let dense = |rows: usize| if are_several { 0 } else { rows };
         Self {
@@ -121,7 +121,7 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
-    /// So many more rows, all of whose entries are given, row after row. A robot without freedom has rows without entries.
+    /// So many more rows, all of whose entries are given, row by row. A robot without freedom has rows without entries.
     pub(super) fn push_dense(&mut self, rows: usize, entries: &[T]) {
         if self.sparse.is_none() {
             self.grow(rows).dense.copy_from_slice(entries);
@@ -276,12 +276,12 @@ impl<T: Scalar> Rows<T> {
         })
     }
 
-    /// The entries of J in so many first rows, one after the other; in a world of several trees once derivatives are prepared.
+    /// The entries of J in so many first rows, in sequence; in a world of several trees once derivatives are prepared.
     pub(crate) fn first_rows(&self, rows: usize) -> &[T] {
         &self.jacobian[..self.nv * rows]
     }
 
-    /// X with Lᵀ X = Jᵀ, for each group of rows: their entries for each coordinate. What stands after the last row is none.
+    /// X with Lᵀ X = Jᵀ, for each group of rows: their entries for each coordinate. Entries after the last row are not rows.
     pub(crate) fn halves(&self) -> impl Iterator<Item = &[[T; GROUP]]> {
         self.half.chunks_exact(self.nv.max(1))
     }
@@ -354,7 +354,7 @@ impl<T: Scalar> Rows<T> {
 
     /// Slope of weighted forces in the scale at 1, see [`solve_scaled`](Self::solve_scaled).
     ///
-    /// * `by_velocity`, `by_friction` – weights of y and of what stands at blocks, which weights of the forces have become
+    /// * `by_velocity`, `by_friction` – weights of y and of the entries at blocks, which replace the weights of the forces
     /// * `weighted` – the forces, weighted
     pub(crate) fn by_scale(&self, by_velocity: &[T], by_friction: &[T], weighted: T) -> T {
         let mut sum = dot(by_velocity, &self.offset) - weighted;
@@ -366,7 +366,7 @@ impl<T: Scalar> Rows<T> {
         sum
     }
 
-    /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
+    /// Finds the forces without a warm start: a step depends only on the state, even if forces are not unique.
     pub(super) fn solve(
         &mut self,
         law: Law,
@@ -483,7 +483,7 @@ impl<T: Scalar> NewRows<'_, T> {
     }
 }
 
-/// Whether what stands at a block bounds its force.
+/// Whether the bound of a block limits its force.
 fn is_bound<T: Scalar>(block: Block, x: &T) -> bool {
     block == Block::Interval && !(x.has_value() && x.value(0).is_infinite())
 }

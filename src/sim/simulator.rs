@@ -1,4 +1,4 @@
-//! The simulator: a model, how it is actuated, and how time passes.
+//! The simulator: a model, its actuation, contacts and constraints, and an integrator.
 
 use nalgebra::DVector;
 
@@ -16,7 +16,7 @@ use crate::model::{JointPart, Model};
 use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 
-/// Time step where nothing else is said, s.
+/// Default time step, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
 
 /// Default divergence threshold, rad/s or m/s: ten million turns a minute, and three thousand times the
@@ -26,10 +26,10 @@ const DEFAULT_DIVERGENCE_BOUND: f64 = 1e6;
 /// Steps a robot through time.
 ///
 /// The equation of motion is  M(q) v̇ + h(q, v) = A(q, v, S u) − k (q − rest) − d v + Σ Jᵢᵀ Fᵢ  with the input u on the actuated
-/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and forces F of contact
-/// ([`Contacts`]), kinematic constraints ([`Constraint`]), the world around ([`ExternalForce`](super::ExternalForce)) and actuators that are not at joints
-/// ([`FrameActuator`](super::FrameActuator)), whose inputs are the last entries of u. Without these, A is the input itself and there is no F. Joints that follow
-/// others have no input of their own. The input is constant over a step.
+/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and forces F of contacts ([`Contacts`]),
+/// kinematic constraints ([`Constraint`]), external forces ([`ExternalForce`](super::ExternalForce)) and actuators that are not at joints
+/// ([`FrameActuator`](super::FrameActuator)), whose inputs are the last entries of u. Without these, A is the input itself and F is zero. Mimic
+/// joints have no input. The input is constant over a step.
 ///
 /// # Examples
 /// ```
@@ -59,17 +59,17 @@ pub struct Simulator<P = f64> {
     /// External forces, and actuators on frames.
     pub(super) frames: FrameTerms<P>,
     pub(super) tendons: Vec<TendonServo<P>>,
-    /// Whether joints have dampers, springs, friction, speed limits or stops.
+    /// Whether joints have dampers, springs, friction, speed limits or joint limits.
     resists: bool,
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated that is not [passive](crate::model::JointSpec::passive). The
-    /// joint of a floating base has no name: [`with_frame_actuators`](Self::with_frame_actuators) is for thrusters.
+    /// Makes a simulator with a time step of 1 ms and semi-implicit Euler. All named joints are actuated that are not
+    /// [passive](crate::model::JointSpec::passive). The joint of a floating base has no name: for thrusters use
+    /// [`with_frame_actuators`](Self::with_frame_actuators).
     ///
     /// # Panics
-    /// If the mass matrix is singular: the message names the links without inertia and the ways out.
-    /// [`Model::check_mass_matrix`] says so beforehand.
+    /// If the mass matrix is singular: the message names the links without inertia and the remedies. [`Model::check_mass_matrix`] checks this beforehand.
     pub fn new(model: Model<P>) -> Self {
         model.assert_mass_matrix();
         let driven = |part: &JointPart<'_>| !model.joints()[part.id.0].is_passive;
@@ -119,8 +119,8 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Sets the speed of a coordinate from which on a rollout has [diverged](crate::sim::RolloutStatus::Diverged), rad/s or m/s; by default
-    /// 10⁶. Infinity lets it run until a number is not finite. Single steps do not look at it.
+    /// Sets the speed of a coordinate above which a rollout has [diverged](crate::sim::RolloutStatus::Diverged), rad/s or m/s; 10⁶ by default. With
+    /// infinity a rollout runs until a value is not finite. Single steps ignore it.
     ///
     /// # Panics
     /// If it is not positive.
@@ -148,8 +148,8 @@ impl<P: Scalar> Simulator<P> {
     /// Sets the integrator.
     ///
     /// # Panics
-    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity; the implicit
-    /// midpoint rule takes no contacts and no constraints.
+    /// If it cannot simulate the contacts or constraints: rigid contact needs semi-implicit Euler or implicit velocity; the implicit midpoint rule
+    /// has no contact, and no constraints that are springs or have a maximum force.
     #[must_use]
     pub fn with_integrator(mut self, integrator: Integrator) -> Self {
         self.integrator = integrator;
@@ -157,11 +157,10 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Lets the input act on these joints only, in this order, and on [frame actuators](Self::with_frame_actuators), if there are any; the other joints
-    /// move freely.
+    /// Sets the actuated joints, in the order of the input. [Frame actuators](Self::with_frame_actuators) keep their inputs; the other joints move freely.
     ///
     /// # Errors
-    /// If the model has no joint of a name.
+    /// If the model has no joint with this name.
     pub fn with_actuated_joints(mut self, names: &[&str]) -> Result<Self, UnknownName> {
         let joints: Vec<_> = names
             .iter()
@@ -174,11 +173,11 @@ impl<P: Scalar> Simulator<P> {
         Ok(self)
     }
 
-    /// Puts motors, friction and limits between the input and the joints; without this call motors are ideal, and nothing limits or
-    /// brakes a joint but the model's springs and damping. [`Actuation::from_model`] is what the description says.
+    /// Sets motors, friction and limits of the joints. Without this call motors are ideal, and only the springs and damping of the model act on
+    /// joints. [`Actuation::from_model`] takes them from the description.
     ///
     /// # Panics
-    /// If it is that of another robot.
+    /// If it belongs to another robot.
     ///
     /// # Examples
     /// ```
@@ -197,15 +196,14 @@ impl<P: Scalar> Simulator<P> {
         self.with_resistance_found()
     }
 
-    /// Puts the robot on a ground; without this call it touches nothing.
+    /// Sets contacts with the ground and between bodies; without this call there is no contact.
     ///
-    /// [Soft contact](crate::contact::SoftContact) wants [`Integrator::ImplicitVelocity`]: in semi-implicit Euler, the default, it makes what
-    /// lies on a slope chatter, and throws up what lands, where steps are too long for it. No status says so; [`remarks`](Self::remarks) does.
+    /// [Soft contact](crate::contact::SoftContact) needs [`Integrator::ImplicitVelocity`]. With semi-implicit Euler, the default, and steps that are
+    /// too long for it, bodies on a slope chatter and landing bodies are thrown up. No status reports this; [`remarks`](Self::remarks) does.
     ///
     /// # Panics
-    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity. If the
-    /// contacts are those of another robot, or a point is on a link or body that there is not. If there is not enough
-    /// [memory](Contacts::check_memory).
+    /// If the integrator cannot simulate it: rigid contact needs semi-implicit Euler or implicit velocity. If the contacts belong to another robot,
+    /// or a point is on a link or body that does not exist. If there is not enough [memory](Contacts::check_memory).
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         contacts.check(&self.model);
@@ -234,12 +232,12 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
-    /// Holds places of the robot together, or to the world; without this call nothing does but its joints. Start from a state that obeys them:
-    /// [`assemble`](Self::assemble) finds one.
+    /// Sets kinematic constraints between attachment frames of the robot, or with the world; without this call there are none. Start from a state
+    /// that satisfies them: [`assemble`](Self::assemble) finds one.
     ///
     /// # Panics
-    /// If a constraint belongs to another robot: one that names joints, or [frames](crate::constraint::Anchor::frame), of a robot whose names, joint
-    /// kinds or tree are others. If a number of an anchor is not finite.
+    /// If a constraint belongs to another robot: its joints or [frames](crate::constraint::Anchor::frame) are of a robot with other names, joint
+    /// kinds or tree. If a coordinate of an attachment frame is not finite.
     #[must_use]
     pub fn with_constraints(mut self, constraints: Vec<Constraint<P>>) -> Self {
         constraints.iter().for_each(|c| c.check(&self.model));
@@ -248,10 +246,10 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Sets servos that act along tendons, or as further ones on joints: each has an input of its own, the last ones of u, in this order.
+    /// Sets servos along tendons, or additional servos on joints. Each has its own input; these are the last entries of u, in this order.
     ///
     /// # Panics
-    /// If one is that of another robot, two have the same name, or the integrator is the implicit midpoint rule and one has gains.
+    /// If one belongs to another robot, two have the same name, or the integrator is the implicit midpoint rule and one has gains.
     #[must_use]
     pub fn with_tendon_servos(mut self, servos: Vec<TendonServo<P>>) -> Self {
         for (k, servo) in servos.iter().enumerate() {
@@ -265,7 +263,7 @@ impl<P: Scalar> Simulator<P> {
         self.with_resistance_found()
     }
 
-    /// Servos along tendons.
+    /// The tendon servos.
     pub fn tendon_servos(&self) -> &[TendonServo<P>] {
         &self.tendons
     }
@@ -281,7 +279,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Number of rows of the constraints.
-    pub(crate) fn held_rows(&self) -> usize {
+    pub(crate) fn bilateral_rows(&self) -> usize {
         self.constraints.iter().map(Constraint::rows).sum()
     }
 
@@ -324,12 +322,12 @@ impl<P: Scalar> Simulator<P> {
         self.actuation.as_ref()
     }
 
-    /// Contact of the robot with the ground; `None` if it has none.
+    /// Contacts with the ground and between bodies; `None` without.
     pub fn contacts(&self) -> Option<&Contacts<P>> {
         self.contacts.as_ref()
     }
 
-    /// Constraints that hold places of the robot together.
+    /// The kinematic constraints.
     pub fn constraints(&self) -> &[Constraint<P>] {
         &self.constraints
     }
@@ -339,12 +337,12 @@ impl<P: Scalar> Simulator<P> {
         self.contacts.as_ref().map_or(0, Contacts::n_states)
     }
 
-    /// Dimension of the tangent space of the state, 2 `nv` and the state of contact: rows and columns of A.
+    /// Dimension of the tangent space of the state, 2 `nv` and the contact state: rows and columns of A.
     pub fn n_tangent(&self) -> usize {
         2 * self.model.nv() + self.n_contact()
     }
 
-    /// A state of this simulator whose bristles are straight. Allocates.
+    /// Makes a state of this simulator with straight bristles. Allocates.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -366,7 +364,7 @@ impl<P: Scalar> Simulator<P> {
         assert_eq!(
             state.contact.len(),
             self.n_contact(),
-            "the state of contact of \"{}\" has {} entries; Simulator::state makes a state with them",
+            "the contact state of \"{}\" has {} entries; Simulator::state makes a state with them",
             self.model.name(),
             self.n_contact()
         );
@@ -382,7 +380,7 @@ impl<P: Scalar> Simulator<P> {
         self.time_step
     }
 
-    /// The speed from which on a rollout has diverged, rad/s or m/s.
+    /// The speed above which a rollout has diverged, rad/s or m/s.
     pub fn divergence_bound(&self) -> f64 {
         self.divergence_bound
     }
@@ -392,28 +390,28 @@ impl<P: Scalar> Simulator<P> {
         self.integrator
     }
 
-    /// Number of inputs: degrees of freedom of the actuated joints, then one for each frame actuator, then one for each servo of a tendon.
+    /// Number of inputs: degrees of freedom of the actuated joints, one for each frame actuator, and one for each tendon servo.
     pub fn nu(&self) -> usize {
         self.actuated.len() + self.frames.nu() + self.tendons.len()
     }
 
-    /// The velocity coordinate on which each entry of the input acts that is for a joint: the first entries of u.
+    /// The velocity coordinate of each joint input; these are the first entries of u.
     pub fn actuated(&self) -> &[usize] {
         &self.actuated
     }
 
-    /// Converts the simulator to another scalar type of model data: the step becomes differentiable in masses, lengths, gravity, damping, the time step.
+    /// Converts the model data to another scalar type: the step becomes differentiable in masses, lengths, gravity, damping and the time step.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
         self.with_variant(self.model.cast())
     }
 
-    /// Returns the simulator, with all its settings, of a variant of the robot: other numbers in the same structure. Over dual numbers the
-    /// step becomes differentiable in those of them that are variables.
+    /// Returns the simulator with all its settings for a variant of the robot: the same structure with other parameters. Over dual numbers the step
+    /// becomes differentiable in the parameters that are variables.
     ///
-    /// Motors, laws of contact and constraints stay what they are, also where they were chosen for the inertia of the first robot.
+    /// Motors, contact models and constraints stay unchanged, even if they were chosen for the inertia of the first robot.
     ///
     /// # Errors
-    /// If the model differs in more than numbers; the error says where.
+    /// If the structure of the model differs; the error names the difference.
     ///
     /// # Examples
     /// ```

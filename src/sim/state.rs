@@ -13,16 +13,16 @@ use crate::scalar::{Cast, Over, Scalar};
 
 /// Configuration, velocity, and the state of soft contact.
 ///
-/// A state carries no model identity; functions check lengths only, so the state of another robot with as many
-/// coordinates is not refused. [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
+/// A state carries no model identity; functions check lengths only, so the state of another robot with the same number of coordinates is not refused.
+/// [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.
     pub q: DVector<T>,
     /// Velocity in tangent coordinates, length `nv`.
     pub v: DVector<T>,
-    /// The state of contact: of [soft contact](crate::contact::SoftContact) the deflection of each point's bristle in the world, m, three
-    /// numbers a point; empty without. A vector space.
+    /// The contact state: for [soft contact](crate::contact::SoftContact) the bristle deflection of each point in the world, m, three values per
+    /// point; otherwise empty. It is a vector space.
     pub contact: DVector<T>,
 }
 
@@ -31,7 +31,7 @@ pub struct State<T: Scalar = f64> {
     reason = "a count, none of which is rare"
 )]
 impl<T: Scalar> State<T> {
-    /// From slices, without a state of contact.
+    /// Makes a state from slices, without a contact state.
     ///
     /// # Examples
     /// ```
@@ -48,7 +48,7 @@ impl<T: Scalar> State<T> {
         }
     }
 
-    /// Replaces the state of contact. For a simulator with contacts, [`Simulator::state`](super::Simulator::state)
+    /// Replaces the contact state. For a simulator with contacts, [`Simulator::state`](super::Simulator::state)
     /// makes a state whose bristles are straight.
     #[must_use]
     pub fn with_contact(mut self, contact: DVector<T>) -> Self {
@@ -73,7 +73,7 @@ impl<T: Scalar> State<T> {
     }
 
     /// The deviation δx = (q ⊖ q₀, v − v₀, m − m₀) from a reference state in tangent coordinates, length 2 `nv` and the state of
-    /// contact m: what a linear controller designed at the reference acts on. Allocates.
+    /// contact m: the argument of a linear controller that is designed at the reference. Allocates.
     ///
     /// # Panics
     /// If a state has the wrong length.
@@ -97,7 +97,7 @@ impl<T: Scalar> State<T> {
         out
     }
 
-    /// The state x ⊕ δx to which a tangent δx = (δq, δv, δm) leads, whose [deviation](Self::deviation) from here is δx. Allocates.
+    /// The state x ⊕ δx for a tangent δx = (δq, δv, δm); its [deviation](Self::deviation) from this state is δx. Allocates.
     ///
     /// # Panics
     /// If the state or the tangent has the wrong length.
@@ -126,23 +126,23 @@ impl<T: Scalar> State<T> {
         }
     }
 
-    /// All numbers: q, then v, then the state of contact.
+    /// All entries: q, then v, then the contact state.
     pub fn numbers(&self) -> impl Iterator<Item = &T> {
         self.q.iter().chain(&self.v).chain(&self.contact)
     }
 
-    /// All numbers, to be changed: q, then v, then the state of contact.
+    /// All entries, mutable: q, then v, then the contact state.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut T> {
         let (q, v) = (self.q.iter_mut(), self.v.iter_mut());
         q.chain(v).chain(&mut self.contact)
     }
 
-    /// Number of entries of q, v and the state of contact.
+    /// Number of entries of q, v and the contact state.
     pub fn len(&self) -> usize {
         self.q.len() + self.v.len() + self.contact.len()
     }
 
-    /// Takes over all numbers from a slice (q, v, state of contact).
+    /// Copies all entries from a slice (q, v, contact state).
     ///
     /// # Panics
     /// If there are not as many.
@@ -153,7 +153,7 @@ impl<T: Scalar> State<T> {
             .for_each(|(own, &given)| *own = given);
     }
 
-    /// Writes all numbers to a slice (q, v, state of contact).
+    /// Copies all entries to a slice (q, v, contact state).
     ///
     /// # Panics
     /// If there are not as many.
@@ -179,16 +179,16 @@ impl<P: Scalar> Cast<P> for State<P> {
 }
 
 impl State<f64> {
-    /// `true` if every number is finite.
+    /// `true` if all entries are finite.
     pub fn is_finite(&self) -> bool {
         self.numbers().all(|x| x.is_finite())
     }
 
-    /// Checks that the numbers are a state of the robot: as many as it has coordinates, all finite, quaternions of unit norm (to
-    /// 1e-6, which single precision keeps). For states from outside: files, networks, other engines. Limits are not checked.
+    /// Checks that the state is valid for the robot: correct lengths, all entries finite, quaternions of unit norm (to 1e-6, which single precision
+    /// satisfies). For states from files, networks and other engines. Joint limits are not checked.
     ///
     /// # Errors
-    /// The first defect, with the joint that it belongs to.
+    /// The first defect, with its joint.
     ///
     /// # Examples
     /// ```

@@ -1,4 +1,4 @@
-//! Whether a trajectory goes on after a step: one judgement for a rollout and for the lanes of a batch.
+//! Decides whether a trajectory continues after a step, for a rollout and for the lanes of a batch.
 
 use std::ops::Range;
 
@@ -12,13 +12,12 @@ use crate::scalar::Scalar;
 pub enum RolloutStatus {
     /// All steps were taken.
     Completed,
-    /// The input of this step was not finite; the trajectory ends at the state that it was computed for.
+    /// The input of this step was not finite; the trajectory ends at the state before this step.
     NonFiniteInput {
         /// Index of the step, from 0.
         step: usize,
     },
-    /// This step led to a state that is not finite, or faster than the [bound](super::Simulator::with_divergence_bound); the trajectory ends before
-    /// it.
+    /// The state after this step was not finite, or exceeded the [divergence bound](super::Simulator::with_divergence_bound); the trajectory ends before it.
     Diverged {
         /// Index of the step, from 0.
         step: usize,
@@ -31,7 +30,7 @@ pub enum RolloutStatus {
     },
 }
 
-/// A step in which the solver of the forces of contact and constraints failed. The trajectory goes on with the best forces that it found.
+/// A step in which the solver of the forces of contact and constraints failed. The trajectory continues with the best forces found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SolverFailure {
@@ -52,13 +51,13 @@ impl SolverFailure {
 }
 
 impl RolloutStatus {
-    /// Status of a trajectory that ends before a step, by the input in some of these lanes; `None` where it goes on in all.
+    /// Status of a trajectory that ends before a step, by the input in these lanes; `None` if all continue.
     #[inline]
     pub(crate) fn before<T: Scalar>(step: usize, u: &[T], lanes: Range<usize>) -> Option<Self> {
         (!are_finite(u, lanes)).then_some(Self::NonFiniteInput { step })
     }
 
-    /// Status of a trajectory that ends with a step, by the state after it in some of these lanes; `None` where it goes on in all.
+    /// Status of a trajectory that ends with a step, by the state after it in these lanes; `None` if all continue.
     ///
     /// * `bound` – [`Simulator::divergence_bound`](super::Simulator::divergence_bound)
     #[inline]
@@ -75,7 +74,7 @@ impl RolloutStatus {
     }
 }
 
-/// Whether all numbers are finite in some lanes: a product with zero is zero but for what is not finite.
+/// Whether all entries are finite in some lanes: a product with zero is zero only for finite numbers.
 #[inline]
 fn are_finite<'a, T: Scalar>(
     numbers: impl IntoIterator<Item = &'a T>,

@@ -19,7 +19,7 @@ pub struct StepScratch<T: Scalar> {
 }
 
 impl<T: Scalar> StepScratch<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         Self::for_calls(simulator, Calls::Many)
     }
@@ -33,8 +33,8 @@ impl<T: Scalar> StepScratch<T> {
     }
 
     /// Status of the solver of the forces of contact and constraints, or of the search of an [implicit midpoint](super::Integrator::ImplicitMidpoint), in
-    /// the last step, in a lane: the worst of all evaluations, and
-    /// [`Converged`](Status::Converged) where none was needed. What it means stands at [`ContactReport::certificate`](super::ContactReport).
+    /// the last step, in a lane: the worst of all evaluations, and [`Converged`](Status::Converged) if none was needed. See
+    /// [`ContactReport::certificate`](super::ContactReport) for its meaning.
     ///
     /// # Panics
     /// If there is no such lane.
@@ -67,8 +67,7 @@ impl<P: Scalar> Simulator<P> {
         next
     }
 
-    /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
-    /// [`Integrator`](super::Integrator).
+    /// [`step`](Self::step) without allocation, except the first semi-implicit Euler step with fast rotation, see [`Integrator`](super::Integrator).
     ///
     /// # Panics
     /// If state, input or output have the wrong length.
@@ -113,13 +112,13 @@ impl<P: Scalar> Simulator<P> {
         DVector::from_column_slice(self.acceleration_into(state, u, &mut scratch))
     }
 
-    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that state. A step of Runge
-    /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
-    /// [`Integrator`](super::Integrator). No allocation.
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that state. A Runge–Kutta step
+    /// integrates this acceleration. The acceleration of an Euler step differs: it contains some forces at the end of the step, see
+    /// [`Integrator`](super::Integrator). Does not allocate.
     ///
     /// * `u` – input, length `nu` (N·m or N)
     ///
-    /// Returns v̇, length `nv` (rad/s² or m/s²), which stays in the scratch.
+    /// Returns v̇, length `nv` (rad/s² or m/s²), a slice of the working memory.
     ///
     /// # Panics
     /// If state or input have the wrong length.

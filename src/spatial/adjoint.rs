@@ -1,6 +1,6 @@
 //! The maps of motions and forces between frames as 6 × 6 matrices, rows and columns `[linear; angular]`.
 //!
-//! For those who need the matrix. Products are cheaper by [`Transform::motion`] and [`Transform::force`].
+//! Products are cheaper with [`Transform::motion`] and [`Transform::force`].
 
 use nalgebra::{Matrix6, Vector3};
 

@@ -1,4 +1,4 @@
-//! Articulated-body inertia: the apparent inertia of a body that carries a mechanism.
+//! Articulated-body inertia: the apparent inertia of a body with a mechanism attached.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

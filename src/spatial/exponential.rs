@@ -1,4 +1,4 @@
-//! Exponential and logarithm of SE(3): a constant velocity, the pose that it leads to in unit time, and back.
+//! Exponential and logarithm of SE(3): from a constant velocity to the pose after unit time, and back.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -23,7 +23,7 @@ pub(crate) fn log_translation<T: Scalar>(p: &Vector3<T>, phi: &Vector3<T>) -> Ve
 }
 
 impl<T: Scalar> Transform<T> {
-    /// The pose `X_AB` to which the constant body velocity `V` leads from B = A in unit time:  exp(ρ, φ) =
+    /// The pose `X_AB` after unit time with the constant body velocity `V`, starting at B = A:  exp(ρ, φ) =
     /// (exp φ, V(φ) ρ).
     ///
     /// `X_WF * Transform::exp(&V)` is the frame F displaced by the *body* displacement V, `Transform::exp(&V) * X_WF`
@@ -52,13 +52,11 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// The velocity `V` with exp(V) = self that turns by π rad at most: the displacement from A to B, the same numbers
-    /// in the axes and about the origin of A and of B.
+    /// The velocity `V` with exp(V) = self and a rotation of at most π rad: the displacement from A to B. Its coordinates are equal in A and in B.
     ///
-    /// `(X_WF.inverse() * X_WG).log()` is how frame F must move to reach G, in its own axes: what inverse kinematics
-    /// drives to zero.
+    /// `(X_WF.inverse() * X_WG).log()` is the displacement of frame F to reach G, in the axes of F: the error in inverse kinematics.
     ///
-    /// Smooth but at half turns, where either of two opposite rotation vectors is found. No allocation.
+    /// Smooth except at rotations by π, where it returns one of two opposite rotation vectors. No allocation.
     ///
     /// # Examples
     /// ```

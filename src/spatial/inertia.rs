@@ -16,7 +16,7 @@ use crate::scalar::{Cast, Linear, Over, Scalar};
 
 /// The inertia of a rigid body B in its frame, about the frame's origin.
 ///
-/// Mass, first moment and rotational inertia are the parameters in which dynamics are *linear*.
+/// The dynamics are *linear* in mass, first moment and rotational inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia<P> {
     /// Mass m, kg.
@@ -35,7 +35,7 @@ numbers! { struct Inertia {
 } }
 
 impl<P: Scalar> Inertia<P> {
-    /// Zero inertia: no mass at all.
+    /// Zero inertia: no mass.
     #[inline]
     pub fn zero() -> Self {
         Self {
@@ -108,7 +108,7 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// The whole 6 × 6 matrix, rows and columns `[linear; angular]`.
+    /// The 6 × 6 matrix, rows and columns `[linear; angular]`.
     pub fn to_matrix(&self) -> Matrix6<P> {
         Matrix6::from_fn(|row, column| self.column(column).coordinate(row))
     }

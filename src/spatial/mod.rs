@@ -1,27 +1,27 @@
-//! Rigid-body motion in space: rotations, transforms, motions, forces, inertias.
+//! Spatial algebra: rotations, transforms, motions, forces, inertias.
 //!
 //! A spatial vector is a pair of 3-vectors, *linear first*: a motion is
-//! (velocity of the point at the origin, angular velocity), a force is (force, moment about the origin). Nothing here
-//! stores a 6 × 6 matrix; products are written out on 3-vectors.
+//! (velocity of the point at the origin, angular velocity), a force is (force, moment about the origin). No type stores a 6 × 6 matrix; products are
+//! written out for 3-vectors.
 //!
-//! Names follow the monogram notation: `X_AB` is the pose of frame B in frame A and maps what is expressed in B to A,
-//! so that adjacent letters cancel: `X_AC = X_AB * X_BC`.
+//! Names follow the monogram notation: `X_AB` is the pose of frame B in frame A and maps quantities expressed in B to A, so adjacent letters cancel:
+//! `X_AC = X_AB * X_BC`.
 //!
-//! Everything here takes constant time and no memory of the heap:
+//! All functions take constant time and do not allocate:
 //!
 //! | question | type, function | reference |
 //! |---|---|---|
-//! | where is a frame, and what does a vector of it look like from another? | [`Transform`]: [`point`](Transform::point), [`motion`](Transform::motion), [`force`](Transform::force), [`inertia`](Transform::inertia) | [Featherstone 2008, 2.8] |
+//! | pose of a frame, transformation of vectors? | [`Transform`]: [`point`](Transform::point), [`motion`](Transform::motion), [`force`](Transform::force), [`inertia`](Transform::inertia) | [Featherstone 2008, 2.8] |
 //! | as 6 × 6 matrices? | [`Transform::adjoint`], [`Transform::force_adjoint`], [`Motion::cross_matrix`] | [Murray, Li, Sastry 1994, 2.4] |
-//! | by roll, pitch and yaw? | [`Quaternion::from_roll_pitch_yaw`], [`Quaternion::to_roll_pitch_yaw`] | |
-//! | how is it turned? | [`Quaternion`], [`Quaternion::to_matrix`], [`Quaternion::from_matrix`] | [Shepperd 1978] |
-//! | where does a constant velocity lead, which one led there? | [`Transform::exp`], [`Transform::log`], [`Quaternion::exp`], [`Quaternion::log`] | [Murray, Li, Sastry 1994, chapter 2] |
-//! | how fast does a body move? | [`Motion`], [`Motion::cross`] | [Featherstone 2008, 2.2] |
-//! | what acts on it, with which power? | [`Force`], [`Motion::cross_force`], [`Motion::power`] | [Featherstone 2008, 2.3] |
-//! | how heavy is it? | [`Inertia`], [`Inertia::times`], [`Inertia::from_com`] | [Featherstone 2008, 2.13] |
-//! | with free joints behind it? | [`ArticulatedInertia`] | [Featherstone 2008, 7.1] |
-//! | as parameters without bounds? | [`Inertia::from_log_cholesky`], [`Inertia::to_pseudo_inertia`] | [Rucker, Wensing 2022]; [Wensing, Kim, Slotine 2018] |
-//! | in which axes, about which origin? | [`Representation`] | |
+//! | roll, pitch and yaw? | [`Quaternion::from_roll_pitch_yaw`], [`Quaternion::to_roll_pitch_yaw`] | |
+//! | rotation? | [`Quaternion`], [`Quaternion::to_matrix`], [`Quaternion::from_matrix`] | [Shepperd 1978] |
+//! | pose after a constant velocity, and back? | [`Transform::exp`], [`Transform::log`], [`Quaternion::exp`], [`Quaternion::log`] | [Murray, Li, Sastry 1994, chapter 2] |
+//! | velocity of a body? | [`Motion`], [`Motion::cross`] | [Featherstone 2008, 2.2] |
+//! | force and power? | [`Force`], [`Motion::cross_force`], [`Motion::power`] | [Featherstone 2008, 2.3] |
+//! | inertia? | [`Inertia`], [`Inertia::times`], [`Inertia::from_com`] | [Featherstone 2008, 2.13] |
+//! | inertia of an articulated body? | [`ArticulatedInertia`] | [Featherstone 2008, 7.1] |
+//! | unconstrained inertial parameters? | [`Inertia::from_log_cholesky`], [`Inertia::to_pseudo_inertia`] | [Rucker, Wensing 2022]; [Wensing, Kim, Slotine 2018] |
+//! | axes and origin of expression? | [`Representation`] | |
 //!
 //! # References
 //! [Featherstone 2008, chapter 2]; [Murray, Li, Sastry 1994, chapter 2].

@@ -66,7 +66,7 @@ impl<T: Scalar> Motion<T> {
         out
     }
 
-    /// The rate of change of `other`, fixed in a frame that moves with `self`:
+    /// The rate of change of `other` if it is fixed in a frame that moves with `self`:
     /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
     #[inline(always)]
     pub fn cross(&self, other: &Self) -> Self {

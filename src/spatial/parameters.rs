@@ -1,4 +1,4 @@
-//! Inertias as vectors of numbers: standard parameters, pseudo-inertia, log-Cholesky.
+//! Inertias as parameter vectors: standard parameters, pseudo-inertia, log-Cholesky.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -62,8 +62,8 @@ impl<P: Scalar> Inertia<P> {
         ]
     }
 
-    /// The pseudo-inertia [Σ h; hᵀ m] with Σ = ½ tr(J) 1 − J, the second moment of mass: a body is physically possible
-    /// exactly if it is positive definite.
+    /// The pseudo-inertia [Σ h; hᵀ m] with Σ = ½ tr(J) 1 − J, the second moment of mass: an inertia is physically consistent if and only if it is
+    /// positive definite.
     ///
     /// # References
     /// [Wensing, Kim, Slotine 2018].
@@ -94,8 +94,8 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// The body of the log-Cholesky parameters θ = (α, d₁, d₂, d₃, s₁₂, s₂₃, s₁₃, t₁, t₂, t₃): every vector of ten
-    /// numbers is a physically possible body, and small changes stay small.
+    /// Makes the inertia of log-Cholesky parameters θ = (α, d₁, d₂, d₃, s₁₂, s₂₃, s₁₃, t₁, t₂, t₃). All vectors of ten numbers give physically
+    /// consistent inertias, and small changes remain small.
     ///
     /// The pseudo-inertia is U Uᵀ with U = eᵅ [e^d₁ s₁₂ s₁₃ t₁; 0 e^d₂ s₂₃ t₂; 0 0 e^d₃ t₃; 0 0 0 1].
     ///
@@ -129,7 +129,7 @@ impl<P: Scalar> Inertia<P> {
         Self::from_pseudo_inertia(&Matrix4::from_fn(product))
     }
 
-    /// Jacobian ∂π/∂θ of the [standard parameters](Self::to_parameters) π in the log-Cholesky parameters θ, exact, a row for each of π. Never singular;
+    /// The exact Jacobian ∂π/∂θ of the [standard parameters](Self::to_parameters) π (rows) in the log-Cholesky parameters θ (columns). Never singular;
     /// its inverse is the Jacobian of [`to_log_cholesky`](Self::to_log_cholesky). The pseudo-inertia is linear in π.
     ///
     /// # Examples
@@ -152,7 +152,7 @@ impl<P: Scalar> Inertia<P> {
         SMatrix::from_fn(|row, column| all[row].eps[column])
     }
 
-    /// The log-Cholesky parameters of a physically possible body; not finite for an impossible one.
+    /// The log-Cholesky parameters of a physically consistent inertia; not finite for an inconsistent one.
     pub fn to_log_cholesky(&self) -> [P; INERTIAL_PARAMETERS] {
         // P = U Uᵀ with upper triangular U, from the last column: U₄₄ = √m.
         let p = self.to_pseudo_inertia();

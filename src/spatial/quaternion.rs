@@ -75,7 +75,7 @@ impl<T: Scalar> Quaternion<T> {
 
     /// The rotation vector φ with exp(φ) = ±self and |φ| ≤ π.
     ///
-    /// Smooth but at |φ| = π, where the rotation vector itself jumps; there the derivative is the one-sided limit.
+    /// Smooth except at |φ| = π, where the rotation vector jumps; there the derivative is the one-sided limit.
     pub fn log(&self) -> Vector3<T> {
         // The same rotation with w ≥ 0, so that the angle is at most π.
         let sign = self.w.select_lt(T::zero(), T::constant(-1.0), T::one());
@@ -109,8 +109,7 @@ impl<T: Scalar> Quaternion<T> {
 
     /// The quaternion of a rotation matrix, with w ≥ 0.
     ///
-    /// A row of 4 q qᵀ, each of which is a multiple of q: the one with the largest diagonal is divided by its norm. So
-    /// it is exact near half a turn as well.
+    /// Each row of 4 q qᵀ is a multiple of q; the one with the largest diagonal entry is normalised. So the result is also exact near rotations by π.
     ///
     /// # References
     /// [Shepperd 1978].
@@ -140,7 +139,7 @@ impl<T: Scalar> Quaternion<T> {
 
     /// The rotation matrix `R_AB`, columns = axes of B in A.
     ///
-    /// Scaling the quaternion does not change it: a quaternion that is not quite unit still gives an exact rotation.
+    /// Independent of the norm of the quaternion: a quaternion that is not exactly of unit norm still gives an exact rotation.
     #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<T> {
         // R = 1 + s (w [v] + [v]²), s = 2 / |q|²
@@ -164,7 +163,7 @@ impl<T: Scalar> Quaternion<T> {
     }
 }
 
-/// log(`R_WA`ᵀ `R_WB`), the rotation vector (rad) from A to B, in the axes of A; at half a turn either of two opposite
+/// log(`R_WA`ᵀ `R_WB`), the rotation vector (rad) from A to B, in the axes of A; at half a revolution either of two opposite
 /// ones.
 pub(crate) fn rotation_vector<P: Scalar, T: Over<P>>(
     R_WA: &Matrix3<P>,
@@ -330,7 +329,7 @@ mod tests {
         }
     }
 
-    // Every candidate has its turn: rotations by small angles, and by half a turn about every axis.
+    // Every candidate has its turn: rotations by small angles, and by half a revolution about every axis.
     #[test]
     fn quaternion_of_a_matrix_gives_the_matrix_and_its_derivatives() {
         let small = [vector(0.0, 0.0, 0.0), axis() * 0.3];

@@ -16,9 +16,9 @@ pub enum Representation {
     /// Origin of F, axes of W (Pinocchio's `LOCAL_WORLD_ALIGNED`): the linear part is ṗ, the velocity of F's origin.
     ///
     /// The linear part of an *acceleration* in this representation is p̈, the classical acceleration of F's origin (Pinocchio's
-    /// `getFrameClassicalAcceleration`): the rate of the velocity's numbers. In the other two it is spatial, p̈ − ω × ṗ
-    /// of the point at the origin. Pinocchio's `getFrameAcceleration` in `LOCAL_WORLD_ALIGNED` is spatial: it is this
-    /// one less (ω × ṗ, 0).
+    /// `getFrameClassicalAcceleration`): the rate of the coordinates of the velocity. In the other two representations it is the spatial
+    /// acceleration, p̈ − ω × ṗ of the point at the origin. Pinocchio's `getFrameAcceleration` in `LOCAL_WORLD_ALIGNED` is spatial: it equals this
+    /// one minus (ω × ṗ, 0).
     Mixed,
     /// Origin of W, axes of W (right-trivialised, Pinocchio's `WORLD`).
     Inertial,
@@ -28,7 +28,7 @@ impl Representation {
     /// Array of all representations, for tests and tables.
     pub const ALL: [Self; 3] = [Self::Body, Self::Mixed, Self::Inertial];
 
-    /// A velocity of F from the body representation to this one; `X_WF` is the pose of F.
+    /// Converts a velocity of F from the body representation to this one; `X_WF` is the pose of F.
     // Out of line it costs a frame Jacobian a tenth more instructions.
     #[inline(always)]
     pub fn velocity_from_body<T: Scalar>(self, X_WF: &Transform<T>, V_F: &Motion<T>) -> Motion<T> {
@@ -40,7 +40,7 @@ impl Representation {
         }
     }
 
-    /// A velocity of F from this representation to the body one.
+    /// Converts a velocity of F from this representation to the body representation.
     #[inline]
     pub fn velocity_to_body<T: Scalar>(self, X_WF: &Transform<T>, V: &Motion<T>) -> Motion<T> {
         let R = &X_WF.rotation;
@@ -51,7 +51,7 @@ impl Representation {
         }
     }
 
-    /// A force on F from the body representation to this one: its power does not change.
+    /// Converts a force on F from the body representation to this one, with equal power.
     #[inline]
     pub fn force_from_body<T: Scalar>(self, X_WF: &Transform<T>, F_F: &Force<T>) -> Force<T> {
         let R = &X_WF.rotation;
@@ -62,7 +62,7 @@ impl Representation {
         }
     }
 
-    /// A force on F from this representation to the body one.
+    /// Converts a force on F from this representation to the body representation.
     #[inline]
     pub fn force_to_body<T: Scalar>(self, X_WF: &Transform<T>, F: &Force<T>) -> Force<T> {
         let R = &X_WF.rotation;
@@ -73,8 +73,8 @@ impl Representation {
         }
     }
 
-    /// An acceleration of F, the rate of its velocity in this representation, from that in the body one; `V_F` is the
-    /// velocity of F in the body representation.
+    /// Converts an acceleration of F from the body representation to this one, the rate of its velocity here; `V_F` is the velocity of F in the body
+    /// representation.
     #[inline]
     pub fn acceleration_from_body<T: Scalar>(
         self,
@@ -85,8 +85,7 @@ impl Representation {
         self.velocity_from_body(X_WF, &(*A_F + self.turning(V_F).cross(V_F)))
     }
 
-    /// An acceleration of F from this representation to the body one; `V_F` is the velocity of F in the body
-    /// representation.
+    /// Converts an acceleration of F from this representation to the body representation; `V_F` is the velocity of F in the body representation.
     #[inline]
     pub fn acceleration_to_body<T: Scalar>(
         self,

@@ -1,4 +1,4 @@
-//! Rotations by roll, pitch and yaw: the angles of description files and aircraft.
+//! Rotations by roll, pitch and yaw, as in description files.
 
 use nalgebra::Matrix3;
 
@@ -31,8 +31,8 @@ impl<T: Scalar> Quaternion<T> {
     /// [`from_roll_pitch_yaw`](Self::from_roll_pitch_yaw).
     ///
     /// # Limitations
-    /// At a pitch of ±π/2 only the sum or the difference of roll and yaw is defined. The three still make the rotation, but
-    /// do not depend on it continuously, and have no finite derivative.
+    /// At a pitch of ±π/2 only the sum or the difference of roll and yaw is defined. The three angles still give the rotation, but are discontinuous
+    /// functions of it without a finite derivative.
     pub fn to_roll_pitch_yaw(&self) -> [T; 3] {
         roll_pitch_yaw(&self.to_matrix())
     }

@@ -1,4 +1,4 @@
-//! Symmetric 3 × 3 matrices in six numbers.
+//! Symmetric 3 × 3 matrices with six entries.
 
 use std::ops::{Add, Sub};
 

@@ -17,7 +17,7 @@ use crate::scalar::{Cast, Linear, Over, Scalar};
 /// Numbers in a transform: those of a rotation matrix and a vector.
 pub(crate) const TRANSFORM_ENTRIES: usize = 12;
 
-/// The pose `X_AB` of frame B in frame A; it maps what is expressed in B to A.
+/// The pose `X_AB` of frame B in frame A; it maps quantities expressed in B to A.
 ///
 /// # Examples
 /// ```
@@ -137,7 +137,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A force from B to A: (R f; R n + p × R f) [Featherstone 2008, 2.25].
+    /// Transforms a force from B to A: (R f; R n + p × R f) [Featherstone 2008, 2.25].
     #[inline(always)]
     pub fn force<S: Linear<T>>(&self, F_B: &Force<S>) -> Force<S> {
         let linear = rotate(&self.rotation, &F_B.linear);
@@ -169,7 +169,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A rigid body's inertia from B to A.
+    /// Transforms the inertia of a rigid body from B to A.
     #[inline(always)]
     pub fn inertia(&self, I_B: &Inertia<T>) -> Inertia<T> {
         I_B.moved(&self.rotation, &self.translation)

@@ -10,7 +10,7 @@ macro_rules! spatial_vector {
                 Self { linear, angular }
             }
 
-            /// Zero.
+            /// Makes the zero vector.
             #[inline(always)]
             pub fn zero() -> Self {
                 Self::new(zero(), zero())

@@ -4,7 +4,7 @@ use num_dual::HyperDual64;
 
 use crate::scalar::Scalar;
 
-/// A function a(r) = Σᵢ aᵢ(rᵢ) of a residual, zero where nothing is to be paid.
+/// A function a(r) = Σᵢ aᵢ(rᵢ) of a residual: its cost.
 ///
 /// # Examples
 /// ```
@@ -27,16 +27,16 @@ pub enum Activation {
         /// ε, where the one goes over into the other.
         width: f64,
     },
-    /// ½ dist(r, [lower, upper])²: free inside, quadratic outside. Infinite bounds bound nothing.
+    /// ½ dist(r, [lower, upper])²: free inside, quadratic outside. Infinite for no bound.
     Barrier {
         /// Lower bound of each entry.
         lower: Vec<f64>,
         /// Upper bound of each entry.
         upper: Vec<f64>,
     },
-    /// 1 − exp(−½ r²/ε²): ½ r²/ε² near zero, flat far away, so that outliers do not pull.
+    /// 1 − exp(−½ r²/ε²): ½ r²/ε² near zero, constant far away, so outliers have no influence.
     Flat {
-        /// ε, how far it pulls.
+        /// ε, the width.
         width: f64,
     },
 }
@@ -82,7 +82,7 @@ impl Activation {
         }
     }
 
-    /// The number of entries that it is made for, where that is fixed.
+    /// Its number of entries, if fixed.
     pub(super) fn dim(&self) -> Option<usize> {
         match self {
             Self::Weighted(weights) => Some(weights.len()),
@@ -95,7 +95,7 @@ impl Activation {
 /// ½ dist(r, [lower, upper])².
 pub(super) fn outside<T: Scalar>(r: T, lower: f64, upper: f64) -> T {
     let beyond = |excess: T| excess.max(T::zero());
-    // An infinite bound would make infinite excesses, whose products with zero are not numbers.
+    // An infinite bound would make infinite excesses, whose products with zero are NaN.
     let above = if upper < f64::INFINITY {
         beyond(r - upper)
     } else {

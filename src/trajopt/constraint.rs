@@ -7,8 +7,7 @@ use super::cost::{Expansion, Point};
 use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
 use super::system::{AnySystem, AsSystem};
 
-/// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is
-/// infinite.
+/// lower ≤ r(x, u) ≤ upper, entry by entry: an equality if both bounds are equal, one-sided if one is infinite.
 ///
 /// # Examples
 /// ```
@@ -51,7 +50,7 @@ impl Constraint {
     /// lower ≤ r ≤ upper.
     ///
     /// # Panics
-    /// If a lower bound is above its upper bound or not a number.
+    /// If a lower bound is above its upper bound or NaN.
     pub fn within<R: Residual>(residual: R, lower: &[f64], upper: &[f64]) -> Self {
         assert_eq!(lower.len(), upper.len(), "as many lower as upper bounds");
         check_bounds(lower, upper);
@@ -68,7 +67,7 @@ impl Constraint {
         Self::within(residual, &zeros, &zeros)
     }
 
-    /// The residual with its derivatives and its bounds, for solvers of other kinds.
+    /// Computes the residual with its derivatives, for other solvers.
     ///
     /// * `out` – output, made by [`ResidualJacobian::new`]
     pub fn linearize(
@@ -104,7 +103,7 @@ impl Constraint {
         assert_eq!(self.dim(), dim, "the bounds of a residual of {dim} entries");
         assert!(
             !is_final || self.residual.depends_on() != Dependence::Input,
-            "a terminal constraint is about the input, which there is none of"
+            "a terminal constraint is about the input, but the last stage has no input"
         );
     }
 
@@ -122,7 +121,7 @@ impl Constraint {
         r
     }
 
-    /// Largest violation over the entries; infinite where one is not a number.
+    /// Largest violation over the entries; infinite where one is NaN.
     pub(super) fn largest_excess(&self, at: Point<'_>, memory: &mut ResidualJacobian) -> f64 {
         let r = self.values(at, memory).iter();
         let bounds = self.lower.iter().zip(&self.upper);

@@ -5,14 +5,13 @@ use super::system::AnySystem;
 /// Second derivatives that a solver takes into account.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curvature {
-    /// Second derivatives of the costs as Gauss and Newton have them; none of the dynamics (iLQR).
+    /// Gauss–Newton Hessians of the costs, without second derivatives of the dynamics (iLQR).
     #[default]
     GaussNewton,
-    /// The exact Hessian of the costs and the second-order terms of the dynamics (DDP), by hyper-dual numbers: many
-    /// evaluations, which allocate. Constraints keep the Hessian of Gauss and Newton; so does all else in an iteration
-    /// where the exact one is not convex. Fewer iterations near an optimum, each many times as long: for an arm of
-    /// seven joints some thirty times. Needs the feature `second-order`; without it solvers return
-    /// [`Status::NoStepHessian`](super::Status::NoStepHessian).
+    /// The exact Hessian of the costs and the second-order terms of the dynamics (DDP), by hyper-dual numbers: many evaluations, which allocate.
+    /// Constraints keep the Gauss–Newton Hessian; so do the costs and dynamics in an iteration with a nonconvex exact Hessian. It needs fewer
+    /// iterations near an optimum, but each takes much longer: about thirty times for an arm of seven joints. Without the feature `second-order`
+    /// solvers return [`Status::NoStepHessian`](super::Status::NoStepHessian).
     Exact,
 }
 

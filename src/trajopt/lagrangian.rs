@@ -1,6 +1,6 @@
 //! Cost of one stage with the terms of the augmented Lagrangian of its constraints: as a number, and to second order.
 //!
-//! λ of a stage holds the multipliers of its constraints one after the other; μ is the same for all of them.
+//! λ of a stage holds the multipliers of its constraints in sequence; μ is the same for all of them.
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO].
 

@@ -1,44 +1,42 @@
-//! Trajectory optimisation: from a system, a cost and limits to the best trajectory, with feedback gains along it.
+//! Trajectory optimisation: finds the optimal trajectory of a system for a cost and constraints, with feedback gains.
 //!
-//! A [`Problem`] puts together a [`System`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
-//! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w
-//! a(r(x, u)):  a weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over
-//! the scalar. Gradients and Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States
-//! live on their manifold: all derivatives are in the tangent space.
+//! A [`Problem`] consists of a [`System`] (a [`Simulator`](crate::Simulator), or any function of state and input over the scalar), a horizon, a stage
+//! cost and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of w a(r(x, u)): a weight, an [`Activation`], a [`Residual`].
+//! Residuals of robots are in this module; a user-defined residual is a function over the scalar. Gradients and Gauss–Newton Hessians use dual
+//! numbers, exact Hessians hyper-dual numbers. States are on their manifold: all derivatives are in the tangent space.
 //!
 //! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains.
-//! [`RecedingHorizon`] does so over and over, as a controller. [`SingleShooting`] is the whole rollout as one function,
-//! with its gradient and Hessian, for the methods of [`argmin`]: a yardstick, and a way to methods of one's own.
-//! `Transcription` (feature `transcription`) solves the problem in continuous time, states and inputs of all nodes at
-//! once: long steps, and path constraints held by a quadratic program.
+//! [`RecedingHorizon`] solves it at each step, as a model-predictive controller. [`SingleShooting`] is the rollout as one function, with its gradient
+//! and Hessian, for the methods of [`argmin`]: for comparison, and for custom methods. `Transcription` (feature `transcription`) is direct
+//! collocation: it solves the problem in continuous time for the states and inputs of all nodes at once, with long steps, and path constraints in a
+//! quadratic program.
 //!
 //! | question | solver | one iteration costs | reference |
 //! |---|---|---|---|
 //! | a trajectory with feedback gains | [`Ddp`] | O(N (`ndx` + `nu`)³) and the step Jacobians, allocates nothing | [Mastalli et al. 2020]; [Tassa, Mansard, Todorov 2014] |
-//! | the same again at every step of a controller | [`RecedingHorizon`] | that of [`Ddp`] | [Tassa, Mansard, Todorov 2014] |
-//! | the rollout as a function, for methods of one's own | [`SingleShooting`] | a rollout and its step Jacobians; with a Hessian O(N²) | [Griewank, Walther 2008] |
+//! | model-predictive control | [`RecedingHorizon`] | as [`Ddp`] | [Tassa, Mansard, Todorov 2014] |
+//! | the rollout as a function, for custom methods | [`SingleShooting`] | a rollout and its step Jacobians; with a Hessian O(N²) | [Griewank, Walther 2008] |
 //! | long steps, many path constraints | `Transcription` | a sparse quadratic program | [Hargraves, Paris 1987]; [Kelly 2017] |
 //!
-//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; code over any of
-//! them is written over [`Solver`].
+//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; generic code uses the trait [`Solver`].
 //!
 //! | question | answer |
 //! |---|---|
-//! | optimise a system of one's own? | [`System`]: its step over the scalar; derivatives come by dual numbers unless it has faster ones |
-//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth transform |
+//! | optimise a custom system? | [`System`]: its step over the scalar; derivatives use dual numbers by default |
+//! | keep an input within limits? | [`Problem::with_input_bounds`]; satisfied exactly, in [`SingleShooting`] by a smooth transform |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
-//! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
-//! | many of those, or between the steps too? | `Transcription` |
+//! | keep a state within limits, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
+//! | many path constraints, also between the steps? | `Transcription` |
 //! | end at a given state? | [`Problem::with_final_constraint`] |
 //! | follow a reference? | [`StateError::along`], [`InputError::along`], a [`Schedule`] of any residual |
-//! | follow one that goes on beyond the horizon? | the same, with [`Problem::set_first_stage`] |
-//! | minimise some other function? | [`minimize`] |
+//! | follow a reference beyond the horizon? | the same, with [`Problem::set_first_stage`] |
+//! | minimise another function? | [`minimize`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
-//! | of obstacles of any shape, and of oneself? | [`LinkDistances::at_least`], at nodes and between them; [`LinkDistances::barrier`] |
-//! | let the start be chosen too? | [`InitialState::Free`] |
+//! | keep clear of obstacles of any shape, and of other links? | [`LinkDistances::at_least`], at nodes and between them; [`LinkDistances::barrier`] |
+//! | optimise the initial state? | [`InitialState::Free`] |
 //!
-//! Solvers see a system, a residual and a problem through pointers (`system/any.rs`, `residual.rs`) and are compiled once, in this library; a program
-//! compiles what its own systems and residuals contain, and nothing else.
+//! Solvers use systems, residuals and problems through trait objects (`system/any.rs`, `residual.rs`) and are compiled once, in this library; a
+//! program compiles only its own systems and residuals.
 
 mod activation;
 mod constraint;

@@ -1,23 +1,22 @@
-//! The augmented Lagrangian around a solver that knows no constraints: one problem after the other, with multipliers
-//! that grow into the forces of the constraints, and a penalty that is raised where violations do not shrink.
+//! The augmented Lagrangian for a solver without constraints: a sequence of problems with multipliers that converge to the forces of the constraints,
+//! and a penalty that is raised if violations do not decrease.
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal, Wright 2006, section 17.4].
 
 use crate::minimize::Status;
 
-/// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact
-/// one, whose defaults are its own.
+/// Options of the penalty of constraints: of an augmented Lagrangian, or of the exact penalty of `Transcription`, which has its own defaults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintOptions {
     /// Largest violation of a constraint, in its own unit; 1e-6 by default.
     pub tolerance: f64,
-    /// Penalty μ at the start, 10 by default; larger meets constraints sooner, and makes the first problem stiffer.
+    /// Initial penalty μ, 10 by default; a larger value satisfies constraints sooner, and makes the first problem stiffer.
     pub penalty: f64,
-    /// Factor by which it rises, 10 by default.
+    /// Factor by which the penalty increases, 10 by default.
     pub penalty_increase: f64,
-    /// Limit of the penalty, 1e8 by default.
+    /// Maximum penalty, 1e8 by default.
     pub max_penalty: f64,
-    /// The penalty rises where a violation does not shrink by this factor, 0.25 by default.
+    /// The penalty increases if a violation does not decrease by this factor, 0.25 by default.
     pub violation_decrease: f64,
 }
 
@@ -60,7 +59,7 @@ pub(super) trait AtMultipliers {
     fn update(&mut self, penalty: f64);
 }
 
-/// Tolerances of the problems at fixed multipliers, one after the other.
+/// Tolerances of the problems at fixed multipliers, in sequence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerances {
     /// Tolerance while the multipliers are not yet right.

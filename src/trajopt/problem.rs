@@ -10,13 +10,13 @@ use super::system::{AnySystem, System};
 use crate::error::OutOfMemory;
 use crate::memory;
 
-/// Start of a trajectory: given, or free to be chosen.
+/// Initial state of a trajectory: given or free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InitialState {
     /// The first state is given.
     #[default]
     Fixed,
-    /// Anywhere: the first state is optimised too, from the given one.
+    /// The first state is optimised, starting from the given one.
     Free,
 }
 
@@ -53,10 +53,10 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem of `horizon` steps from the state `start`, without costs, bounds or constraints.
+    /// Makes a problem of `horizon` steps from the state `start`, without costs, bounds or constraints.
     ///
     /// # Panics
-    /// If `start` has not the length `nx`.
+    /// If `start` does not have length `nx`.
     pub fn new(dynamics: impl System, horizon: usize, start: &[f64]) -> Self {
         let dynamics = dynamics.boxed();
         check_start(&*dynamics, start);
@@ -76,7 +76,7 @@ impl Problem {
         }
     }
 
-    /// Sets lₖ, the cost per unit of time of every stage: it counts times the time step.
+    /// Sets lₖ, the cost per unit of time of all stages: it is multiplied by the time step.
     ///
     /// # Panics
     /// If an activation is not made for its residual.
@@ -96,10 +96,10 @@ impl Problem {
         self
     }
 
-    /// Bounds the inputs of every stage; infinite bounds bound nothing. Solutions keep them exactly.
+    /// Bounds the inputs of all stages; infinite for no bound. Solutions satisfy the bounds exactly.
     ///
     /// # Panics
-    /// If a bound has not the length `nu` or is not a number, or if a lower one is above its upper one.
+    /// If a bound does not have length `nu` or is NaN, or if a lower one is above its upper one.
     #[must_use]
     pub fn with_input_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         let nu = self.dynamics.nu();
@@ -110,7 +110,7 @@ impl Problem {
         self
     }
 
-    /// Adds a constraint on state and input of every stage (not on the last state): hard bounds on states are one.
+    /// Adds a constraint on state and input of all stages (not on the last state), for example hard bounds on states.
     ///
     /// # Panics
     /// If its bounds are not as many as its residual has entries.
@@ -132,26 +132,25 @@ impl Problem {
         self
     }
 
-    /// Says whether the first state is given or optimised too.
+    /// Sets whether the first state is given or optimised.
     #[must_use]
     pub fn with_initial_state(mut self, initial: InitialState) -> Self {
         self.initial = initial;
         self
     }
 
-    /// Changes the state from which the trajectory starts.
+    /// Changes the initial state.
     ///
     /// # Panics
-    /// If it has not the length `nx`.
+    /// If it does not have length `nx`.
     pub fn set_start(&mut self, start: &[f64]) {
         check_start(self.dynamics(), start);
         self.start.copy_from_slice(start);
     }
 
-    /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a
-    /// trajectory ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some
-    /// stages are looked up from there on. So the references of a [`RecedingHorizon`](super::RecedingHorizon) move
-    /// without new costs.
+    /// Sets the stage of a longer motion at which the problem begins; 0 by default. References along a trajectory
+    /// ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some stages are looked up from there. So the
+    /// references of a [`RecedingHorizon`](super::RecedingHorizon) move without new costs.
     pub fn set_first_stage(&mut self, stage: usize) {
         self.first_stage = stage;
     }
@@ -174,12 +173,12 @@ impl Problem {
         self.final_cost = cost;
     }
 
-    /// System of the problem, of which time step and sizes are those of the problem.
+    /// System of the problem, with its time step and sizes.
     pub fn dynamics(&self) -> &dyn AnySystem {
         &*self.dynamics
     }
 
-    /// Checks that a solver has room for its stages: about four matrices of the size of state and input each.
+    /// Checks the memory of a solver for its stages: about four matrices of the size of state and input each.
     ///
     /// # Errors
     /// If they would need more memory than the [limit](crate::memory). Solvers panic with the message.
@@ -211,7 +210,7 @@ impl Problem {
         self.horizon
     }
 
-    /// The state from which the trajectory starts, length `nx`.
+    /// The initial state, length `nx`.
     pub fn start(&self) -> &DVector<f64> {
         &self.start
     }

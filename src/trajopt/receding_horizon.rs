@@ -1,4 +1,4 @@
-//! Model-predictive control: the problem solved anew at every step, from where the system is.
+//! Model-predictive control: solves the problem at each step, from the current state.
 
 use std::fmt;
 
@@ -7,11 +7,10 @@ use super::problem::Problem;
 use super::progress::Progress;
 use super::trajectory::Trajectory;
 
-/// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
+/// A model-predictive controller: warm-started [`Ddp`](super::Ddp) at each step, from the last plan shifted by one stage.
 ///
-/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call. References
-/// along a trajectory that is longer than the horizon move with `controller.problem_mut().set_first_stage(k)` before
-/// step k.
+/// A fixed number of iterations bounds the time of a call; the plan improves from call to call. To follow a reference that is longer than the
+/// horizon, call `controller.problem_mut().set_first_stage(k)` before step k.
 ///
 /// # Examples
 /// ```
@@ -37,7 +36,7 @@ pub struct RecedingHorizon {
 }
 
 impl RecedingHorizon {
-    /// A controller that takes up to `iterations` at every step.
+    /// Makes a controller with up to `iterations` iterations per step.
     pub fn new(problem: Problem, iterations: usize) -> Self {
         let options = DdpOptions {
             max_iterations: iterations,
@@ -47,11 +46,10 @@ impl RecedingHorizon {
         Self::from_guess(problem, options, plan)
     }
 
-    /// A controller with options of its own, whose first plan starts from a guess; `max_iterations` count for every
-    /// step.
+    /// Makes a controller with options, whose first plan starts from a guess; `max_iterations` applies to each step.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem, or if its horizon has no steps.
+    /// If the guess does not have the shape of the problem, or if its horizon has no steps.
     pub fn from_guess(problem: Problem, options: DdpOptions, guess: Trajectory) -> Self {
         guess.check(&problem);
         assert!(problem.horizon() > 0, "a horizon of one step at least");
@@ -63,7 +61,7 @@ impl RecedingHorizon {
         }
     }
 
-    /// The input for the system at `x`: the first of a plan from there. Where no plan is found, that of the last one.
+    /// Returns the input at the state `x`: the first input of a plan from there. If no plan is found, that of the last plan.
     ///
     /// * `x` – state, length `nx`
     ///
@@ -73,7 +71,7 @@ impl RecedingHorizon {
         self.control_with(x, |_| {})
     }
 
-    /// [`control`](Self::control), reporting every iteration.
+    /// [`control`](Self::control) with a report of each iteration.
     ///
     /// # Panics
     /// If `x` has the wrong length.
@@ -100,8 +98,8 @@ impl RecedingHorizon {
         self.ddp.solution()
     }
 
-    /// The problem, to move its references: [`Problem::set_first_stage`] for those along a trajectory, new costs for
-    /// others. Horizon and system stay.
+    /// The problem, mutable, to change its references: [`Problem::set_first_stage`] for references along a trajectory, new costs for others. Horizon
+    /// and system are fixed.
     pub fn problem_mut(&mut self) -> &mut Problem {
         &mut self.problem
     }

@@ -1,16 +1,16 @@
 //! Regularisation of a Hessian from one iteration to the next.
 
-/// Options of the Tikhonov regularisation, which is added to the diagonal of a Hessian, so that steps are short where
-/// the model is bad: more after steps that disappoint, less after those that do not.
+/// Options of the Tikhonov regularisation on the diagonal of a Hessian, which shortens steps where the model is inaccurate. It increases after bad
+/// steps and decreases after good ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationOptions {
-    /// Value at the start, 1e-9 by default; larger makes first steps shorter.
+    /// Initial value, 1e-9 by default; a larger value shortens the first steps.
     pub start: f64,
-    /// Least value, 1e-9 by default.
+    /// Minimum value, 1e-9 by default.
     pub min: f64,
-    /// Given up above this, 1e9 by default.
+    /// Value above which the solver gives up, 1e9 by default.
     pub max: f64,
-    /// Factor by which it rises and falls, 10 by default.
+    /// Factor by which it increases and decreases, 10 by default.
     pub factor: f64,
 }
 
@@ -26,8 +26,7 @@ impl Default for RegularizationOptions {
 }
 
 impl RegularizationOptions {
-    /// Options without regularisation, until a Hessian turns out to need some: for problems that are known to be
-    /// convex.
+    /// Options without regularisation until a Hessian needs it: for convex problems.
     pub fn none() -> Self {
         Self {
             start: 0.0,

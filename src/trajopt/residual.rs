@@ -1,4 +1,4 @@
-//! Residuals: what a cost or a constraint measures, written once over the scalar.
+//! Residuals of costs and constraints, generic over the scalar.
 
 use std::fmt;
 
@@ -15,8 +15,8 @@ use crate::scalar::Scalar;
 pub struct Node<'a, T: Scalar = f64> {
     /// The system: its sizes, and the manifold of its states.
     pub dynamics: &'a dyn Manifold<T>,
-    /// The stage, from 0, or from where the problem begins
-    /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is one more.
+    /// The stage, from 0, or from the first stage of the problem
+    /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is the last stage plus one.
     pub stage: usize,
     /// The same system on all numbers.
     system: &'a dyn AnySystem,
@@ -35,10 +35,10 @@ impl<'a> Node<'a> {
 }
 
 impl<'a, T: Scalar> Node<'a, T> {
-    /// The robot that the residual is about.
+    /// The robot of the residual.
     ///
     /// # Panics
-    /// If the system [is no robot](super::System::robot).
+    /// If the system [is not a robot](super::System::robot).
     pub fn model(&self) -> &'a Model {
         self.dynamics.robot().expect(NO_ROBOT)
     }
@@ -77,11 +77,11 @@ pub enum Dependence {
     State,
     /// The first [`ndq`](super::System::ndq) tangent directions of the state alone: a robot's configuration.
     Configuration,
-    /// The input alone. Such a residual has no place at the end of the horizon, where there is no input.
+    /// The input alone. Such a residual is not allowed at the end of the horizon, where there is no input.
     Input,
 }
 
-/// A vector r(x, u) that is to be small, or within bounds.
+/// A vector r(x, u) to be minimised, or kept within bounds.
 ///
 /// # Examples
 /// ```
@@ -114,12 +114,12 @@ pub trait Residual: Sized + Send + Sync + 'static {
         Dependence::Both
     }
 
-    /// [`eval`](Self::eval) on plain numbers, where a residual knows a shorter way.
+    /// [`eval`](Self::eval) on plain numbers, for residuals with a faster implementation.
     fn value(&self, node: &Node<'_>, x: &[f64], u: &[f64], r: &mut [f64]) {
         self.eval(node, x, u, r);
     }
 
-    /// Computes r with its derivatives: by dual numbers through [`eval`](Self::eval) unless a residual knows better.
+    /// Computes r with its derivatives. The default uses dual numbers through [`eval`](Self::eval).
     ///
     /// * `out` – output, prepared with `dim` rows of zeros
     fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
@@ -169,7 +169,7 @@ behind_a_pointer! {
 }
 
 behind_a_pointer! {
-    /// A residual of whatever type on the scalars that solvers use.
+    /// A residual of any type on the scalars that solvers use.
     pub trait AnyResidual: [EvalOn<HyperDual64>] of Residual {
         /// Number of entries.
         fn dim(&self, node: &Node<'_>) -> usize;
@@ -182,7 +182,7 @@ behind_a_pointer! {
     }
 }
 
-/// A residual with its derivatives in (δx, δu), and working memory to compute them.
+/// A residual with its derivatives in (δx, δu), and working memory for them.
 #[derive(Clone, Debug)]
 pub struct ResidualJacobian {
     /// r, length `dim`.

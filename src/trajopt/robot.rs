@@ -10,11 +10,10 @@ use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State, StepScratch};
 
-/// A system whose state is that of a robot, x = (q, v, m) with the state of contact m: what the costs of robots are
-/// about.
+/// A system whose state is that of a robot, x = (q, v, m) with the contact state m. Residuals of robots need it.
 ///
-/// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use
-/// them, and [`System::robot`]; [`forward_system!`](crate::forward_system) hands on what stays as it is.
+/// To wrap a [`Simulator`] (another actuation, a delay) and use these residuals, implement this trait and [`System::robot`];
+/// [`forward_system!`](crate::forward_system) forwards the unchanged functions.
 pub trait Robot: System {
     /// The robot.
     ///
@@ -32,7 +31,7 @@ pub trait Robot: System {
     /// The state of x. Allocates.
     ///
     /// # Panics
-    /// If `x` has not the length `nx`.
+    /// If `x` does not have length `nx`.
     fn unpack(&self, x: &[f64]) -> State {
         assert_eq!(x.len(), self.nx(), "x is (q, v, m)");
         let model = self.model();
@@ -42,7 +41,7 @@ pub trait Robot: System {
     }
 }
 
-/// What is missing where the model of a system is asked for that has none.
+/// Message for a system without a model if its model is requested.
 pub(super) const NO_ROBOT: &str =
     "only robots have a model: `System::robot` says which one a system is";
 
@@ -107,7 +106,7 @@ impl System for Simulator {
         let memory = scratch.get(|| RateMemory::new(self));
         memory.state.q.copy_from_slice(&x[..self.model().nq()]);
         memory.state.v.copy_from_slice(&x[self.model().nq()..]);
-        // With a state of contact this is refused: bristles have no rate apart from a step.
+        // With a contact state this is refused: bristles have no rate apart from a step.
         let a = self.acceleration_into(&memory.state, u, &mut memory.step);
         let (dq, dv) = rate.split_at_mut(self.model().nv());
         dq.copy_from_slice(memory.state.v.as_slice());

@@ -1,13 +1,12 @@
-//! Working memory of a system, of whatever types its functions need.
+//! Working memory of a system, of any types.
 
 use std::any::Any;
 use std::fmt;
 
 /// Working memory that the functions of a [`System`](super::System) keep from call to call, one for each thread.
 ///
-/// A function asks for memory by its type, [`get`](Self::get): made at the first call, found again at the next ones, so
-/// that only the first one allocates. Systems that need none leave it alone. It belongs to one system: another one has
-/// another.
+/// A function gets its memory by type from [`get`](Self::get), which makes it at the first call and returns it at later calls, so only the first call
+/// allocates. Systems without working memory ignore it. Each system needs its own `Scratch`.
 ///
 /// # Examples
 /// ```
@@ -23,12 +22,12 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Makes a scratch without memory yet.
+    /// Makes an empty working memory.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The memory of type `M`; made, which may allocate, at the first call.
+    /// Returns the memory of type `M`; the first call makes it, which may allocate.
     pub fn get<M: Any + Send>(&mut self, make: impl FnOnce() -> M) -> &mut M {
         let found = self.memories.iter().position(|memory| memory.is::<M>());
         let at = found.unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! Solutions: what every solver gives, and what only one does.
+//! Solutions: results of all solvers, and those of one solver.
 
 use std::ops::Deref;
 
@@ -9,9 +9,8 @@ use super::problem::Problem;
 use super::trajectory::Trajectory;
 use crate::minimize::Status;
 
-/// The best trajectory that was found, with what only its solver gives, `S`, whose fields are those of the solution
-/// too: `solution.gains` of [`Ddp`](super::Ddp), `solution.variables` of [`SingleShooting`](super::SingleShooting),
-/// `solution.curve` of `Transcription`.
+/// The best trajectory found, with the specific results `S` of its solver, which are accessible as fields of the solution: `solution.gains` of
+/// [`Ddp`](super::Ddp), `solution.variables` of [`SingleShooting`](super::SingleShooting), `solution.curve` of `Transcription`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution<S> {
@@ -19,23 +18,22 @@ pub struct Solution<S> {
     pub status: Status,
     /// States and inputs at the nodes; inputs are within their bounds.
     pub trajectory: Trajectory,
-    /// Number of steps taken or tried.
+    /// Number of iterations.
     pub iterations: usize,
     /// Cost of the trajectory, without penalties.
     pub cost: f64,
-    /// Cost of the guess, then after each iteration; of single shooting the best after each, with the penalties of
-    /// constraints at the multipliers of the time.
+    /// Cost of the guess, then after each iteration; for single shooting the best cost after each iteration, with the penalties of constraints at the
+    /// current multipliers.
     pub cost_history: Vec<f64>,
     /// Largest violation of a constraint; zero without constraints.
     pub violation: f64,
-    /// Largest gap between a step's end and the next state, of transcription the largest defect, an error of the rate
-    /// ẋ; zero if the trajectory obeys the dynamics.
+    /// Largest gap between the end of a step and the next state, for direct collocation the largest defect, an error of the rate ẋ; zero if the
+    /// trajectory satisfies the dynamics.
     pub gap: f64,
-    /// Multipliers λ of the constraints of each stage, one after the other, of the last state at the end: positive
-    /// where an upper bound holds back, and −λ is the rate at which the cost falls as that bound rises. Of
-    /// transcription at each point of its mesh, of the entries that are bounded at all.
+    /// Multipliers λ of the constraints, stage by stage, and last those of the final state. λ is positive at an active upper bound, and −λ is the
+    /// derivative of the optimal cost in that bound. For direct collocation they are those of the bounded entries at each point of the mesh.
     pub multipliers: Vec<DVector<f64>>,
-    /// Results that only this solver gives.
+    /// Results of this solver only.
     pub own: S,
 }
 

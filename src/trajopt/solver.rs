@@ -1,12 +1,11 @@
-//! The interface that all solvers have in common.
+//! The common interface of all solvers.
 
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solution::Solution;
 use super::trajectory::Trajectory;
 
-/// A solver of trajectory-optimisation problems, for code that is written over the solver; for one in particular its
-/// own functions say the same with less.
+/// A solver of trajectory-optimisation problems, for code that is generic over the solver. For a particular solver, its own functions are shorter.
 ///
 /// # Examples
 /// ```
@@ -34,7 +33,7 @@ pub trait Solver {
     /// Optimises from a guess, reporting every iteration.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
+    /// If the guess does not have the shape of the problem.
     fn solve_with(
         &mut self,
         problem: &Problem,
@@ -45,7 +44,7 @@ pub trait Solver {
     /// [`solve_with`](Self::solve_with) without reports.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
+    /// If the guess does not have the shape of the problem.
     fn solve(&mut self, problem: &Problem, guess: &Trajectory) -> Solution<Self::Own> {
         self.solve_with(problem, guess, &mut |_| {})
     }

@@ -10,7 +10,7 @@ use super::residual::ResidualJacobian;
 use super::scratch::Scratch;
 use crate::sim::write_row;
 
-/// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
+/// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or the result of a solver. A guess need not satisfy the dynamics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     /// The states, each of length `nx`, one more than there are inputs.
@@ -20,8 +20,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only
-    /// where the start is an equilibrium. Allocates.
+    /// Makes the zero-input guess: all inputs zero and all states equal to the start. It satisfies the dynamics only if the start is an equilibrium. Allocates.
     ///
     /// # Panics
     /// If a solver of the problem has no [memory](crate::memory).
@@ -34,10 +33,10 @@ impl Trajectory {
         }
     }
 
-    /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
+    /// Makes the trajectory of a rollout from the start with these inputs, clamped to their bounds. Allocates.
     ///
     /// # Panics
-    /// If there are not as many inputs as steps, or if one has not the length `nu`.
+    /// If the number of inputs differs from the number of steps, or one does not have length `nu`.
     pub fn rollout(problem: &Problem, inputs: &[DVector<f64>]) -> Self {
         let mut out = Self::zero_input(problem);
         assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
@@ -56,7 +55,7 @@ impl Trajectory {
     /// Computes the cost of the trajectory in a problem. Allocates.
     ///
     /// # Panics
-    /// If it has not the shape of the problem.
+    /// If it does not have the shape of the problem.
     pub fn cost(&self, problem: &Problem) -> f64 {
         self.check(problem);
         let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
@@ -67,15 +66,14 @@ impl Trajectory {
     /// The largest violation of the constraints. Allocates.
     ///
     /// # Panics
-    /// If it has not the shape of the problem.
+    /// If it does not have the shape of the problem.
     pub fn violation(&self, problem: &Problem) -> f64 {
         self.check(problem);
         let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
         self.largest_violation(problem, &mut memory)
     }
 
-    /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a
-    /// receding horizon.
+    /// Shifts the trajectory by one stage and repeats the last state and input: the guess for the next problem of a receding horizon.
     pub fn shift(&mut self) {
         for all in [&mut self.states, &mut self.inputs] {
             for k in 1..all.len() {
@@ -85,7 +83,7 @@ impl Trajectory {
         }
     }
 
-    /// Writes one row a state: time, `x0`, `x1`, …, and the input that acted from there (empty in the last row).
+    /// Writes one row per state: time, `x0`, `x1`, …, and the input from there to the next state (empty in the last row).
     ///
     /// # Errors
     /// If writing fails.

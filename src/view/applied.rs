@@ -6,14 +6,13 @@ use super::track::{ForceTrack, Track};
 use crate::sim::Simulator;
 
 impl Track {
-    /// Draws what acted on frames in a simulator: an arrow from the origin of each frame with
-    /// [external forces](crate::sim::ExternalForce) or [actuators](crate::sim::FrameActuator), their sum under the
-    /// inputs that are recorded. A thruster that has a link or frame of its own has an arrow of its own.
+    /// Draws the forces on frames in a simulator: an arrow from the origin of each frame with [external forces](crate::sim::ExternalForce) or
+    /// [actuators](crate::sim::FrameActuator), with their sum under the recorded inputs. A thruster on its own link or frame has its own arrow.
     ///
-    /// Inputs are held where they are not known, as at the last time. Moments have no arrow.
+    /// Unknown inputs, for example at the last time, keep the last known value. Moments are not drawn.
     ///
     /// # Panics
-    /// If the simulator is one of another robot, or has other inputs than those that are recorded.
+    /// If the simulator belongs to another robot, or has other inputs than the recording.
     ///
     /// # Examples
     /// ```

@@ -1,10 +1,10 @@
-//! Arrays of numbers in a page: the bytes of a typed array, little-endian, in base64.
+//! Arrays of numbers in an HTML viewer: the bytes of a typed array, little-endian, in base64.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-/// An array of numbers that the page decodes in one go.
+/// An array of numbers that the HTML viewer decodes in one go.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Blob {
     /// Name of the typed array.

@@ -1,4 +1,4 @@
-//! Constraints as a picture shows them: what holds two places together, in motion with them.
+//! Constraints as drawn in pictures, moving with their attachment frames.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use crate::constraint::{Anchor, Constraint, ConstraintKind};
 use crate::error::UnknownName;
 use crate::model::{BodyId, Model};
 
-/// A constraint between two places.
+/// A constraint between two attachment frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Bond {
     pub(super) kind: BondKind,
     pub(super) ends: [End; 2],
 }
 
-/// Kind of a constraint, as it is drawn.
+/// Drawing style of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum BondKind {
@@ -24,7 +24,7 @@ pub(super) enum BondKind {
     Coupler,
 }
 
-/// A place on a body, or in the world.
+/// An attachment frame on a body, or in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct End {
     pub(super) body: Option<usize>,
@@ -32,7 +32,7 @@ pub(super) struct End {
     pub(super) at: [f64; 3],
 }
 
-/// A bond as it stands in a file, where bodies are called by their first link.
+/// A constraint in a file, where bodies are named by their first link.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StoredBond {
@@ -102,7 +102,7 @@ impl End {
         }
     }
 
-    /// The place of the joint that moves a body.
+    /// The position of the joint of a body.
     fn joint(body: BodyId) -> Self {
         Self {
             body: Some(body.0),

@@ -1,15 +1,15 @@
-//! Camera of a page or picture.
+//! Camera of the HTML viewer or a picture.
 
 use serde::{Deserialize, Serialize};
 
-/// Camera of a page or picture: the point that it looks at and where from.
+/// Camera of the HTML viewer or a picture: target point and direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// The point in the middle of the picture, m.
     pub look_at: [f64; 3],
     /// Distance from it, m.
     pub distance: f64,
-    /// Direction in which the camera stands as seen from that point: from x towards y, degrees.
+    /// Azimuth of the camera as seen from that point: from x towards y, degrees.
     pub azimuth: f64,
     /// Elevation of the camera as seen from that point: upwards from the xy plane, degrees.
     pub elevation: f64,

@@ -1,4 +1,4 @@
-//! Collision shapes for a page with sliders, which marks what collides.
+//! Collision shapes for the HTML viewer with sliders, which marks collisions.
 
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ struct CollisionShape {
     radius: f64,
 }
 
-/// What a page needs to mark what collides; `None` where nothing can.
+/// Data for the marks of collisions in the viewer; `None` if nothing can collide.
 pub(super) fn collisions(model: &Model) -> Option<Collisions> {
     let mut shapes = LinkShapes::new(model);
     let touching = shapes.touching(model, model.neutral().as_slice());

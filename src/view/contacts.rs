@@ -1,4 +1,4 @@
-//! What touches in a recorded motion.
+//! Contacts in a recorded motion.
 
 use super::motion::kept;
 use super::recording::Recording;
@@ -7,8 +7,8 @@ use super::track::Track;
 use crate::sim::Simulator;
 
 impl Recording {
-    /// Draws the points that touch the ground or another body, and the forces there, of the first robot: those that the simulator finds at the recorded states under
-    /// the recorded inputs, at up to 60 moments a second. Moments that are recorded afterwards keep the last ones.
+    /// Draws the contact points and contact forces of the first robot: those of the simulator at the recorded states and inputs, at up to 60 times
+    /// per second. Times that are recorded later keep the last contacts.
     ///
     /// # Panics
     /// If the simulator is one of another robot.
@@ -25,7 +25,7 @@ impl Recording {
     }
 }
 
-/// Finds what touches a robot at the moments that a page can show, under the recorded inputs. Moments at which a number is unknown are left out.
+/// Finds the contacts of a robot at the times that the viewer can show, under the recorded inputs. Times with unknown values are skipped.
 fn find(track: &Track, times: &[f64], simulator: &Simulator) -> Vec<Touches> {
     // Of one byte a moment the rate alone decides.
     let moments = kept(times, 1).into_iter();

@@ -1,12 +1,12 @@
 //! Recordings as tables of comma-separated values [RFC 4180].
 //!
-//! One row a time: `time`, then for each robot q, v, state of contact, u and forces, then the series. Columns are named
+//! One row a time: `time`, then for each robot q, v, contact state, u and forces, then the series. Columns are named
 //! as those of [`Rollout::write_csv`](crate::sim::Rollout::write_csv); with several robots each name starts with
-//! `<robot>/`. What is unknown is an empty cell.
+//! `<robot>/`. An unknown value is an empty cell.
 //!
 //! A series whose name could be taken for a column of a robot, or by a spreadsheet for a formula, stands as
 //! `series.<name>`, a robot of such a name as `robot.<name>`; so do names that start in this way themselves. A name
-//! that is there several times stands for its columns in their order.
+//! that occurs several times means its columns in their order.
 
 use std::collections::{HashMap, VecDeque};
 use std::iter::Peekable;
@@ -51,12 +51,10 @@ impl Recording {
         String::from_utf8(out).unwrap_or_default()
     }
 
-    /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,
-    /// `contact<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
-    /// read back exactly. Makes the folder.
+    /// Writes all values as a table of comma-separated values: one row per time; `time`, `q.<joint>`, `v.<joint>`,
+    /// `contact<k>`, `u.<input>` (`u<k>` if names of inputs are unknown), `f.<frame>.<axis>`, and the series. Values read back exactly. Creates the folder.
     ///
-    /// A series stands as `series.<name>` where its name alone could be taken for another column or for a formula of a
-    /// spreadsheet.
+    /// A series is named `series.<name>` if its name could be confused with another column or with a formula of a spreadsheet.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -64,14 +62,13 @@ impl Recording {
         write(path.as_ref(), self.to_csv())
     }
 
-    /// Reads what [`save_csv`](Self::save_csv) wrote: the numbers, not what of the robots is to be traced or shown. A
-    /// motion can go on from any of its states, see [`Track::state`].
+    /// Reads a file of [`save_csv`](Self::save_csv): values only, without display settings. A simulation can continue from any of its states, see
+    /// [`Track::state`].
     ///
     /// * `models` – the robots, in the order of the recording
     ///
     /// # Errors
-    /// If the file cannot be read, is no such table, or holds other robots: there is no robot, or a joint has no
-    /// column.
+    /// If the file cannot be read, is not such a table, or contains other robots: no robot is given, or a joint has no column.
     pub fn read_csv(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
         let path = path.as_ref();
         if models.is_empty() {
@@ -142,7 +139,7 @@ fn is_state(name: &str) -> bool {
             .any(|kind| name.starts_with(kind))
 }
 
-/// What the inputs of a robot act on, by the columns of a table.
+/// The inputs of a robot, by the columns of a table.
 ///
 /// * `prefixes` – of all robots: what starts with a longer one is no input of this robot
 fn named_inputs(columns: &[String], prefix: &str, prefixes: &[String]) -> Vec<String> {
@@ -254,7 +251,7 @@ impl Table {
         }
         for ((cell, column), name) in cells.iter().zip(&mut self.columns).zip(&self.names) {
             let number = number(cell);
-            column.push(number.ok_or_else(|| format!("{name}: \"{cell}\" is no number"))?);
+            column.push(number.ok_or_else(|| format!("{name}: \"{cell}\" is not a number"))?);
         }
         self.lines.push(line);
         Ok(())

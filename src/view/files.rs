@@ -127,7 +127,7 @@ mod tests {
                 assert_eq!(in_folder_of(file, &stored), absolute(&path).unwrap());
             }
         }
-        // What `..` means depends on links.
+        // The meaning of `..` depends on links.
         let up = absolute("a").unwrap().join("../b.stl");
         assert_eq!(from_folder_of(Path::new("out/motion.json"), &up), up);
         assert_eq!(in_folder_of(Path::new("out/motion.json"), &up), up);

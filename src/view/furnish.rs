@@ -1,4 +1,4 @@
-//! Scene objects and ground of a recording, drawn beside its robots.
+//! Scene objects and ground of a recording.
 
 use super::ground::Heights;
 use super::motion::each_pose;
@@ -16,9 +16,9 @@ const MARGIN: f64 = 0.25;
 const LEAST_MARGIN: f64 = 0.5;
 
 impl Recording {
-    /// Draws a shape that stands still, such as an obstacle or a wall.
+    /// Draws a fixed shape, such as an obstacle or a wall.
     ///
-    /// * `name` – what it is, for a person
+    /// * `name` – display name
     /// * `placement` – its pose in the world
     /// * `color` – red, green, blue, opacity in 0..1
     ///
@@ -50,9 +50,9 @@ impl Recording {
         )
     }
 
-    /// Draws axes that stand still, such as those of a pose to be reached.
+    /// Draws fixed axes, such as those of a target pose.
     ///
-    /// * `name` – what they are, for a person
+    /// * `name` – display name
     /// * `placement` – their pose in the world
     ///
     /// # Panics
@@ -81,17 +81,16 @@ impl Recording {
         self
     }
 
-    /// Scene objects that stand still beside the robots.
+    /// The scene objects.
     pub fn scene_objects(&self) -> &[SceneObject] {
         &self.scene_objects
     }
 
-    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the
-    /// picture, any other ground as a surface, between samples straight. It stands where robots without a
-    /// [place](super::Track::place) of their own have it.
+    /// Draws the ground of a simulation in and around the region of the motion: a level plane as the floor of the picture, other ground as a
+    /// piecewise linear surface. Its position is that for robots without their own [placement](super::Track::place).
     ///
     /// # Panics
-    /// If the ground has no finite height there.
+    /// If the ground has no finite height in that region.
     ///
     /// # Examples
     /// ```

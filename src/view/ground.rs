@@ -1,4 +1,4 @@
-//! The ground under robots, as a picture shows it.
+//! The ground in pictures.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,15 +14,15 @@ const SAMPLES: usize = 64;
 /// The colour of a ground that is not level.
 const COLOR: [f64; 4] = [0.66, 0.68, 0.62, 1.0];
 
-/// Heights on a regular grid, between which the ground is drawn straight.
+/// Heights on a regular grid, drawn with linear interpolation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Heights {
     /// Position of the first sample, x and y, m.
     pub origin: [f64; 2],
-    /// Distance of neighbours along x and y, m; positive.
+    /// Distance of grid points along x and y, m; positive.
     pub spacing: [f64; 2],
-    /// Number along x and y, two at least.
+    /// Number of grid points along x and y, at least two.
     pub size: [usize; 2],
     /// The heights, x running fastest, m.
     pub heights: Vec<f64>,
@@ -51,7 +51,9 @@ impl Heights {
     pub(super) fn flaw(&self) -> Option<&'static str> {
         let [nx, ny] = self.size;
         if nx < 2 || ny < 2 || nx.checked_mul(ny) != Some(self.heights.len()) {
-            return Some("a ground has a height for each of its nodes, two or more along a side");
+            return Some(
+                "a ground needs a height for each node and at least two nodes along each side",
+            );
         }
         let is_positive = self.spacing.iter().all(|&x| x > 0.0);
         (!is_positive).then_some("the distance of heights is not positive")

@@ -1,12 +1,10 @@
-//! The page: one file with everything in it.
+//! The HTML viewer: a single self-contained file.
 //!
-//! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is
-//! computed here, by [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a
-//! page without a motion turn or shift a body about its own z axis, which is what [`joint`](crate::joint) lays its
-//! frame for, and carry along what hangs on it. Such a page also says which collision shapes overlap.
+//! Its script, in several files in `page/`, draws and interpolates. This crate computes the poses of bodies by
+//! [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: in a viewer without a motion, sliders rotate or move a body about
+//! or along its z axis (see [`joint`](crate::joint)), with its subtree. Such a viewer also marks overlapping collision shapes.
 //!
-//! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the
-//! script element that holds it nor start another; the script shows it as text.
+//! External text is embedded only as JSON, with `<` escaped, so that it can neither end its script element nor start another one; the script shows it as text.
 
 use std::path::Path;
 
@@ -24,7 +22,7 @@ use super::scene_object::Scenery;
 use crate::error::RecordingError;
 use crate::model::Model;
 
-/// Data that the script of the page reads.
+/// Data that the script of the HTML viewer reads.
 #[derive(Serialize)]
 struct Data<'a> {
     title: &'a str,
@@ -35,10 +33,10 @@ struct Data<'a> {
     scenery: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
-    /// What a page of a simulation that runs has besides.
+    /// Additional data of the HTML viewer of a running simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<serde_json::Value>,
-    /// Of a page with sliders.
+    /// Of an HTML viewer with sliders.
     #[serde(skip_serializing_if = "Option::is_none")]
     collisions: Option<Collisions>,
 }
@@ -66,16 +64,15 @@ const SCRIPTS: [&str; 12] = [
 const LIVE: &str = include_str!("page/live.js");
 
 impl Recording {
-    /// Writes the recording as a page; see [`save_html`](Self::save_html).
+    /// Returns the recording as an HTML viewer; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
         page(self, Some(motion(self)).filter(|_| self.len() > 0), None)
     }
 
-    /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a
-    /// network. Makes the folder.
+    /// Writes an HTML viewer with the motion of the robots and plots of all values: one file for any browser, without network access. Creates the folder.
     ///
-    /// It holds up to 60 moments a second, fewer where an hour would become too large, and interpolates between them. A
-    /// mesh that cannot be shown becomes a box and a warning on the page.
+    /// It contains up to 60 times per second, fewer for long recordings, and interpolates between them. A mesh that cannot be shown is replaced by a
+    /// box, with a warning in the viewer.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -84,8 +81,8 @@ impl Recording {
     }
 }
 
-/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, which marks links that collide, the tree with names,
-/// and frames, centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
+/// Returns an HTML viewer of a robot without a motion: a slider for each joint of one degree of freedom, marks on colliding links, the tree with
+/// names, and optional frames, centres of mass and inertia ellipsoids. Write it to a file with the extension `.html`.
 ///
 /// # Examples
 /// ```
@@ -98,7 +95,7 @@ pub fn model_page(model: &Model) -> String {
     page(&Recording::new(model), None, None)
 }
 
-/// The page of a simulation that runs on a port of this machine.
+/// The HTML viewer of a simulation that runs on a port of this machine.
 ///
 /// * `targets` – sliders of its inputs
 #[cfg(feature = "live")]
@@ -128,12 +125,12 @@ fn page(recording: &Recording, motion: Option<Motion>, live: Option<serde_json::
         motion,
         live,
     };
-    // Only keys that are no text and failing writers can go wrong; there are none.
+    // Only non-text keys and failing writers cause errors; there are none.
     let data = serde_json::to_string(&data).unwrap_or_else(|error| unreachable!("{error}"));
     let data = data.replace('<', "\\u003c");
     let more = if port.is_some() { LIVE } else { "" };
     let (title, script) = (escaped(&recording.title), SCRIPTS.concat() + more);
-    // Nothing may be fetched, whatever stands in the page, but frames of a simulation from where it runs.
+    // The viewer may fetch nothing except frames of a simulation from its own server, whatever the HTML file contains.
     let mut policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:".to_owned();
     if let Some(port) = &port {
         policy += &format!("; connect-src ws://127.0.0.1:{port} ws://localhost:{port}");

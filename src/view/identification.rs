@@ -1,4 +1,4 @@
-//! The report of an identification as a page: measured beside predicted forces, what is left, and the numbers with their intervals.
+//! The report of an identification as an HTML page: measured and predicted forces, residuals, and parameters with their intervals.
 
 use std::fmt::Write;
 
@@ -19,8 +19,7 @@ td:first-child,th:first-child{text-align:left}svg{background:#fff;border:1px sol
 .m{stroke:#3b78d8}.p{stroke:#e0662f}.r{stroke:#2f9e6b}polyline{fill:none;stroke-width:1.3}text{font-size:11px;fill:#6e7884}\
 @media(prefers-color-scheme:dark){body{background:#14181d;color:#dde2e8}svg{background:#1b2027}}";
 
-/// Makes a page of the report of an identification: a single file, without scripts, that fetches nothing. To be written to a file with the ending
-/// `.html`.
+/// Returns the report of an identification as an HTML page: a single file without scripts and network access. Write it to a file with the extension `.html`.
 ///
 /// # Examples
 /// ```
@@ -60,9 +59,9 @@ pub fn identification_page(report: &Report) -> String {
 
 fn flaws(report: &Report) -> String {
     match report.flaws.is_empty() {
-        true => "All inertias are those of bodies.".into(),
+        true => "All inertias are physically consistent.".into(),
         false => format!(
-            "No body has these inertias: {}.",
+            "These inertias are not physically consistent: {}.",
             escaped(&report.flaws.join("; "))
         ),
     }

@@ -1,4 +1,4 @@
-//! Recordings as JSON, with what is to be traced and shown.
+//! Recordings as JSON, with display settings.
 
 use std::iter;
 use std::path::Path;
@@ -37,7 +37,7 @@ struct File {
     scene_objects: Vec<SceneObject>,
 }
 
-/// A robot with its columns q, v, state of contact, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
+/// A robot with its columns q, v, contact state, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Robot {
@@ -46,7 +46,7 @@ struct Robot {
     /// Rotation row by row, then translation.
     placement: [f64; 12],
     columns: Vec<Column>,
-    /// Names of what the inputs act on.
+    /// Names of the inputs.
     #[serde(default)]
     inputs: Vec<String>,
     forces: Vec<Force>,
@@ -55,7 +55,7 @@ struct Robot {
     /// Constraints that are drawn.
     #[serde(default)]
     bonds: Vec<StoredBond>,
-    /// Points of contact and the forces there, at some moments.
+    /// Contact points and the forces there, at some moments.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     contacts: Vec<Touches>,
 }
@@ -87,8 +87,8 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 impl Recording {
-    /// Writes the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects)
-    /// are named by the paths that they have, as a rule from the root of the file system.
+    /// Returns the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects) keep their paths, which are
+    /// usually absolute.
     pub fn to_json(&self) -> String {
         self.json(self.scene_objects.clone())
     }
@@ -103,13 +103,12 @@ impl Recording {
             series: self.series.iter().map(column).collect(),
             scene_objects,
         };
-        // Only keys that are no text and failing writers can go wrong; there are none.
+        // Only non-text keys and failing writers cause errors; there are none.
         serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
-    /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null,
-    /// and read back as NaN. Meshes of [scene objects](Self::scene_objects) are named by their paths from the folder of
-    /// the file. Makes the folder.
+    /// Writes the recording with the names of the robots, without their models. Finite values read back exactly; others are null, and read back as
+    /// NaN. Paths of meshes of [scene objects](Self::scene_objects) are relative to the folder of the file. Creates the folder.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -122,19 +121,19 @@ impl Recording {
         write(path, self.json(objects))
     }
 
-    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see
-    /// [`Track::state`]. Relative paths of meshes are taken from the folder of the file.
+    /// Reads a file of [`save_json`](Self::save_json). A simulation can continue from any of its states, see [`Track::state`]. Relative paths of
+    /// meshes are relative to the folder of the file.
     ///
     /// * `models` – the robots, in the order of the recording
     ///
     /// # Errors
-    /// If the file cannot be read, is no such recording, or holds other robots.
+    /// If the file cannot be read, is not such a recording, or contains other robots.
     pub fn read_json(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
         let path = path.as_ref();
         Self::parse_json(&read(path)?, path, models)
     }
 
-    /// Reads what [`to_json`](Self::to_json) wrote; `models` and errors as for [`read_json`](Self::read_json).
+    /// Reads the text of [`to_json`](Self::to_json); `models` and errors as for [`read_json`](Self::read_json).
     pub fn from_json(text: impl AsRef<str>, models: &[&Model]) -> Result<Self, RecordingError> {
         Self::parse_json(text.as_ref(), Path::new("text"), models)
     }

@@ -1,13 +1,13 @@
-//! Meshes for the page.
+//! Meshes for the HTML viewer.
 //!
-//! A mesh that cannot be shown becomes a box in its place and a warning: the robot around it stays visible.
+//! A mesh that cannot be shown is replaced by a box, with a warning.
 
 use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
 use crate::io::mesh::{MeshFile, Part, Remarks};
 
-/// Most triangles of a mesh that are shown: more would make the page slow and large, 30 bytes each.
+/// Maximum number of triangles of a mesh: more would make the viewer slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
 
 /// Triangles of one colour.
@@ -25,7 +25,7 @@ pub(super) struct Mesh {
     pub(super) color: Option<[f32; 4]>,
 }
 
-/// Reads the parts of a mesh, or says why it cannot be shown.
+/// Reads the parts of a mesh, or returns the reason why it cannot be shown.
 ///
 /// * `uri` – the reference in the description, for remarks
 pub(super) fn load(uri: &str, file: &MeshFile, remarks: &mut Remarks) -> Result<Vec<Mesh>, String> {

@@ -1,4 +1,4 @@
-//! The shapes of descriptions as the page draws them, each mesh file once.
+//! The shapes of descriptions for the HTML viewer, each mesh file once.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -12,13 +12,13 @@ use crate::io::mesh::{MeshFile, Remarks};
 use crate::model::Geometry;
 use crate::spatial::Transform;
 
-/// Edge of the box that stands for a mesh that cannot be shown, m.
+/// Edge of the box that replaces a mesh that cannot be shown, m.
 const PLACEHOLDER: f64 = 0.1;
 
 /// Colour of a placeholder: that of a warning.
 const PLACEHOLDER_COLOR: [f64; 4] = [0.85, 0.3, 0.55, 0.6];
 
-/// Piece that the page draws, centred at its own origin.
+/// A piece of the drawing, centred at its own origin.
 #[derive(Debug, Serialize)]
 pub(super) struct Piece {
     pub(super) shape: Solid,
@@ -40,13 +40,13 @@ pub(super) enum Solid {
     Mesh,
 }
 
-/// All meshes of a page, and what there is to say about them.
+/// All meshes of a viewer, with remarks.
 #[derive(Debug, Default)]
 pub(super) struct Meshes {
     pub(super) meshes: Vec<Mesh>,
     warnings: Vec<String>,
     remarks: Remarks,
-    /// The parts of a file: where they stand in `meshes`; `None` cannot be shown.
+    /// The parts of a file, as indices in `meshes`; `None` if it cannot be shown.
     of_file: HashMap<MeshFile, Option<std::ops::Range<usize>>>,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Meshes {
 type Placed = (Transform<f64>, Piece, Option<[f64; 4]>);
 
 impl Piece {
-    /// A shape that is no mesh.
+    /// A shape that is not a mesh.
     pub(super) fn of(geometry: &Geometry) -> Self {
         let (shape, size) = match *geometry {
             Geometry::Box { size } => (Solid::Box, size),
@@ -154,7 +154,7 @@ impl Meshes {
     }
 
     fn warn(&mut self, owner: &str, mesh: &str, reason: &str) {
-        let text = format!("{owner}: a box stands for the mesh \"{mesh}\", which {reason}");
+        let text = format!("{owner}: a box replaces the mesh \"{mesh}\", which {reason}");
         self.warnings.push(text);
     }
 }

@@ -1,8 +1,7 @@
-//! Looking at robots: recordings of motions, their files, and a page that shows them in any browser.
+//! Visualisation: recordings of motions, their files, and an HTML viewer for any browser.
 //!
-//! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over
-//! one time axis, scalars by name, frames to trace, forces to draw, obstacles and goals beside them. It is made from a
-//! rollout in one call, or filled step by step.
+//! A [`Recording`] contains the states and inputs of one or several robots over one time axis, named scalars, traced frames, forces, obstacles and
+//! goals. Make it from a rollout in one call, or fill it step by step.
 //!
 //! ```no_run
 //! use dualbody::{Simulator, State, model::samples, view::Recording};
@@ -15,30 +14,29 @@
 //! # Ok::<(), dualbody::RecordingError>(())
 //! ```
 //!
-//! | file | holds | read back by |
+//! | file | content | read back by |
 //! |---|---|---|
-//! | CSV | every number: times, states, inputs, forces, series | [`Recording::read_csv`] |
-//! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
-//! | HTML | what a person sees, thinned out to what a screen can show | a person |
+//! | CSV | all values: times, states, inputs, forces, series | [`Recording::read_csv`] |
+//! | JSON | the same, with display settings | [`Recording::read_json`] |
+//! | HTML | viewer for any browser, with reduced time resolution | – |
 //!
 //! | question | function | cost |
 //! |---|---|---|
-//! | what happened in a rollout? | [`Recording::from_rollout`], with ground and rods [`Recording::of_simulation`] | copies its states |
-//! | in a batch, to some of its robots? | [`Recording::from_batch`] | the same for each |
-//! | while it runs? | [`Recording::push`] | O(n) a moment |
-//! | as a page, a table, data? | [`Recording::save_html`], [`Recording::save_csv`], [`Recording::save_json`] | linear in what is recorded |
-//! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
-//! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
-//! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
-//! | what sensors read? | [`Recording::add_readings`] | an evaluation of each moment |
+//! | record a rollout? | [`Recording::from_rollout`], with ground, contacts and constraints [`Recording::of_simulation`] | copies its states |
+//! | record some robots of a batch? | [`Recording::from_batch`] | the same for each |
+//! | record a running simulation? | [`Recording::push`] | O(n) per time |
+//! | save as HTML viewer, table, data? | [`Recording::save_html`], [`Recording::save_csv`], [`Recording::save_json`] | linear in the size of the recording |
+//! | show a robot with sliders? | [`model_page`] | linear in its meshes |
+//! | report of an identification? | `identification_page` (feature `identification`) | linear in the motion |
+//! | obstacles, traces, curves? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//! | sensor readings? | [`Recording::add_readings`] | one evaluation per time |
 //!
-//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
-//! the feature `render`, `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With
-//! the feature `live`, `Live` shows a simulation in the browser while it runs, to be dragged and steered. With
-//! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
-//! writes a file that the viewer opens.
+//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` plot columns as SVG and PNG. With the feature `render`,
+//! `Recording::save_png` and `Recording::save_gif` draw pictures and animations without a browser. With the feature `live`, `Live` shows an
+//! interactive running simulation in the browser. With the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and
+//! `Recording::save_rrd` writes a file that the viewer opens.
 //!
-//! Recordings never change what they record: nothing here is imported by the simulation.
+//! Recordings have no effect on the simulation, which does not import this module.
 
 mod applied;
 mod blob;

@@ -1,4 +1,4 @@
-//! Motion on the page: poses, plots and forces, thinned out to what a screen can show.
+//! Motion in the HTML viewer: poses, plots and forces, at the time resolution of a screen.
 
 use std::iter;
 
@@ -20,8 +20,8 @@ use crate::spatial::Transform;
 /// Pictures a second of a screen: more moments are not kept.
 const MAX_RATE: f64 = 60.0;
 
-/// Bytes that all moments of a page may take before base64, which makes three to four: an hour of a cart-pole at the full rate, an
-/// hour of a humanoid at ten pictures a second, between which the page interpolates.
+/// Bytes that all moments of an HTML viewer may take before base64, which makes three to four: an hour of a cart-pole at the full rate, an
+/// hour of a humanoid at ten pictures a second, between which the HTML viewer interpolates.
 const MAX_BYTES: usize = 32 << 20;
 
 /// All that moves.
@@ -112,7 +112,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
     let (mut positions, mut rotations) = (Vec::new(), Vec::new());
     let mut energies = [const { Vec::new() }; 3];
     let mut kinematics = Kinematics::new(&track.model);
-    // A robot that is lost stays where it was last seen; one that was never seen stands at its neutral configuration.
+    // A robot with unknown state keeps its last known state; without one it is drawn at its neutral configuration.
     let still = vec![0.0; track.model.nv()];
     let neutral = track.model.neutral();
     forward_kinematics_into(&track.model, neutral.as_slice(), &still, &mut kinematics);
@@ -153,7 +153,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
     }
 }
 
-/// Hands the pose of every body at some moments to a function; what is not known is left out.
+/// Passes the pose of each body at some times to a function; unknown poses are skipped.
 pub(super) fn each_pose(track: &Track, moments: &[usize], mut each: impl FnMut(&Transform<f64>)) {
     let mut kinematics = Kinematics::new(&track.model);
     for &k in moments {

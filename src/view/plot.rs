@@ -1,7 +1,7 @@
 //! Plots as SVG and PNG (feature `plot`).
 //!
-//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording [makes](super::Recording::plot) those of its columns over time and
-//! against one another. For pictures in papers and reports; to look around in a motion, the page is the better tool.
+//! A [`Plot`] has lines over two axes, linear or logarithmic; a recording [plots](super::Recording::plot) its columns over time and against each
+//! other. Use it for papers and reports; to explore a motion, the HTML viewer is better.
 
 use std::error::Error;
 use std::ops::Range;
@@ -20,7 +20,7 @@ use crate::memory;
 /// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
 const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");
 
-/// Colours of the lines, those of the page.
+/// Colours of the lines, those of the HTML viewer.
 const INK: [RGBColor; 8] = [
     RGBColor(59, 120, 216),
     RGBColor(224, 102, 47),
@@ -69,16 +69,16 @@ pub struct Plot {
 pub struct PlotLine {
     /// Its name in the legend.
     pub name: String,
-    /// Its points; it is interrupted where a number is not finite.
+    /// Its points; the line is interrupted at values that are not finite.
     pub points: Vec<(f64, f64)>,
 }
 
 /// Scale of both axes of a [`Plot`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotScale {
-    /// In proportion.
+    /// Linear.
     Linear,
-    /// Logarithmic; points that are not positive are left out.
+    /// Logarithmic; points that are not positive are dropped.
     Logarithmic,
 }
 
@@ -101,7 +101,7 @@ impl Plot {
         self
     }
 
-    /// Makes both axes logarithmic; points that are not positive are left out.
+    /// Makes both axes logarithmic; points that are not positive are dropped.
     #[must_use]
     pub fn with_logarithmic_axes(mut self) -> Self {
         self.scale = PlotScale::Logarithmic;
@@ -122,7 +122,7 @@ impl Plot {
         self
     }
 
-    /// Adds a line through points; it is interrupted where a number is not finite.
+    /// Adds a line through points; it is interrupted at values that are not finite.
     #[must_use]
     pub fn with_line(
         mut self,

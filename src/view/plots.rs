@@ -7,8 +7,8 @@ use crate::error::UnknownName;
 impl Recording {
     /// Plots columns over time.
     ///
-    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u.<input>`, …) or of series; `u<k>` is an input by its number,
-    ///   which the legend shows with what it acts on
+    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u.<input>`, …) or of series; `u<k>` is an input by index; the legend
+    ///   shows its name
     ///
     /// # Errors
     /// If there is no such column.

@@ -1,17 +1,15 @@
-//! What sensors read, as series of a recording.
+//! Sensor readings as series of a recording.
 
 use super::recording::Recording;
 use crate::sim::{SensorScratch, Sensors, Simulator};
 
 impl Recording {
-    /// Adds what sensors read at each moment as [series](Self::series), each by its name and unit; unknown (NaN) where the input is, as at the end of a
-    /// rollout.
+    /// Adds the sensor readings at each time as [series](Self::series), with name and unit; NaN if the input is unknown, as at the end of a rollout.
     ///
-    /// * `simulator` – that of the first robot
+    /// * `simulator` – simulator of the first robot
     ///
     /// # Panics
-    /// If simulator or sensors are of another robot than the first one of the recording, or if the recording lacks inputs or the state of contact that the
-    /// simulator has.
+    /// If simulator or sensors do not belong to the first robot of the recording, or the recording lacks inputs or the contact state of the simulator.
     ///
     /// # Examples
     /// ```

@@ -1,4 +1,4 @@
-//! Recordings of simulations, for a person to look at.
+//! Recordings of simulations.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,7 +11,7 @@ use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
 use crate::spatial::Transform;
 use nalgebra::Vector3;
 
-/// States, inputs and whatever else belongs to them, of one or several robots, over one time axis. See the
+/// States, inputs and further data of one or several robots, over one time axis. See the
 /// [module](super).
 ///
 /// # Examples
@@ -41,12 +41,12 @@ pub struct Recording {
     pub(super) camera: Option<Camera>,
 }
 
-/// A scalar over time, drawn as a curve beside the motion.
+/// A scalar over time, drawn as a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Name of the series, for a person; `… [unit]` at its end is understood as the unit.
+    /// Display name of the series; `… [unit]` at its end is the unit.
     pub name: String,
-    /// Value at each time; NaN where there is none.
+    /// Value at each time; NaN for none.
     pub values: Vec<f64>,
 }
 
@@ -66,16 +66,15 @@ pub(super) fn check_later(time: f64, last: Option<f64>) {
     reason = "a count, none of which is rare"
 )]
 impl Recording {
-    /// An empty recording of one robot, to be filled with [`push`](Self::push).
+    /// Makes an empty recording of one robot; fill it with [`push`](Self::push).
     pub fn new(model: &Model) -> Self {
         Self::of_robots(&[model])
     }
 
-    /// An empty recording of several robots, to be filled with [`push_all`](Self::push_all). Robots of one name are
-    /// numbered.
+    /// Makes an empty recording of several robots; fill it with [`push_all`](Self::push_all). Robots of equal name are numbered.
     ///
     /// # Panics
-    /// If there is no robot.
+    /// If the list of robots is empty.
     pub fn of_robots(models: &[&Model]) -> Self {
         assert!(!models.is_empty(), "a recording has a robot");
         let names = distinct_names(models).into_iter();
@@ -90,11 +89,10 @@ impl Recording {
         }
     }
 
-    /// The states, with those of contact, and the inputs of a rollout. The last state has no input.
+    /// Makes a recording of the states, with contact states, and the inputs of a rollout. The last state has no input.
     ///
     /// # Panics
-    /// If the rollout is one of another robot: other names, joints or tree. Variants of a robot, which differ in
-    /// numbers, may share it.
+    /// If the rollout belongs to a robot with other names, joints or tree. Variants of equal structure are allowed.
     pub fn from_rollout(model: &Model, rollout: &Rollout) -> Self {
         rollout.check_robot(model);
         let mut recording = Self::new(model);
@@ -113,8 +111,8 @@ impl Recording {
         recording
     }
 
-    /// A rollout with what a picture of it needs beside the robot: the constraints, and where there is contact the ground and the points that touch with their
-    /// forces, for which each moment on the page costs a step.
+    /// Makes a recording of a rollout with constraints and, for a simulator with contact, the ground and the contact points with their forces.
+    /// Contact forces cost one step for each time in the viewer.
     ///
     /// # Panics
     /// If the rollout is one of another robot.
@@ -137,13 +135,13 @@ impl Recording {
         out
     }
 
-    /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there
-    /// on; the page shows them as they stopped. A batch keeps no inputs.
+    /// Makes a recording of some trajectories of a batch. Trajectories that stopped early are unknown afterwards; the viewer shows their last state.
+    /// A batch keeps no inputs.
     ///
     /// * `which` – indices into the batch
     ///
     /// # Panics
-    /// If the rollout is one of another batch, or if there is no such trajectory, or none at all.
+    /// If the rollout belongs to another batch, an index is out of range, or there are no indices.
     pub fn from_batch(batch: &BatchSimulator, rollout: &BatchRollout, which: &[usize]) -> Self {
         rollout.check_batch(batch);
         let models: Vec<_> = which.iter().map(|&i| batch.simulator(i).model()).collect();
@@ -157,7 +155,7 @@ impl Recording {
                     track.q.push(rollout.q(i, k), "q");
                     track.v.push(rollout.v(i, k), "v");
                     let contact = rollout.contact(i, k);
-                    track.contact.push_if_known(contact, "the state of contact");
+                    track.contact.push_if_known(contact, "the contact state");
                 } else {
                     let rows = [&mut track.q, &mut track.v, &mut track.contact];
                     rows.into_iter().for_each(Rows::push_unknown);
@@ -168,10 +166,9 @@ impl Recording {
         recording
     }
 
-    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown; so
-    /// may the state of contact.
+    /// Adds a time with its state and the input from this time on. An empty `u` means that the input is unknown; likewise for the contact state.
     ///
-    /// * `time` – s, later than the one before
+    /// * `time` – s, later than the previous one
     ///
     /// # Panics
     /// If the time is not later, a slice has the wrong length, or the recording has several robots.
@@ -179,7 +176,7 @@ impl Recording {
         self.push_all(time, &[(state, u)]);
     }
 
-    /// [`push`](Self::push) for several robots. Series are unknown and forces zero at the new time, until they are set.
+    /// [`push`](Self::push) for several robots. At the new time, series are unknown and forces zero until they are set.
     ///
     /// # Panics
     /// As [`push`](Self::push), and if there is not one state for each robot.
@@ -196,10 +193,10 @@ impl Recording {
         series.for_each(|series| series.values.push(f64::NAN));
     }
 
-    /// Sets a scalar at the last moment, while moments are pushed; unknown (NaN) at those without one.
+    /// Sets a scalar at the last time, while a recording is filled; NaN at times without a value.
     ///
     /// # Panics
-    /// If there is no moment yet.
+    /// If the recording is empty.
     ///
     /// # Examples
     /// ```
@@ -231,7 +228,7 @@ impl Recording {
         assert_eq!(given, self.robots.len(), "one state for each robot");
     }
 
-    /// Adds a scalar by name, one value for each time.
+    /// Adds a named scalar, with one value for each time.
     ///
     /// # Panics
     /// If there is not one value for each time.
@@ -254,7 +251,7 @@ impl Recording {
         self
     }
 
-    /// Sets where one looks from; by default everything is in the picture.
+    /// Sets the camera; by default the whole motion is in the picture.
     ///
     /// # Panics
     /// If a number is not finite.
@@ -268,8 +265,7 @@ impl Recording {
         self
     }
 
-    /// Stands the robots in rows on a square grid, at their places a distance (m) apart. Their numbers stay as they
-    /// are.
+    /// Displays the robots on a square grid with a given distance (m). Their recorded values are unchanged.
     ///
     /// # Panics
     /// If the distance is not finite.
@@ -285,12 +281,12 @@ impl Recording {
         self
     }
 
-    /// Title of the page: the name of the first robot, unless [set](Self::with_title).
+    /// Title of the viewer: the name of the first robot, unless [set](Self::with_title).
     pub fn title(&self) -> &str {
         &self.title
     }
 
-    /// Number of times that are recorded.
+    /// Number of recorded times.
     pub fn len(&self) -> usize {
         self.times.len()
     }
@@ -313,7 +309,7 @@ impl Recording {
         &self.robots[i]
     }
 
-    /// A robot, to say what of it is to be drawn.
+    /// A robot, mutable, for its display settings.
     ///
     /// # Panics
     /// If there is no such robot.

@@ -1,6 +1,6 @@
 //! Rows of numbers.
 
-/// Rows of equal width, one after the other.
+/// Rows of equal width, in sequence.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Rows {
     pub(super) width: usize,

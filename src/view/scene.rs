@@ -1,5 +1,4 @@
-//! Robot as the page shows it: shapes, frames, joints, inertias, names. All in constant numbers; what moves is in
-//! [`motion`](super::motion).
+//! Robot in the HTML viewer: shapes, frames, joints, inertias, names. All data are constant; [`motion`](super::motion) contains the motion.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -59,7 +58,7 @@ struct Slider {
     coordinate: usize,
     ratio: f64,
     offset: f64,
-    /// Coordinate of the joint, if it has one of its own; `None` for one that follows.
+    /// Coordinate of the joint; `None` for a mimic joint.
     own: Option<Own>,
 }
 
@@ -245,7 +244,7 @@ pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
     shapes
 }
 
-/// The member of each link: 0 for the root and a robot that is alone, then what a root `world` carries, one after another.
+/// The member of each link: 0 for the root and a single robot, then the members on a root `world` in sequence.
 fn members(model: &Model) -> Vec<usize> {
     let builder = model.to_builder();
     let steps = builder.walk();

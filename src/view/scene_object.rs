@@ -1,4 +1,4 @@
-//! Scene objects that stand still beside the robots: obstacles, goals, walls.
+//! Fixed scene objects: obstacles, goals, walls.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -12,11 +12,11 @@ use super::shape::{Pose, Shape, pose};
 use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
-/// An object that stands still in the picture, for a person to see; the motion knows nothing of it.
+/// A fixed object in the display, without effect on the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneObject {
-    /// Name of the object, for a person.
+    /// Display name of the object.
     pub name: String,
     /// Pose of the object in the world.
     #[serde(with = "entries")]
@@ -61,14 +61,14 @@ impl Appearance {
     }
 }
 
-/// A scene object as the page and the viewer draw it.
+/// A scene object as drawn by the viewers.
 #[derive(Debug, Serialize)]
 pub(super) struct Scenery<'a> {
     pub(super) name: &'a str,
     pub(super) axes: Option<Pose>,
     /// Whether robots stand on it: then it does not count for what is to be seen.
     pub(super) is_ground: bool,
-    /// Height of a ground that is level: the page draws it in its own way.
+    /// Height of level ground, which the viewer draws as its floor.
     pub(super) level: Option<f64>,
     /// Shapes at their poses in the world.
     pub(super) shapes: Vec<Shape>,
@@ -132,7 +132,7 @@ impl SceneObject {
     }
 }
 
-/// [`Geometry`] as it stands in a file.
+/// [`Geometry`] in a file.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Geometry", deny_unknown_fields, rename_all = "lowercase")]
 enum StoredGeometry {
@@ -160,7 +160,7 @@ enum StoredGeometry {
     },
 }
 
-/// A path that is no text loses what is none.
+/// A path that is not a text loses what is none.
 fn as_text<S: Serializer>(path: &Option<PathBuf>, out: S) -> Result<S::Ok, S::Error> {
     let text = path.as_ref().map(|path| path.to_string_lossy());
     text.serialize(out)

@@ -1,4 +1,4 @@
-//! Shapes as the page draws them.
+//! Shapes for the HTML viewer.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -18,7 +18,7 @@ const THICKNESS: [f64; 2] = [0.022, 0.05];
 pub(super) fn skeleton(model: &Model, has: &dyn Fn(usize) -> bool) -> Vec<Shape> {
     let bodies = model.bodies();
     let own = || bodies.iter().enumerate().filter(|(i, _)| has(*i));
-    // No bone leads from the world to where a robot stands.
+    // There is no bone from the world to a robot.
     let reach = own().map(|(_, b)| match b.parent {
         Some(_) => b.placement.translation.norm().max(b.inertia.com().norm()),
         None => b.inertia.com().norm(),

@@ -1,4 +1,4 @@
-//! Points at which something touches, with the forces there, over a recording.
+//! Contact points with forces, over a recording.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub(super) struct Touches {
     pub(super) points: Vec<Touch>,
 }
 
-/// Points for the page: those of each moment, one after the other.
+/// Points for the viewer: those of each time, in sequence.
 #[derive(Debug, Serialize)]
 pub(super) struct ShownTouches {
     counts: Blob,
@@ -43,7 +43,7 @@ pub(super) fn most(all: &[Touches]) -> usize {
     all.iter().map(|at| at.points.len()).max().unwrap_or(0)
 }
 
-/// Those of the moments that a page keeps: of each the last ones that are known.
+/// Those of the times in the viewer: at each time the last known ones.
 pub(super) fn shown(all: &[Touches], kept: &[usize]) -> Option<ShownTouches> {
     if all.is_empty() {
         return None;

@@ -11,9 +11,9 @@ use crate::model::{FrameId, Model, numbered};
 use crate::sim::{State, column_names, input_columns};
 use crate::spatial::Transform;
 
-/// The motion of one robot: rows of numbers, one for each time of the recording.
+/// The motion of one robot: one row of values for each time of the recording.
 ///
-/// Where nothing is known, as for the input that would follow the last state, a number is NaN.
+/// Unknown values are NaN, for example the input after the last state.
 #[derive(Clone, Debug)]
 pub struct Track {
     pub(super) name: String,
@@ -21,16 +21,16 @@ pub struct Track {
     pub(super) placement: Transform<f64>,
     pub(super) q: Rows,
     pub(super) v: Rows,
-    /// The state of contact.
+    /// The contact state.
     pub(super) contact: Rows,
     pub(super) u: Rows,
-    /// Names of what the inputs act on; empty where that is unknown.
+    /// Names of the inputs; empty if unknown.
     pub(super) inputs: Vec<String>,
     pub(super) traces: Vec<FrameId>,
     pub(super) frames: Vec<FrameId>,
     pub(super) forces: Vec<ForceTrack>,
     pub(super) bonds: Vec<Bond>,
-    /// Points of contact at some moments, in their order.
+    /// Contact points at some moments, in their order.
     pub(super) touches: Vec<Touches>,
 }
 
@@ -39,7 +39,7 @@ pub struct Track {
 pub struct ForceTrack {
     /// Frame that the force acts on, at its origin.
     pub frame: FrameId,
-    /// The force at each time of the recording, along the world's axes, N.
+    /// The force at each time of the recording, along world axes, N.
     pub values: Vec<Vector3<f64>>,
 }
 
@@ -67,7 +67,7 @@ impl Track {
         self.q.push(state.q.as_slice(), "q");
         self.v.push(state.v.as_slice(), "v");
         let contact = state.contact.as_slice();
-        self.contact.push_if_known(contact, "the state of contact");
+        self.contact.push_if_known(contact, "the contact state");
     }
 
     /// Name of the robot in the recording.
@@ -96,8 +96,8 @@ impl Track {
         self.v.row(k)
     }
 
-    /// The state at the `k`-th time with the state of contact, to go on from there: the numbers are those that were
-    /// recorded, to the bit, and that were read from a file, too. NaN where nothing is known. Allocates.
+    /// The state at the `k`-th time with the contact state, to continue a simulation: bit-identical to the recorded state, also after reading a file.
+    /// Unknown values are NaN. Allocates.
     ///
     /// # Panics
     /// If there is no such time.
@@ -117,7 +117,7 @@ impl Track {
         State::new(self.q(k), self.v(k)).with_contact(contact)
     }
 
-    /// The state of contact at the `k`-th time; empty without, NaN where it is not known.
+    /// The contact state at the `k`-th time; empty without, NaN where it is not known.
     ///
     /// # Panics
     /// If there is no such time.
@@ -125,7 +125,7 @@ impl Track {
         self.contact.row(k)
     }
 
-    /// The input that acts from the `k`-th time on; NaN where there is none.
+    /// The input from the `k`-th time on; NaN if unknown.
     ///
     /// # Panics
     /// If there is no such time.
@@ -138,7 +138,7 @@ impl Track {
         self.u.width
     }
 
-    /// Says what the inputs act on, for plots and tables; a rollout brings it with it, see
+    /// Names the inputs, for plots and tables; a rollout already contains these names, see
     /// [`Simulator::input_names`](crate::Simulator::input_names).
     pub fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
         self.inputs = names;
@@ -189,7 +189,7 @@ impl Track {
         Ok(self)
     }
 
-    /// Sets the force on a frame at the last moment, while moments are pushed; zero at those without one.
+    /// Sets the force on a frame at the last time, while a recording is filled; zero at times without a force.
     ///
     /// * `value` – along the world's axes, N
     ///
@@ -215,8 +215,7 @@ impl Track {
         Ok(self)
     }
 
-    /// Stands the robot elsewhere in the picture, so that several do not cover one another. Its numbers stay as they
-    /// are.
+    /// Displays the robot at another position, so that several robots do not overlap. Its recorded values are unchanged.
     ///
     /// # Panics
     /// If a number is not finite.
@@ -241,7 +240,7 @@ impl Track {
         &self.model.frames()[frame.0].name
     }
 
-    /// Names of the columns q, v, state of contact, u by what the inputs act on, and three for each force.
+    /// Names of the columns q, v, contact state, u by what the inputs act on, and three for each force.
     pub(super) fn column_names(&self) -> Vec<String> {
         let mut names = self.state_names();
         names.truncate(names.len() - self.nu());
@@ -252,7 +251,7 @@ impl Track {
         names
     }
 
-    /// Names of the columns q, v, state of contact and u, whose inputs are numbered.
+    /// Names of the columns q, v, contact state and u, whose inputs are numbered.
     pub(super) fn state_names(&self) -> Vec<String> {
         let mut names = column_names(&self.model);
         names.extend(numbered("contact", self.contact.width));
@@ -260,13 +259,13 @@ impl Track {
         names
     }
 
-    /// Name of an input in plots: that of what it acts on, else that of its column.
+    /// Name of an input in plots: its own, otherwise that of its column.
     pub(super) fn input_name(&self, k: usize) -> String {
         let name = self.inputs.get(k).cloned();
         name.unwrap_or_else(|| format!("u{k}"))
     }
 
-    /// Recorded rows of q, v, the state of contact and u, in the order of the columns.
+    /// Recorded rows of q, v, the contact state and u, in the order of the columns.
     pub(super) fn rows(&self) -> [&Rows; 4] {
         [&self.q, &self.v, &self.contact, &self.u]
     }
@@ -278,8 +277,7 @@ impl Track {
         states.chain(forces).copied()
     }
 
-    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld
-    /// as a box, a coupler as a thin line between its joints.
+    /// Draws constraints with the motion of the robot: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler as a thin line between its joints.
     ///
     /// # Panics
     /// If a constraint is one of another robot.

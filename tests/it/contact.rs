@@ -347,7 +347,7 @@ fn points_stay_on_their_links_and_of_their_kind() {
     refused(&other, "point 2 stays on its link, and of its kind");
     other[2] = points[2];
     other[3].center.x = f64::NAN;
-    refused(&other, "coordinate of a point of contact is NaN");
+    refused(&other, "coordinate of a contact point is NaN");
 }
 
 #[test]

@@ -585,7 +585,7 @@ fn broken_descriptions_are_errors_that_name_the_place() {
         (rod("<actuator><motor joint='none'/></actuator>"), "none"),
         (
             rod("<actuator><position joint='hinge' kv='1' dampratio='1'/></actuator>"),
-            "stands beside kv",
+            "is given together with kv",
         ),
         (
             rod("<actuator><position joint='hinge' kp='-1'/></actuator>"),
@@ -677,7 +677,7 @@ fn hostile_descriptions_neither_hang_nor_overflow_the_stack() {
         .load_mjcf_str(&deep)
         .map(|_| ())
         .unwrap_err();
-    assert!(error.to_string().contains("deep in one another"), "{error}");
+    assert!(error.to_string().contains("nested more than"), "{error}");
 }
 
 /// Height of the upper of two balls over one another after it has fallen on the lower one, or through it.

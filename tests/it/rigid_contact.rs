@@ -196,6 +196,28 @@ fn energy_never_grows_without_restitution_or_with() {
     }
 }
 
+// The default time constant of 20 ms is lengthened with the step. With 20 ms itself the box is thrown 20 m high in steps of 30 ms.
+#[test]
+fn relaxed_contact_does_not_throw_bodies_up_in_long_steps() {
+    for dt in [0.015, 0.03, 0.05] {
+        let ground = on(asset("box.urdf"), Terrain::flat(0.0), relaxed(0.5));
+        let simulator = ground.with_time_step(dt);
+        let start = free(
+            &simulator,
+            [0.0, 0.0, 0.4],
+            0.7,
+            [1.0, 0.5, 0.0, 2.0, 3.0, -1.0],
+        );
+        let steps = (4.0 / dt) as usize;
+        let rollout = simulator.rollout(&start, steps, |_, _, _| {});
+        let highest = rollout.states.iter().map(|state| state.q[2]);
+        let highest = highest.fold(0.0, f64::max);
+        assert!(highest < 0.4 + 1e-9, "{dt}: {highest}");
+        let rest = rollout.last();
+        assert!(rest.v.amax() < 1e-3, "{dt}: {}", rest.v);
+    }
+}
+
 #[test]
 fn jacobians_of_the_step_equal_finite_differences_in_every_mode() {
     for law in [rigid(0.5, 0.0), rigid(0.5, 0.4), relaxed(0.5)] {

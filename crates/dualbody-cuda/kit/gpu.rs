@@ -134,7 +134,7 @@ impl<R: Real> Arrays<R> {
         Ok(())
     }
 
-    /// Hands the kernels on.
+    /// Passes the kernels on.
     pub(crate) fn run(&mut self, loaded: &Loaded<R>) -> Result<(), CudaError> {
         match loaded {
             Loaded::Batch(function) => {

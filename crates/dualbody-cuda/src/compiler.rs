@@ -99,7 +99,8 @@ impl Compiler {
     /// Compiles a kernel, or finds it compiled.
     ///
     /// # Errors
-    /// If there is no NVRTC, it refuses the text or the flags, or the file cannot be kept; if a [`StopSignal`] is set already and the kernel would have to be compiled.
+    /// If NVRTC is missing or refuses the text or the flags, or if the file cannot be stored; if a [`StopSignal`] is already set and the kernel would
+    /// have to be compiled.
     pub fn compile(
         &self,
         kernel: &CudaKernel,

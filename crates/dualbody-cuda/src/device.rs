@@ -132,7 +132,7 @@ impl Device {
         }
     }
 
-    /// All numbers of an array, after the kernels before have run.
+    /// All values of an array, after the earlier kernels have run.
     pub(crate) fn copy_back<N: DeviceRepr>(
         &self,
         numbers: &CudaSlice<N>,

@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::tensor::{self, Dlpack};
 
 impl<R: Real + DlpackElement> Numbers<R> {
-    /// Hands the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each number of a state. Waits until the kernels before
+    /// Passes the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each number of a state. Waits until the kernels before
     /// have run, so that any stream may read it.
     ///
     /// # Errors
@@ -19,7 +19,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
         tensor::export(self)
     }
 
-    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row after row. The computation of the tensor must have ended; the copy has ended when this
+    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row by row. The computation of the tensor must have ended; the copy has ended when this
     /// returns.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
     }
 }
 
-/// Checks that a tensor is on a device of CUDA, and has `shape` numbers of a kind, row after row. It needs no GPU.
+/// Checks that a tensor is on a device of CUDA, and has the shape `shape` and the given element type, row by row. It needs no GPU.
 ///
 /// * `device` – its number, from 0
 ///
@@ -45,7 +45,7 @@ pub fn check_dlpack<R: DlpackElement>(
 ) -> Result<(), CudaError> {
     let found: TensorRef<'_> = match tensor.validate() {
         Ok(found) => found,
-        Err(error) => return Err(mismatch(&format!("is none of DLPack: {error}"))),
+        Err(error) => return Err(mismatch(&format!("is not a DLPack array: {error}"))),
     };
     if found.device() != DLDevice::cuda(device) {
         let (kind, number) = found.device().into();
@@ -64,7 +64,7 @@ pub fn check_dlpack<R: DlpackElement>(
     }
     match found.is_compact() {
         Ok(true) => Ok(()),
-        _ => Err(mismatch("has gaps, or stands column after column")),
+        _ => Err(mismatch("has gaps, or is stored column by column")),
     }
 }
 

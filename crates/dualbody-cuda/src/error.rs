@@ -23,7 +23,7 @@ pub enum CudaError {
         /// Names of libraries that were looked for.
         searched: Vec<String>,
     },
-    /// There is no device of a number.
+    /// There is no device with this index.
     #[error("there is no device {ordinal}: the driver knows {count}")]
     NoDevice {
         /// Number of the device, from 0.
@@ -34,7 +34,7 @@ pub enum CudaError {
     /// Memory of the device does not suffice.
     #[error("the device has no {bytes} bytes of memory left ({free} of {total} are free)")]
     NoMemory {
-        /// How much was asked for.
+        /// How much was requested.
         bytes: usize,
         /// How much is free.
         free: usize,
@@ -67,7 +67,7 @@ pub enum CudaError {
         /// Name of the kernel.
         kernel: String,
     },
-    /// There is no folder of the user's to keep compiled kernels in.
+    /// The user has no cache folder for compiled kernels.
     #[error(
         "there is no folder to keep compiled kernels in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"
     )]
@@ -108,7 +108,7 @@ pub enum CudaError {
     /// The graph was made of another robot, or of one that has changed since.
     #[error(transparent)]
     OtherRobot(#[from] OtherRobot),
-    /// There is no parameter of a name.
+    /// There is no parameter with this name.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
 }

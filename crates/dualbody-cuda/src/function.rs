@@ -40,7 +40,8 @@ impl<R: Real> CudaFunction<R> {
     /// * `shared` – names of inputs that are the same for all states
     ///
     /// # Errors
-    /// If a name is not an identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the driver fails.
+    /// If a name is not an identifier, an input does not exist, NVRTC is missing or refuses the text or its flags, the file cannot be stored, or the
+    /// driver fails.
     pub fn new(
         graph: &Graph,
         name: &str,

@@ -42,7 +42,7 @@
 //! ```
 //!
 //! # Memory
-//! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
+//! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are reversed on the way to the
 //! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
 //! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
 //! humanoid. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).

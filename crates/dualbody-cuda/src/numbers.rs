@@ -9,7 +9,7 @@ use crate::real::Real;
 /// Numbers on a device: rows of one number for each state, so that states side by side are read side by side.
 ///
 /// They stay there between calls, and go in and out by slices: as they lie ([`upload`](Self::upload), [`download`](Self::download)), or one state after the other
-/// ([`upload_states`](Self::upload_states), [`download_states`](Self::download_states)), which are turned round on the way.
+/// ([`upload_states`](Self::upload_states), [`download_states`](Self::download_states)), which are reversed on the way.
 #[derive(Debug)]
 pub struct Numbers<R> {
     pub(crate) data: CudaSlice<R>,
@@ -134,7 +134,7 @@ impl<R: Real> Numbers<R> {
     }
 }
 
-/// A matrix of so many rows, row after row, as its columns one after the other.
+/// A matrix of so many rows, row by row, as its columns in sequence.
 fn turned<R: Real>(numbers: &[R], rows: usize, columns: usize) -> Vec<R> {
     let column = |j: usize| (0..rows).map(move |i| numbers[i * columns + j]);
     (0..columns).flat_map(column).collect()

@@ -28,7 +28,7 @@ pub(crate) fn nvrtc_version() -> Result<String, String> {
 pub(crate) struct Program(sys::nvrtcProgram);
 
 impl Program {
-    /// Hands a text to NVRTC, which must be there.
+    /// Passes a text to NVRTC, which must be there.
     pub(crate) fn new(text: &str) -> Result<Self, String> {
         let text = CString::new(text).map_err(|_| "a zero in the text".to_owned())?;
         let program = result::create_program(&text, None);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Ranges of a batch, which are computed one after the other in the same workspace: none has more states than `most`, a multiple of the threads of a block, and all but the first
+/// Ranges of a batch, which are computed in sequence in the same workspace: none has more states than `most`, a multiple of the threads of a block, and all but the first
 /// have as many.
 ///
 /// So all but the first end where a block ends, and the last block of the first has at most states of the next range besides, whose numbers are the same both times.

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use cudarc::driver::{DeviceRepr, ValidAsZeroBits};
 use dualbody::codegen::Precision;
 
-/// A number of a kernel: `f64` or `f32`.
+/// The floating-point type of a kernel: `f64` or `f32`.
 pub trait Real:
     Copy + Debug + Default + Send + Sync + DeviceRepr + ValidAsZeroBits + private::Sealed + 'static
 {

@@ -16,7 +16,7 @@ use crate::stepper::{CudaStepper, Schedule, StepInputs};
 
 /// Steps many states of one robot, or of variants of it, on a GPU: the face of [`BatchSimulator`](dualbody::sim::BatchSimulator), in `f64` or `f32`.
 ///
-/// The step is traced and compiled when the simulator is made; the rest where it is asked for: [`with_feedback`](Self::with_feedback),
+/// The step is traced and compiled when the simulator is made; the rest where it is requested: [`with_feedback`](Self::with_feedback),
 /// [`with_jacobians`](Self::with_jacobians), [`with_gradients`](Self::with_gradients). Traceable functions: [`dualbody::scalar::traced`].
 #[derive(Debug)]
 pub struct CudaSimulator<R = f64> {
@@ -38,7 +38,7 @@ impl<R: Real> CudaSimulator<R> {
     /// A simulator of `len` states of one robot.
     ///
     /// # Errors
-    /// If there are no states or no NVRTC, it refuses the step, or the driver fails.
+    /// If there are no states, NVRTC is missing or refuses the step, or the driver fails.
     ///
     /// # Panics
     /// If the step decides on values: see [what can be traced](dualbody::scalar::traced).
@@ -57,7 +57,7 @@ impl<R: Real> CudaSimulator<R> {
     /// * `parameters` – theirs of one state after the other
     ///
     /// # Errors
-    /// If there are no states, no parameter of a name or no NVRTC, it refuses the step, or the driver fails.
+    /// If there are no states, a parameter does not exist, NVRTC is missing or refuses the step, or the driver fails.
     ///
     /// # Panics
     /// If the step decides on values: see [what can be traced](dualbody::scalar::traced).
@@ -184,7 +184,7 @@ impl<R: Real> CudaSimulator<R> {
             check_length("q of a state", state.q.len(), Some(neutral.q.len()))?;
             check_length("v of a state", state.v.len(), Some(neutral.v.len()))?;
             check_length(
-                "the state of contact",
+                "the contact state",
                 state.contact.len(),
                 Some(neutral.contact.len()),
             )?;

@@ -56,8 +56,8 @@ impl<R: Real> CudaStepper<R> {
     /// * `name` – of the function, an identifier of C
     ///
     /// # Errors
-    /// If the graph is not a step, a name is not an identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the
-    /// driver fails.
+    /// If the graph is not a step, a name is not an identifier, an input does not exist, NVRTC is missing or refuses the text or its flags, the file
+    /// cannot be stored, or the driver fails.
     pub fn new(
         graph: &Graph,
         name: &str,

@@ -19,7 +19,7 @@ use crate::real::Real;
 /// When it is dropped, or its deleter is called, its memory is free again.
 pub type Dlpack = dlpark::versioned::Dlpack;
 
-/// Makes a tensor of `DLPack` of memory on a GPU: `shape` numbers, row after row. The owner is dropped with it, on any thread.
+/// Makes a tensor of `DLPack` of memory on a GPU: `shape` numbers, row by row. The owner is dropped with it, on any thread.
 ///
 /// [`Numbers::into_dlpack`](crate::Numbers::into_dlpack) makes one of an array of this crate.
 ///
@@ -45,7 +45,7 @@ pub unsafe fn dlpack_of<R: DlpackElement, O: Send>(
         .set_data(address as *mut c_void)
         .set_device(DLDevice::cuda(device))
         .set_dtype(R::DTYPE);
-    // SAFETY: the caller says that the numbers are there; sizes and strides are a matrix's, row after row.
+    // SAFETY: the caller says that the numbers are there; sizes and strides are a matrix's, row by row.
     Ok(unsafe { tensor.finish() })
 }
 

@@ -16,7 +16,7 @@ const LIMIT: usize = 1 << 30;
 /// Blocks that a multiprocessor takes at once, at least.
 const BLOCKS: usize = 2;
 
-/// The workspace of the stream of a device. Functions run one after the other there, so that all of them use the same memory, which stays for the next call.
+/// The workspace of the stream of a device. Functions run in sequence there, so that all of them use the same memory, which stays for the next call.
 #[derive(Debug)]
 pub(crate) struct Workspace {
     memory: Mutex<Option<CudaSlice<u8>>>,

@@ -36,7 +36,7 @@ pub enum NativeError {
         /// Its command.
         command: String,
     },
-    /// There is no folder of the user's to keep compiled code in.
+    /// The user has no cache folder for compiled code.
     #[error(
         "there is no folder to keep compiled code in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"
     )]

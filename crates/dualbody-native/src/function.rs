@@ -43,7 +43,7 @@ impl<R: Real> NativeFunction<R> {
     /// * `name` – of the function, an identifier of C
     ///
     /// # Errors
-    /// If the name is not an identifier, there is no compiler, it refuses the text or its flags, or the file cannot be kept or loaded. If a
+    /// If the name is not an identifier, the compiler is missing or refuses the text or its flags, or the file cannot be stored or loaded. If a
     /// [`StopSignal`](dualbody::StopSignal) ends the compiler.
     pub fn new(graph: &Graph, name: &str, compiler: &Compiler) -> Result<Self, NativeError> {
         let source = graph.to_c(name, R::PRECISION)?;

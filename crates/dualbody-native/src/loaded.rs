@@ -83,7 +83,7 @@ impl<R: Real> Loaded<R> {
             of(self.n_outputs),
             "the outputs of {count} states"
         );
-        // SAFETY: as in `call`, for each state, one after the other.
+        // SAFETY: as in `call`, for each state, in sequence.
         unsafe {
             (self.batch)(
                 count,

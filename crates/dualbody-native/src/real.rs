@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use dualbody::codegen::Precision;
 
-/// A number of a compiled function: `f64` or `f32`.
+/// The floating-point type of a compiled function: `f64` or `f32`.
 pub trait Real: Copy + Debug + Default + Send + Sync + private::Sealed + 'static {
     /// Its precision in C.
     const PRECISION: Precision;

@@ -36,7 +36,7 @@ pub struct NativeScratch {
 }
 
 impl NativeScratch {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     #[inline]
     pub fn new(native: &NativeSimulator) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl NativeSimulator {
     }
 
     /// Compiles A and B too. The compiler takes a second or so for an arm, a minute for a humanoid, whose own loops are faster then: see
-    /// [the table](dualbody::scalar::traced#how-large-it-gets). Does nothing where the step could not be compiled.
+    /// [the table](dualbody::scalar::traced#size-and-speed). Does nothing where the step could not be compiled.
     ///
     /// # Errors
     /// If they cannot be compiled or loaded.
@@ -231,7 +231,7 @@ impl NativeSimulator {
         assert_eq!(
             state.contact.len(),
             self.own.n_contact(),
-            "the state of contact"
+            "the contact state"
         );
         assert_eq!(u.len(), self.own.nu(), "the input");
     }

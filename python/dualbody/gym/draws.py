@@ -34,8 +34,8 @@ def keys(seeds: Sequence[int | None]) -> Words:
 
 
 class Draws:
-    """Random numbers of the environments whose episodes begin: a row for each. What a row contains depends on the seed of its environment and on what that has drawn
-    before, not on the other rows."""
+    """Random numbers of the environments whose episodes begin: one row per environment. A row depends on the seed and the earlier draws of its environment
+    only."""
 
     def __init__(self, states: Words) -> None:
         self._states = states

@@ -92,7 +92,7 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         return observations[0], float(reward[0]), bool(over[0]), bool(cut[0]), {}
 
     def render(self) -> Any:
-        """The page of the episode so far, as HTML; in the mode "rgb_array" a picture of the state."""
+        """The HTML viewer of the episode so far; in the mode "rgb_array" a picture of the state."""
         return self._film.render()
 
 
@@ -123,7 +123,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins episodes: an observation for each state, and an empty info. seed: one for all, or one for each state; options: "reset_mask"
-        (num_envs,) selects those that begin anew, all if it is left out."""
+        (num_envs,) selects the states to reset, all by default."""
         mask = (options or {}).get("reset_mask") if self._episodes is not None else None
         seeds: Sequence[int | None]
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -160,5 +160,5 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         return observations, reward, over, cut, info
 
     def render(self) -> Any:
-        """The page of the first state's episode so far, as HTML; in the mode "rgb_array" a picture of that state."""
+        """The HTML viewer of the first state's episode so far; in the mode "rgb_array" a picture of that state."""
         return self._film.render()

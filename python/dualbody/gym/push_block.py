@@ -28,8 +28,9 @@ def _finger() -> Model:
 def push_block() -> Task:
     """A finger pushes a block over the ground to the origin: less than 0.03 m from there one point a step, elsewhere less, the farther away the block is.
 
-    Inputs are the forces on the finger along x and y, within ±5 N. Observed are position, orientation (unit quaternion) and velocity of the block, position and velocity
-    of the finger, and the way from finger to block. Over when the block or the finger is farther away than 0.5 m.
+    Inputs are the forces on the finger along x and y, within ±5 N. The observation contains position, orientation (unit quaternion) and velocity of the
+    block, position and velocity of the finger, and the vector from finger to block. The episode ends when the block or the finger is farther away than 0.5
+    m.
     """
     world = World("push block")
     world.add(_finger(), prefix="finger/")

@@ -47,7 +47,7 @@ def quadruped_model() -> Model:
 
 
 def quadruped() -> Task:
-    """A quadruped walks: speed along x less effort; over when the trunk falls or tips. Inputs are torques within ±25 N·m."""
+    """A quadruped walks: the reward is the speed along x minus the effort; the episode ends when the trunk falls or tips. Inputs are torques within ±25 N·m."""
     model = quadruped_model()
     contacts = Contacts(Terrain.flat(), Rigid(friction=0.8))
     simulator = Simulator(model, time_step=4e-3, contacts=contacts)

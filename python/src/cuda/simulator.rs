@@ -52,13 +52,13 @@ impl PyCudaSimulator {
         })
     }
 
-    /// The simulator that it was made of.
+    /// The original simulator.
     #[getter]
     fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
         self.simulator.clone_ref(py)
     }
 
-    /// Names of the parameters in which states differ.
+    /// Names of the parameters that differ between states.
     #[getter]
     fn parameter_names(&self) -> Vec<&str> {
         on_either!(&self.gpu, gpu => gpu.parameter_names())
@@ -82,8 +82,8 @@ impl PyCudaSimulator {
 
     /// Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
     ///
-    /// q (count, nq), v (count, nv), u (count, nu; N·m or N; zero if left out), contact (count, n_contact); what is the same for all may
-    /// lack the first axis, but for one of them. Raises FloatingPointError that names the first state whose step fails.
+    /// q (count, nq), v (count, nv), u (count, nu; N·m or N; zero if left out), contact (count, n_contact); arguments that are equal for all states
+    /// may lack the first axis, except one of them. Raises FloatingPointError that names the first state whose step fails.
     #[pyo3(signature = (q, v, u=None, *, contact=None))]
     fn step<'py>(
         &self,
@@ -115,7 +115,7 @@ impl PyCudaSimulator {
         PyTuple::new(py, arrays)
     }
 
-    /// Takes steps from every state, and returns a cuda.Rollout of each `every`-th state (of the first and the last ones for 0).
+    /// Takes steps from each state, and returns a cuda.Rollout of each `every`-th state (of the first and the last state for 0).
     ///
     /// q, v, contact as in step; inputs (count, steps, nu) or (steps, nu) for all, zero if left out.
     #[pyo3(signature = (q, v, steps=None, *, inputs=None, every=None, contact=None))]
@@ -158,7 +158,7 @@ impl PyCudaSimulator {
         ))
     }
 
-    /// Jacobians of the step of every state, as Simulator.linearize: a (count, n_tangent, n_tangent), b (count, n_tangent, nu). Arguments as in
+    /// Jacobians of the step of each state, as Simulator.linearize: a (count, n_tangent, n_tangent), b (count, n_tangent, nu). Arguments as in
     /// step. Needs derivatives=["jacobians"], and one robot for all states.
     #[pyo3(signature = (q, v, u=None, *, contact=None))]
     fn linearize<'py>(
@@ -178,10 +178,10 @@ impl PyCudaSimulator {
         })
     }
 
-    /// Gradients of ⟨adjoint, next state⟩ of every state, as Simulator.vjp: a StepGradient (state, input, parameters, friction), of the
-    /// parameters in which states differ, without friction.
+    /// Gradients of ⟨adjoint, next state⟩ of each state, as Simulator.vjp: a StepGradient (state, input, parameters, friction), in the parameters
+    /// that differ between states, without friction.
     ///
-    /// adjoint (count, n_tangent). Needs derivatives=["gradients"]. Raises FloatingPointError that names the first state for which there is none.
+    /// adjoint (count, n_tangent). Needs derivatives=["gradients"]. Raises FloatingPointError that names the first state without a gradient.
     #[pyo3(signature = (q, v, u, adjoint, *, contact=None))]
     fn vjp<'py>(
         &self,

@@ -9,9 +9,9 @@ use crate::model::PyModel;
 
 #[pymethods]
 impl PyModel {
-    /// Configuration q moved by the tangent vector dv, a velocity times a time: (..., nq). q (..., nq), dv (..., nv).
+    /// Configuration q ⊕ dv, moved by a tangent vector (velocity times time): (..., nq). q (..., nq), dv (..., nv).
     ///
-    /// Not q + dv where there are quaternions: dv has turns in the body's axes, rad, and moves of a floating base along them, m.
+    /// It differs from q + dv for quaternions: dv contains rotations about body axes, rad, and translations of a floating base along them, m.
     #[pyo3(name = "integrate")]
     fn moved<'py>(
         this: &Bound<'py, Self>,
@@ -21,7 +21,7 @@ impl PyModel {
         integrate(this, q, dv, None)
     }
 
-    /// Tangent vector that leads from q0 to q1, in the axes of the bodies at q0: (..., nv). q0 and q1 (..., nq). The shorter way about a turn.
+    /// Tangent vector q1 ⊖ q0 from q0 to q1, in body axes at q0: (..., nv). q0 and q1 (..., nq). Rotations take the shorter way.
     #[pyo3(name = "difference")]
     fn way<'py>(
         this: &Bound<'py, Self>,
@@ -47,7 +47,7 @@ impl PyModel {
         _difference_jacobian(this, q, None)
     }
 
-    /// Deviation (difference(q0, q), v - v0) of a state from another, (..., 2 nv): what a linear controller designed there acts on.
+    /// Deviation (difference(q0, q), v - v0) of a state from another, (..., 2 nv): the argument of a linear controller that is designed at the reference.
     fn deviation<'py>(
         this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,

@@ -8,12 +8,12 @@ use crate::errors::OrRaise;
 
 #[pymethods]
 impl PyModel {
-    /// Mass of a link, kg: its own, where links that are fixed to one another are one body.
+    /// Mass of a link, kg: of the link alone, also if several fixed links form one body.
     fn link_mass(&self, link: &str) -> PyResult<f64> {
         Ok(self.model.link_inertia(link).or_raise()?.mass)
     }
 
-    /// Centre of mass of a link in its frame, (3,), m; not a number for one without mass.
+    /// Centre of mass of a link in its frame, (3,), m; NaN for a link without mass.
     fn link_center_of_mass<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Bound<'py, PyAny>> {
         let com = self.model.link_inertia(link).or_raise()?.com();
         Ok(vector(py, com.as_slice().to_vec()).into_any())

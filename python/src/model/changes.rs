@@ -130,7 +130,7 @@ impl PyModel {
         Self::edited(this, "with_link_inertia", (link, mass, com, inertia), model)
     }
 
-    /// The robot with joints held at positions {name: position}: their links become one.
+    /// The robot with joints locked at positions {name: position}: their links become one body.
     fn with_locked_joints<'py>(
         this: &Bound<'py, Self>,
         positions: &Bound<'py, PyDict>,
@@ -179,7 +179,7 @@ impl PyModel {
         Self::edited(this, "with_attached", (other, frame, prefix, pose), model)
     }
 
-    /// The robot with one more frame, at a pose (4, 4) in a frame or link.
+    /// The robot with an additional frame, at a pose (4, 4) in a frame or link.
     fn with_frame<'py>(
         this: &Bound<'py, Self>,
         name: &str,
@@ -191,7 +191,7 @@ impl PyModel {
         Self::edited(this, "with_frame", (name, parent, pose), model)
     }
 
-    /// The robot with one more link (LinkSpec) on a joint (JointSpec).
+    /// The robot with an additional link (LinkSpec) on a joint (JointSpec).
     fn with_body<'py>(
         this: &Bound<'py, Self>,
         link: &Bound<'py, PyAny>,

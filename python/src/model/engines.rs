@@ -178,12 +178,12 @@ impl PyEngineCoordinates {
         Ok(self.coordinates(&self.model.get().model)?.nq())
     }
 
-    /// Place of a joint in the engine's configuration.
+    /// Range of a joint in the engine's configuration.
     fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         self.slice(py, name, |own, joint| own.joint_q(joint))
     }
 
-    /// Place of a joint in the engine's velocities and forces.
+    /// Range of a joint in the engine's velocities and forces.
     fn joint_v<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         self.slice(py, name, |own, joint| own.joint_v(joint))
     }
@@ -196,7 +196,7 @@ impl PyEngineCoordinates {
         })
     }
 
-    /// Configuration of this robot, (..., nq), from that of the engine, (..., its nq). Angles given as (cos, sin) come back in (−π, π].
+    /// Configuration of this robot, (..., nq), from that of the engine, (..., its nq). Angles given as (cos, sin) become angles in (−π, π].
     fn configuration_from<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let given = [("q", q, vec![self.nq()?])];
         let tail = [self.model.get().model.nq()];

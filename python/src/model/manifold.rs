@@ -15,7 +15,7 @@ impl PyModel {
         vector(py, self.model.neutral().as_slice().to_vec()).into_any()
     }
 
-    /// Configuration on the way from q0 (t = 0) to q1 (t = 1): (..., nq).
+    /// Configuration on the path from q0 (t = 0) to q1 (t = 1): (..., nq).
     fn interpolate<'py>(
         &self,
         q0: &Bound<'py, PyAny>,
@@ -29,7 +29,7 @@ impl PyModel {
         })
     }
 
-    /// Random configuration within the limits, (nq,), the same for the same seed.
+    /// Random configuration within the limits, (nq,); equal seeds give equal results.
     fn random_configuration<'py>(&self, seed: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -37,7 +37,7 @@ impl PyModel {
         Ok(vector(py, q.as_slice().to_vec()).into_any())
     }
 
-    /// Random velocity of at most a speed in each coordinate, (nv,), the same for the same seed.
+    /// Random velocity of at most a speed in each coordinate, (nv,); equal seeds give equal results.
     #[pyo3(signature = (seed, speed=1.0))]
     fn random_velocity<'py>(
         &self,

@@ -45,7 +45,7 @@ impl PyModel {
         self.model.total_mass()
     }
 
-    /// Remarks of the reader of its file, a sentence each.
+    /// Remarks from loading its file, one sentence each.
     #[getter]
     fn remarks(&self) -> Vec<String> {
         self.model.remarks().to_vec()
@@ -76,13 +76,13 @@ impl PyModel {
         self.model.link_names()
     }
 
-    /// Names of all frames, those of links among them.
+    /// Names of all frames, including links.
     #[getter]
     fn frame_names(&self) -> Vec<&str> {
         self.model.frame_names()
     }
 
-    /// Names of the moving bodies: of a link on each, in the order of external forces.
+    /// Names of the moving bodies (the first link on each), in the order of external forces.
     #[getter]
     fn body_names(&self) -> Vec<&str> {
         let bodies = 0..self.model.n_bodies();
@@ -103,13 +103,13 @@ impl PyModel {
         vector(py, self.model.armature().to_vec()).into_any()
     }
 
-    /// What was remarked at loading; None for a robot that was built.
+    /// Report of loading; None for a robot built in code.
     #[getter]
     pub(super) fn import_report(&self, py: Python<'_>) -> Option<Py<PyImportReport>> {
         self.report.as_ref().map(|report| report.clone_ref(py))
     }
 
-    /// Place of a joint in q.
+    /// Range of a joint in q.
     fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let range = self.model.joint_q(self.joint_id(name)?);
         Ok(PySlice::new(
@@ -120,7 +120,7 @@ impl PyModel {
         ))
     }
 
-    /// Place of a joint in v.
+    /// Range of a joint in v.
     fn joint_v<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let range = self.model.joint_v(self.joint_id(name)?);
         Ok(PySlice::new(
@@ -159,7 +159,7 @@ impl PyModel {
         self.model.parameter_layout().names().to_vec()
     }
 
-    /// Links whose inertia no body can have: [(link, reason)].
+    /// Links with physically inconsistent inertia: [(link, reason)].
     fn inertia_flaws(&self) -> Vec<(String, String)> {
         let flaws = self.model.inertia_flaws().into_iter();
         flaws

@@ -1,4 +1,4 @@
-//! What was remarked when a file was loaded.
+//! Report of loading a file.
 
 use dualbody::ImportReport;
 use dualbody::io::ImportNote;
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use super::base::base_of;
 use crate::words::{for_python, snake};
 
-/// What was remarked when a file was loaded: warnings, and what is not used. Its str is a table.
+/// Report of loading a file: warnings, and unused content. Its str is a table.
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
 pub(crate) struct PyImportReport {
     pub(super) report: ImportReport,
@@ -67,13 +67,13 @@ impl PyImportReport {
         &self.report.root_link
     }
 
-    /// [(element, name, line, reason)] of what was corrected or is doubtful.
+    /// [(element, name, line, reason)] of corrected or doubtful content.
     #[getter]
     fn warnings(&self) -> Vec<Note> {
         notes(&self.report.warnings)
     }
 
-    /// [(element, name, line, reason)] of what is not used.
+    /// [(element, name, line, reason)] of unused content.
     #[getter]
     fn ignored(&self) -> Vec<Note> {
         notes(&self.report.ignored)

@@ -22,12 +22,12 @@ impl PyModel {
         self.model.tree().to_string()
     }
 
-    /// Page that shows the robot, as HTML.
+    /// HTML viewer of the robot, as text.
     fn to_html(&self) -> String {
         dualbody::view::model_page(&self.model)
     }
 
-    /// The page in a frame of a size, for notebooks: width and height as in HTML.
+    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     #[pyo3(signature = (width="100%", height="480"))]
     fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
         py.import("dualbody.view")?

@@ -52,13 +52,13 @@ impl PySensors {
         })
     }
 
-    /// Name of each number that is read: that of its sensor, with ".x", ".qw", ".fx" and so on where it reads several.
+    /// Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings.
     #[getter]
     fn names(&self) -> Vec<&str> {
         self.sensors.names()
     }
 
-    /// Unit of each number that is read; empty for numbers without one.
+    /// Unit of each reading; empty for dimensionless readings.
     #[getter]
     fn units(&self) -> Vec<&'static str> {
         self.sensors.units()
@@ -68,7 +68,7 @@ impl PySensors {
         self.sensors.len()
     }
 
-    /// Place of a sensor's numbers in the vector. Raises KeyError if there is no sensor of the name.
+    /// Range of a sensor's readings in the vector. Raises KeyError if there is no sensor of this name.
     fn slice<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let missing = || pyo3::exceptions::PyKeyError::new_err(name.to_owned());
         let range = self.sensors.range(name).ok_or_else(missing)?;
@@ -80,7 +80,7 @@ impl PySensors {
         ))
     }
 
-    /// Readings (..., len) of the step from a state under the input, which is not taken. Arguments as in Simulator.step; out: an array for the result.
+    /// Readings (..., len) of the step from a state under the input; the state is not changed. Arguments as in Simulator.step; out: an array for the result.
     ///
     /// Raises FloatingPointError if a reading is not finite.
     #[pyo3(signature = (simulator, q, v, u=None, *, contact=None, out=None))]
@@ -110,7 +110,7 @@ impl PySensors {
         }
     }
 
-    /// Jacobians of the step and of the readings in it, in tangent coordinates: SensorLinearization of a, b as Simulator.linearize has them, c (..., len,
+    /// Jacobians of the step and of its readings, in tangent coordinates: SensorLinearization of a, b as from Simulator.linearize, c (..., len,
     /// n_tangent) and d (..., len, nu). Arguments as in Simulator.step.
     #[pyo3(signature = (simulator, q, v, u=None, *, contact=None))]
     fn linearize<'py>(
@@ -146,7 +146,7 @@ impl PySensors {
         class.call1((a, b, c, d))
     }
 
-    /// The sensors with noise, of as many states as there are seeds: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between
+    /// The sensors with noise, for one state per seed: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between
     /// two samples, s; seeds: (n,), whole numbers.
     fn noisy(
         &self,

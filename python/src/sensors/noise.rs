@@ -45,7 +45,7 @@ impl PyNoisySensors {
 
 #[pymethods]
 impl PyNoisySensors {
-    /// Takes the exact readings of a step (n, len), or (len,) of one state, and returns those with noise.
+    /// Returns readings with noise from exact readings of a step, (n, len), or (len,) for one state.
     fn sample<'py>(&self, readings: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let rows = Rows::read(&argument("readings", readings, &[self.len]))?;
         let mut states = self.lock()?;
@@ -61,7 +61,7 @@ impl PyNoisySensors {
         Ok(out)
     }
 
-    /// Starts states anew with the random numbers of their seeds: (n,) whole numbers. mask: (n,), which states; all if it is left out.
+    /// Restarts states with the random numbers of their seeds: (n,) whole numbers. mask: (n,), the selected states; all by default.
     #[pyo3(signature = (seeds, mask=None))]
     fn reset(&self, seeds: Vec<u64>, mask: Option<Vec<bool>>) -> PyResult<()> {
         let mut states = self.lock()?;

@@ -20,10 +20,10 @@ fn not_finite(k: Option<usize>) -> PyErr {
 
 #[pymethods]
 impl PySimulator {
-    /// Acceleration dv/dt at a state under the input, (..., nv), rad/s² or m/s²: forward dynamics with all that acts on the robot at that moment.
+    /// Acceleration dv/dt at a state under the input, (..., nv), rad/s² or m/s²: forward dynamics with all forces at this instant.
     ///
-    /// Arguments as in step; out: an array for the result. Motors, limits, friction, springs, constraints and contact act as they are in this state, while
-    /// a step takes some of them at its end. Rigid contact has forces of a whole step only, and the acceleration is their mean over one.
+    /// Arguments as in step; out: an array for the result. Motors, limits, friction, springs, constraints and contact are evaluated at this state,
+    /// while a step evaluates some of them at its end. Rigid contact has forces over a whole step only; the acceleration is the mean over one step.
     /// Raises FloatingPointError if an acceleration is not finite.
     #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", models=None, out=None))]
     fn acceleration<'py>(

@@ -12,8 +12,7 @@ use crate::words::snake;
 
 #[pymethods]
 impl PySimulator {
-    /// Sentences on a time step that is too long for springs, dampers, limits and soft contact, for poses like this one, and for rotations if a
-    /// velocity is given.
+    /// Remarks on a time step that is too long for springs, dampers, limits and soft contact near this pose, and for rotations if a velocity is given.
     #[pyo3(signature = (q, v=None))]
     fn remarks(&self, q: &Bound<'_, PyAny>, v: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
         let model = self.simulator.model();
@@ -28,7 +27,7 @@ impl PySimulator {
         Ok(said.iter().map(ToString::to_string).collect())
     }
 
-    /// What touches and how in a state under an input: a ContactReport.
+    /// Report on contact in a state under an input: a ContactReport.
     #[pyo3(signature = (q, v, u=None, *, contact=None))]
     fn contact_report<'py>(
         &self,

@@ -39,14 +39,14 @@ impl PySimulator {
         self.call_entry(&entries::_contact_points, &[q, v], &[])
     }
 
-    /// Poses of the frames of all points of contact, (..., n, 4, 4): the origin at the point, the axes of its link. q (..., nq).
+    /// Poses of the frames of all contact points, (..., n, 4, 4): the origin at the point, the axes of its link. q (..., nq).
     fn contact_frames<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         self.call_entry(&entries::contact_frames, &[q], &[])
     }
 
-    /// Jacobians of the frames of all points of contact, (..., n, 6, nv). q (..., nq).
+    /// Jacobians of the frames of all contact points, (..., n, 6, nv). q (..., nq).
     ///
-    /// If mixed, the first three rows give the velocity of the body at the point, in axes of the world. A frame is fixed to its body.
+    /// In the mixed representation the first three rows give the velocity of the body at the point, in world axes. A frame is fixed to its body.
     #[pyo3(signature = (q, representation="mixed"))]
     fn contact_jacobians<'py>(
         &self,
@@ -56,7 +56,7 @@ impl PySimulator {
         self.call_entry(&entries::contact_jacobians, &[q], &[representation])
     }
 
-    /// Rates of the Jacobians of the frames of all points of contact along v, (..., n, 6, nv). q (..., nq), v (..., nv).
+    /// Rates of the Jacobians of the frames of all contact points along v, (..., n, 6, nv). q (..., nq), v (..., nv).
     #[pyo3(signature = (q, v, representation="mixed"))]
     fn contact_jacobian_derivatives<'py>(
         &self,

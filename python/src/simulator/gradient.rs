@@ -62,8 +62,8 @@ impl PySimulator {
     /// Gradient of ⟨adjoint, next state⟩, the vector-Jacobian product of a step: a StepGradient (state, input, parameters, friction,
     /// simulator_parameters).
     ///
-    /// q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. The cost is three to six steps,
-    /// for any number of parameters. parameters: False leaves parameters and friction out.
+    /// q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. The cost is three to six steps, for
+    /// any number of parameters. parameters: False omits parameters and friction.
     #[pyo3(signature = (q, v, u, adjoint, *, contact=None, models=None, parameters=true))]
     fn vjp<'py>(
         &self,

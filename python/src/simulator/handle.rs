@@ -176,7 +176,7 @@ impl PySimulator {
         })
     }
 
-    /// Makes a simulator of everything that an MJCF, the XML of MuJoCo, holds and this library can use: a text that begins with "<", or the path of a file.
+    /// Makes a simulator of the supported content of an MJCF file, the XML of MuJoCo: a text that begins with "<", or the path of a file.
     ///
     /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
     /// is modelled: its control, those of joints first, then those of sites, then those of tendons and further ones of joints. What is not used is in
@@ -197,7 +197,7 @@ impl PySimulator {
         class.call((Bound::new(py, model)?,), Some(&parts))
     }
 
-    /// Named states of the MJCF of the simulator: {name: (q, v, u)}, first "qpos0", where the file has the bodies, at rest and without inputs; empty for others.
+    /// Named states of the MJCF file: {name: (q, v, u)}, first "qpos0" at rest without inputs; empty for other simulators.
     #[getter]
     fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
@@ -234,7 +234,7 @@ impl PySimulator {
         self.simulator.time_step()
     }
 
-    /// How it steps: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
+    /// Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
     #[getter]
     fn integrator(&self) -> &'static str {
         let own = self.simulator.integrator();
@@ -272,7 +272,7 @@ impl PySimulator {
         this.get_type().call((model,), Some(&parts))
     }
 
-    /// The simulator with other parameters, (n,), named by parameter_names: a ValueError names one that is out of its domain.
+    /// The simulator with other parameters, (n,), named by parameter_names. Raises a ValueError that names a parameter out of range.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters<'py>(

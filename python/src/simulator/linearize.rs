@@ -49,8 +49,8 @@ impl<'py> Jacobians<'py> {
 impl PySimulator {
     /// Jacobians of the step in tangent coordinates: a (..., n_tangent, n_tangent), b (..., n_tangent, nu). Arguments as in step.
     ///
-    /// δq is a tangent vector, as of Model.difference: three numbers for a turn of a ball joint or base, in the body's axes, not four of a quaternion.
-    /// Where contacts begin or end the Jacobians are those of one side. With soft contact the state has its bristles too.
+    /// δq is a tangent vector, as from Model.difference: three entries for a rotation of a ball joint or base, in body axes, not the four of a
+    /// quaternion. Where contacts begin or end the Jacobians are those of one side. With soft contact the state includes its bristles.
     #[pyo3(signature = (q, v, u=None, *, contact=None, models=None))]
     fn linearize<'py>(
         &self,
@@ -70,7 +70,7 @@ impl PySimulator {
 
     /// Jacobians of the rate (v, acceleration) in continuous time, in tangent coordinates: shapes and arguments as in linearize.
     ///
-    /// Raises ValueError where rigid contact acts, whose forces are those of a step. [Carpentier, Mansard 2018]
+    /// Raises ValueError with rigid contact, whose forces act over a step. [Carpentier, Mansard 2018]
     #[pyo3(signature = (q, v, u=None, *, contact=None))]
     fn linearize_rate<'py>(
         &self,

@@ -35,9 +35,10 @@ pub(crate) struct PyNativeSimulator {
 
 #[pymethods]
 impl PyNativeSimulator {
-    /// Compiles the step of a simulator, or finds it compiled.
+    /// Compiles the step of a simulator, or finds it in the cache.
     ///
-    /// An OSError says why it cannot be; a ValueError where a step decides on values, as most contact does. Ctrl-C ends the compiler.
+    /// Raises an OSError with the reason if compilation fails, and a ValueError if a step depends on values by branches, as most contact does. Ctrl-C
+    /// ends the compiler.
     #[new]
     #[pyo3(signature = (simulator, compiler=None))]
     fn new(
@@ -50,7 +51,7 @@ impl PyNativeSimulator {
         Ok(Self::of(simulator, native, compiler))
     }
 
-    /// The same, by the library's own code where nothing can be compiled; `reason` says why.
+    /// As the constructor, with the library's own code if compilation fails; `reason` contains the cause.
     #[staticmethod]
     #[pyo3(signature = (simulator, compiler=None))]
     fn or_own(
@@ -63,13 +64,13 @@ impl PyNativeSimulator {
         Ok(Self::of(simulator, native, compiler))
     }
 
-    /// The simulator that it was made of.
+    /// The original simulator.
     #[getter]
     fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
         self.simulator.clone_ref(py)
     }
 
-    /// Why nothing was compiled; None if it was.
+    /// Reason why the step was not compiled; None if it was.
     #[getter]
     fn reason(&self) -> Option<String> {
         self.native.reason().map(ToString::to_string)
@@ -120,7 +121,7 @@ impl PyNativeSimulator {
         })
     }
 
-    /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which takes batches on vector registers.
+    /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which also runs batches on vector registers.
     #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, progress=None))]
     fn rollout<'py>(
         &self,

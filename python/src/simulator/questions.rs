@@ -35,14 +35,14 @@ impl PySimulator {
         self.simulator.divergence_bound()
     }
 
-    /// The velocity coordinate of each input that acts on a joint.
+    /// The velocity coordinate of each joint input.
     #[getter]
     fn actuated(&self) -> Vec<usize> {
         self.simulator.actuated().to_vec()
     }
 
-    /// All numbers that a step depends on, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact
-    /// points and models, ground and forces, and the time step.
+    /// All parameters of a step, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact points and
+    /// models, ground and forces, and the time step.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, self.simulator.parameters().as_slice().to_vec()).into_any()
@@ -66,14 +66,14 @@ impl PySimulator {
         self.simulator.tangent_names()
     }
 
-    /// The least and the largest input that the joints' effort limits allow: (nu,) twice, infinite where there is no limit.
+    /// Lower and upper bounds of the input by effort limits: (nu,) each, infinite for no limit.
     #[getter]
     fn effort_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
         let (lower, upper) = self.simulator.effort_bounds();
         (vector(py, lower).into_any(), vector(py, upper).into_any())
     }
 
-    /// The points of contact: [(link, centre in the frame of the link (3,), kind)].
+    /// The contact points: [(link, centre in the frame of the link (3,), kind)].
     #[getter]
     fn contact_points(&self) -> Vec<(String, [f64; 3], String)> {
         let model = self.simulator.model();
@@ -89,7 +89,7 @@ impl PySimulator {
         points.iter().map(one).collect()
     }
 
-    /// Collision shapes that cannot touch: [(link, reason)].
+    /// Collision shapes without contact points: [(link, reason)].
     #[getter]
     fn shapes_without_points(&self) -> Vec<(String, String)> {
         let shapes = self
@@ -120,7 +120,7 @@ impl PySimulator {
         Ok(vector(q.py(), errors).into_any())
     }
 
-    /// The nearest state in which the constraints hold: (q, v). A ValueError says how far it came if there is none.
+    /// A nearby state that satisfies the constraints: (q, v). Raises a ValueError with the remaining error if none is found.
     fn assemble<'py>(
         &self,
         q: &Bound<'py, PyAny>,

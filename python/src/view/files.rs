@@ -30,12 +30,12 @@ impl PyRecording {
         })
     }
 
-    /// The page as a text: it works offline, in one file.
+    /// The HTML viewer as text: one file that works offline.
     fn to_html(&self) -> PyResult<String> {
         guarded(|| self.recording.to_html())
     }
 
-    /// The page in a frame of a size, for notebooks: width and height as in HTML.
+    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     #[pyo3(signature = (width="100%", height="480"))]
     fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
         py.import("dualbody.view")?
@@ -47,17 +47,17 @@ impl PyRecording {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
     }
 
-    /// Writes the page, which needs nothing else, and the folders above it; an OSError names a file that cannot be written.
+    /// Writes the self-contained HTML viewer, and creates its folders; an OSError names a file that cannot be written.
     fn save_html(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_html(path))?.or_raise()
     }
 
-    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by what they act on ("u.pivot"; "u0", "u1" where that is unknown), series.
+    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by name ("u.pivot"; "u0", "u1" if unknown), series.
     fn to_csv(&self) -> PyResult<String> {
         guarded(|| self.recording.to_csv())
     }
 
-    /// Writes the table of all columns as CSV, as of to_csv, and the folders above it; an OSError names a file that cannot be written.
+    /// Writes the table of all columns as CSV, as from to_csv, and creates its folders; an OSError names a file that cannot be written.
     fn save_csv(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_csv(path))?.or_raise()
     }
@@ -67,7 +67,7 @@ impl PyRecording {
         guarded(|| self.recording.to_json())
     }
 
-    /// Writes the recording as JSON, which `read` reads, and the folders above it; an OSError names a file that cannot be written.
+    /// Writes the recording as JSON, which `read` reads, and creates its folders; an OSError names a file that cannot be written.
     fn save_json(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_json(path))?.or_raise()
     }

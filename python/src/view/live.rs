@@ -34,13 +34,13 @@ impl PyLive {
 
 #[pymethods]
 impl PyLive {
-    /// Address of the page, for browsers of this machine; it holds a secret.
+    /// URL of the page, for browsers of this machine; it contains a secret.
     #[getter]
     fn url(&self) -> &str {
         &self.url
     }
 
-    /// What was seen since the start or the last reset, at most 60 moments a second.
+    /// The recording since the start or the last reset, with at most 60 times per second.
     fn recording(&self, py: Python<'_>) -> PyResult<PyRecording> {
         let recording: Recording = self.of(py, Live::recording)?;
         Ok(PyRecording {
@@ -49,7 +49,7 @@ impl PyLive {
         })
     }
 
-    /// State of now: (nq,) and (nv,).
+    /// The current state: (nq,) and (nv,).
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let State { q, v, .. } = self.of(py, Live::state)?;
@@ -57,7 +57,7 @@ impl PyLive {
         Ok((array(q.as_slice()), array(v.as_slice())))
     }
 
-    /// Ends the simulation; its page says so.
+    /// Ends the simulation; its page reports this.
     fn stop(&self, py: Python<'_>) {
         py.detach(|| {
             drop(
@@ -81,8 +81,8 @@ impl PyLive {
 
 #[pymethods]
 impl PySimulator {
-    /// Shows the simulation in the browser while it runs, from a state (the neutral one at rest by default): pause, step, speed, reset, bodies pulled with
-    /// the mouse, joints moved by sliders, through servos. Its address is `.url`; a notebook shows it in a frame.
+    /// Runs the simulation interactively in the browser, from a state (the neutral one at rest by default): pause, step, speed, reset, pull bodies
+    /// with the mouse, move joints by sliders (through servos). Its address is `.url`; a notebook shows it in a frame.
     #[pyo3(signature = (q=None, v=None))]
     fn live(
         &self,

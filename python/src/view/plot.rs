@@ -60,7 +60,7 @@ impl PyPlot {
         Ok(Self { plot })
     }
 
-    /// The plot with one more curve through the points (x, y).
+    /// The plot with an additional curve through the points (x, y).
     fn with_line(
         &self,
         name: String,
@@ -74,7 +74,7 @@ impl PyPlot {
         Ok(Self { plot })
     }
 
-    /// The plot in another size, pixels.
+    /// The plot with another size, pixels.
     fn with_size(&self, width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (width, height) = (whole("width", width)?, whole("height", height)?);
         let plot = self.plot.clone();
@@ -83,7 +83,7 @@ impl PyPlot {
         })
     }
 
-    /// The plot as a text of SVG.
+    /// The plot as SVG text.
     fn to_svg(&self) -> PyResult<String> {
         guarded(|| self.plot.to_svg())
     }
@@ -93,12 +93,12 @@ impl PyPlot {
         Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
     }
 
-    /// Writes the plot as SVG, and the folders above it; an OSError names a file that cannot be written.
+    /// Writes the plot as SVG, and creates its folders; an OSError names a file that cannot be written.
     fn save_svg(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_svg(path))?.or_raise()
     }
 
-    /// Writes the plot as PNG, and the folders above it; an OSError names a file that cannot be written.
+    /// Writes the plot as PNG, and creates its folders; an OSError names a file that cannot be written.
     fn save_png(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_png(path))?.or_raise()
     }

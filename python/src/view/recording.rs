@@ -119,7 +119,7 @@ impl PyRecording {
         })
     }
 
-    /// The recording of a rollout with what the simulator has: ground and constraints.
+    /// The recording of a rollout with the ground, contacts and constraints of the simulator.
     #[staticmethod]
     fn of_simulation(
         py: Python<'_>,
@@ -181,7 +181,7 @@ impl PyRecording {
         self.recording.len()
     }
 
-    /// Times of the moments, (n,), s.
+    /// Recorded times, (n,), s.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         crate::arrays::vector(py, self.recording.times().to_vec()).into_any()

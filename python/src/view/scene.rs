@@ -26,7 +26,7 @@ fn index(robot: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
 
 #[pymethods]
 impl PyRecording {
-    /// Adds a number for each time, drawn over time beside the robot.
+    /// Adds a scalar for each time, plotted over time.
     fn add_series(&mut self, name: String, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = read_vector("values", values, Some(self.recording.len()))?;
         guarded(|| self.recording.add_series(name, values)).map(|_| ())
@@ -94,7 +94,7 @@ impl PyRecording {
         .map(|_| ())
     }
 
-    /// Places a robot elsewhere in the picture, by a pose (4, 4) or a translation.
+    /// Displays a robot at another position, by a pose (4, 4) or a translation.
     #[pyo3(signature = (placement, robot=None), text_signature = "($self, placement, robot=0)")]
     fn place(
         &mut self,
@@ -111,7 +111,7 @@ impl PyRecording {
         guarded(|| self.recording.spread(distance)).map(|_| ())
     }
 
-    /// Adds a shape (Box, Sphere, …) that stands still.
+    /// Adds a fixed shape (Box, Sphere, …).
     #[pyo3(signature = (name, shape, placement=None, color=[0.6, 0.6, 0.65, 1.0]), text_signature = "($self, name, shape, placement=None, color=(0.6, 0.6, 0.65, 1.0))")]
     fn add_shape(
         &mut self,
@@ -124,7 +124,7 @@ impl PyRecording {
         guarded(|| self.recording.add_shape(name, geometry, placement, color)).map(|_| ())
     }
 
-    /// Adds axes that stand still.
+    /// Adds fixed axes.
     #[pyo3(signature = (name, placement=None))]
     fn add_axes(&mut self, name: String, placement: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let placement = transform(placement)?;
@@ -137,7 +137,7 @@ impl PyRecording {
         guarded(|| self.recording.show_ground(&terrain)).map(|_| ())
     }
 
-    /// Sets the camera: point in the middle (m), distance (m), azimuth and elevation (degrees).
+    /// Sets the camera: target point (m), distance (m), azimuth and elevation (degrees).
     fn set_camera(
         &mut self,
         look_at: [f64; 3],

@@ -14,13 +14,13 @@ pub enum CodeError {
         /// Reason why it is none.
         reason: &'static str,
     },
-    /// Two things would have one name in the header.
+    /// Two items would have the same name in the header.
     #[error("two inputs or outputs would both be called {name} in the header")]
     NameTwice {
         /// The name in the header.
         name: String,
     },
-    /// There is no input of a name.
+    /// There is no input with this name.
     #[error("there is no input \"{name}\": the inputs are {}", .known.join(", "))]
     NoInput {
         /// The name.
@@ -30,7 +30,7 @@ pub enum CodeError {
     },
     /// A graph is not a step: its outputs are not the next state.
     #[error(
-        "the {outputs} numbers of the outputs are not the next values of the first inputs, so the graph is not a step that can be repeated"
+        "the outputs ({outputs} numbers) do not match the first inputs, so the graph is not a step that can be repeated"
     )]
     NoStep {
         /// Number of the outputs.

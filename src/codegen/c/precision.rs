@@ -1,6 +1,6 @@
 //! Precision of numbers.
 
-/// Precision of the numbers of generated code.
+/// Precision of generated code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
     /// `double`, 16 digits.

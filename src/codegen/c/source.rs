@@ -27,7 +27,7 @@ const LENGTH: usize = 500;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Source {
-    /// Name of the function, and of the files without their endings.
+    /// Name of the function, and of the files without extension.
     pub name: String,
     /// Text of the header, `NAME.h`: names, sizes and units of all inputs and outputs, and the functions.
     pub header: String,
@@ -36,10 +36,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// Writes both files into a folder, which is made if it is not there.
+    /// Writes both files into a folder, which is created if necessary.
     ///
     /// # Errors
-    /// If that is not possible.
+    /// If writing fails.
     pub fn save(&self, folder: impl AsRef<Path>) -> io::Result<()> {
         let folder = folder.as_ref();
         fs::create_dir_all(folder)?;
@@ -90,7 +90,7 @@ fn source(body: &Body<'_>, name: &str, precision: Precision) -> String {
     };
     let fma = precision.fma();
     let Function { parts, statements } = Function::of(body, name, &ARGUMENTS);
-    // Compilers are told not to put the parts together again.
+    // An attribute tells compilers not to inline the parts again.
     let part = if parts.is_empty() { "" } else { PART };
     let declared = ARGUMENTS.declared;
     format!(

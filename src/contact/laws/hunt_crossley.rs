@@ -1,4 +1,4 @@
-//! Relation of Hunt and Crossley: a spring with a damper that never pulls, of soft contact and of joints' stops.
+//! Hunt–Crossley force: a spring with a damper that never pulls, for soft contact and joint limits.
 
 use super::law::ContactRow;
 use crate::numbers::numbers;
@@ -6,22 +6,22 @@ use crate::scalar::{Over, Scalar};
 
 /// A spring with a damper that never pulls:  f = max(0, K δ¹⁺ᵖ + D δ^q δ̇) at a depth δ > 0, else 0.
 ///
-/// As force and damping grow from nothing with the depth (p, q > 0), the force is continuous at touch-down; with q = 0 the damper
-/// acts fully from the first touch. The clamp takes away what would pull, so that passing through never gives energy. With q = 1 + p it does not act in an
-/// impact, and the restitution has a closed form: [`with_restitution`](Self::with_restitution), [`restitution`](Self::restitution),
+/// For p, q > 0 force and damping grow from zero with the depth, so the force is continuous at touch-down; with q = 0 the damper acts fully from the
+/// first touch. The clamp removes pulling forces, so a contact never adds energy. With q = 1 + p the clamp is inactive in an impact, and the
+/// restitution has a closed form: [`with_restitution`](Self::with_restitution), [`restitution`](Self::restitution),
 /// [`impact_time`](Self::impact_time).
 ///
 /// # References
 /// [Hunt, Crossley 1975]; [Azad, Featherstone 2010] for the exponents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HuntCrossley<P = f64> {
-    /// K, N/m¹⁺ᵖ (at a joint N·m/rad¹⁺ᵖ); larger is harder and needs smaller steps.
+    /// K, N/m¹⁺ᵖ (at a joint N·m/rad¹⁺ᵖ); a larger value is harder and needs smaller steps.
     pub stiffness: P,
-    /// D, N·s/m¹⁺^q (at a joint N·m·s/rad¹⁺^q); larger dissipates more.
+    /// D, N·s/m¹⁺^q (at a joint N·m·s/rad¹⁺^q); a larger value dissipates more.
     pub damping: P,
-    /// p: how the spring stiffens with depth; 0 is a linear spring, ½ a sphere on a half-space, after Hertz.
+    /// p, the growth of stiffness with depth: 0 is a linear spring, ½ a sphere on a half-space (Hertz).
     pub stiffness_exponent: P,
-    /// q: how damping grows with depth.
+    /// q, the growth of damping with depth.
     pub damping_exponent: P,
 }
 
@@ -140,7 +140,7 @@ impl<P: Scalar> HuntCrossley<P> {
     }
 }
 
-/// Depth whose coefficients stand for those of no contact, m: a bristle that touches nothing straightens as it would there.
+/// Depth whose coefficients are used without contact, m: a bristle without contact straightens as at this depth.
 const SHALLOW: f64 = 1e-3;
 
 /// ln δ, where there is no contact that of [`SHALLOW`].

@@ -26,10 +26,10 @@ use crate::special::ln_gamma;
 const HALVINGS: usize = 120;
 
 impl HuntCrossley<f64> {
-    /// Damps it such that a body that arrives at `speed` leaves with the part `restitution` of that: sets D, and q to 1 + p.
+    /// Sets D, and q = 1 + p, for a given coefficient of restitution at an impact speed.
     ///
-    /// With q = 1 + p the restitution depends on the speed and on D / K alone, not on the mass: it is lower for faster impacts, and tends to
-    /// 1 for slow ones, e ≈ 1 − ⅔ (D / K) v. A body that gravity or a motor pushes on bounces a little less.
+    /// With q = 1 + p the restitution depends on the speed and on D / K alone, not on the mass: it is lower for faster impacts, and tends to 1 for
+    /// slow ones, e ≈ 1 − ⅔ (D / K) v. With gravity or a motor force on the body the rebound is slightly lower.
     ///
     /// # Panics
     /// If the restitution is not in (0, 1], or the speed (m/s, rad/s) is not positive and finite.
@@ -59,9 +59,9 @@ impl HuntCrossley<f64> {
         self
     }
 
-    /// Restitution of an impact at a speed (m/s, rad/s): the part of it with which the body leaves, if nothing else acts on it.
+    /// Coefficient of restitution of an impact at a speed (m/s, rad/s), without other forces: ratio of rebound speed to impact speed.
     ///
-    /// `None` where q is not 1 + p: then it depends on the mass, and has no closed form.
+    /// `None` if q ≠ 1 + p: then it depends on the mass and has no closed form.
     ///
     /// # Panics
     /// If the speed is not positive and finite.
@@ -83,11 +83,11 @@ impl HuntCrossley<f64> {
 
     /// Time of contact of an impact, s, of a mass (kg, kg·m²) at a speed (m/s, rad/s), without damping and other forces.
     ///
-    /// Damping prolongs it, on the way out: with p = 3/2 by 14 % at a restitution of 0.6, and 2.6 times at 0.1.
-    /// A step that is to resolve it is some fiftieth of it, see [`SoftContact`](super::SoftContact).
+    /// Damping prolongs the rebound: with p = 3/2 the contact lasts 14 % longer at a restitution of 0.6, and 2.6 times as long at 0.1. To resolve an
+    /// impact, use steps of about a fiftieth of this time, see [`SoftContact`](super::SoftContact).
     ///
     /// # Panics
-    /// If mass or speed are not positive and finite, or there is no stiffness.
+    /// If mass or speed are not positive and finite, or the stiffness is zero.
     ///
     /// # Examples
     /// ```
@@ -164,7 +164,7 @@ fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
 mod tests {
     use super::*;
 
-    /// Restitution and time of contact of a mass of 1 kg by small steps of Runge and Kutta's method.
+    /// Restitution and time of contact of a mass of 1 kg by small steps of the Runge–Kutta method.
     fn simulated(law: &HuntCrossley, speed: f64, dt: f64) -> (f64, f64) {
         let rate = |[d, v]: [f64; 2]| [v, -law.force(d, v)];
         let mut x = [0.0, speed];

@@ -1,17 +1,17 @@
-//! Impedance of relaxed rigid contact, which is how strictly it holds, as a function of the depth.
+//! Impedance of regularised rigid contact as a function of the depth: how strictly the constraint holds.
 
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
-/// d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. With `MuJoCo`, these are the numbers
-/// of `solimp` in its order: `least`, `largest`, `width`, and the sigmoid's midpoint and power.
+/// The impedance d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. In `MuJoCo` these are the
+/// entries of `solimp` in this order: `least`, `largest`, `width`, midpoint and power of the sigmoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance<P = f64> {
     /// d at the surface, in (0, 1).
     pub least: P,
-    /// d from the width on, in (0, 1).
+    /// d at depths of `width` and more, in (0, 1).
     pub largest: P,
-    /// Depth at which it is largest, m.
+    /// Depth at which d reaches `largest`, m.
     pub width: P,
     /// Curve from the least to the largest impedance.
     pub sigmoid: Sigmoid<P>,
@@ -21,8 +21,7 @@ pub struct Impedance<P = f64> {
 ///
 /// s = m (x / m)ᵖ  up to m,  s = 1 − (1 − m) ((1 − x) / (1 − m))ᵖ  beyond.
 ///
-/// Value and slope are continuous; for p > 1 it starts and ends level, p = 1 is the straight line. The default, m = ½ and p = 2, has no
-/// powers to compute.
+/// Value and slope are continuous. For p > 1 the slope is zero at both ends; p = 1 is the straight line. The default, m = ½ and p = 2, needs no power function.
 ///
 /// # Examples
 /// ```
@@ -93,10 +92,10 @@ impl<P: Scalar> Impedance<P> {
 }
 
 impl<P: Scalar> Sigmoid<P> {
-    /// The curve with a midpoint and a power, over whatever scalar: over dual numbers, for derivatives in them.
+    /// The curve with a midpoint and a power, over any scalar: over dual numbers, for derivatives in both.
     ///
-    /// * `midpoint` – m, between 0 and 1; larger keeps d near its least one for longer
-    /// * `power` – p, at least 1; larger is flatter at both ends and steeper between
+    /// * `midpoint` – m, between 0 and 1; a larger value keeps d near `least` over a longer range
+    /// * `power` – p, at least 1; a larger value makes the curve flatter at both ends and steeper between
     ///
     /// # Panics
     /// If one of them is not in its range.

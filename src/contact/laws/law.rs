@@ -1,21 +1,21 @@
-//! The list of functions that every law of contact gives, and what these take and return.
+//! The interface of contact models.
 //!
-//! Each law is one file with the same list, in this order:
+//! Each contact model is one file with these items, in this order:
 //!
 //! | item | question |
 //! |---|---|
-//! | [`numbers!`](crate::numbers) | which numbers does it have, and which values may they take? |
-//! | [`KIND`](PointLaw::KIND) | who finds the forces, in which cone, and with which state? |
-//! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
-//! | [`activation_margin`](PointLaw::activation_margin) | from which height on does a point take part in a step? |
-//! | [`rows`](PointLaw::rows) | which accelerations does the solver steer for, and how far does the point give way? |
-//! | [`least_velocity`](PointLaw::least_velocity) | how fast must a point be that needs no force? |
-//! | [`explicit_force`](PointLaw::explicit_force) | which force, from position and velocity alone? |
-//! | [`bristle_step`](PointLaw::bristle_step) | where does the bristle go under the solver's friction? |
-//! | [`reason`](PointLaw::reason) | in which mode is the point, and why is a derivative zero? |
+//! | [`numbers!`](crate::numbers) | parameters and their ranges? |
+//! | [`KIND`](PointLaw::KIND) | kind of solution, cone, state? |
+//! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material) | parameters that depend on both surfaces? |
+//! | [`activation_margin`](PointLaw::activation_margin) | height below which a point takes part in a step? |
+//! | [`rows`](PointLaw::rows) | reference accelerations and compliance? |
+//! | [`least_velocity`](PointLaw::least_velocity) | least velocity of a point without force? |
+//! | [`explicit_force`](PointLaw::explicit_force) | force from position and velocity alone? |
+//! | [`bristle_step`](PointLaw::bristle_step) | bristle under the friction of the solver? |
+//! | [`reason`](PointLaw::reason) | mode of the point and reason of zero derivatives? |
 //!
-//! A law knows no robot and no terrain: it sees one point along its normal and two tangents. A new one is a file with this list, and its
-//! name in the list of [`ContactLaw`](super::ContactLaw).
+//! A contact model does not depend on robot and terrain: its input is one point with its normal and two tangents. A new model is a file with these
+//! items, and its name in the list of [`ContactLaw`](super::ContactLaw).
 
 use nalgebra::Vector3;
 
@@ -30,8 +30,7 @@ use crate::spatial::linear::{dot, scale};
 /// Rows of a point: along its normal, and two across.
 pub(crate) const ROWS: usize = 3;
 
-/// The largest friction coefficient that solvers see: with it a point holds a force across the normal that is so many times that along it,
-/// which is to say that it sticks.
+/// Largest friction coefficient in the solver: with it a point practically sticks.
 const STICKING: f64 = 1e4;
 
 /// Properties of a kind of law, the same for all points of a robot whatever their parameters are.
@@ -47,11 +46,11 @@ pub(crate) struct LawKind {
     pub(crate) cone: Law,
     /// Whether each point has a bristle: a deflection in the world, three entries of the contact state.
     pub(crate) bristle: bool,
-    /// Whether its forces act over a step and are none of an instant, so that Runge and Kutta's method cannot integrate them.
+    /// Whether its forces act over a step and are none of an instant, so that the Runge–Kutta method cannot integrate them.
     pub(crate) acts_over_step: bool,
     /// Whether [`Smoothing`](crate::contact::Smoothing) applies.
     pub(crate) can_be_smoothed: bool,
-    /// Whether a point that is [fast enough](PointLaw::least_velocity) needs no force, so that a working set of points can stand for all.
+    /// Whether a point that is [fast enough](PointLaw::least_velocity) needs no force, so that a working set of points can represent all points.
     pub(crate) working_set: bool,
     /// Whether its rows depend on the Delassus diagonal.
     pub(crate) reads_delassus: bool,
@@ -85,7 +84,7 @@ pub(crate) struct PointKinematics<'a, D, T> {
     pub(crate) speculative: bool,
 }
 
-/// Force that a law gives by itself, and the rate of its bristle.
+/// Explicit force of a contact model, and the rate of its bristle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExplicitForce<T> {
     /// Force on the body, in the world, N.
@@ -111,8 +110,8 @@ impl<T: Scalar> BristleRate<T> {
         }
     }
 
-    /// By how much the deflection changes over a step of `dt` (s), Δt ṁ / (1 + Δt r): implicit in how the bristle falls by itself, at the rate
-    /// r, so that short steps are needed for the motion of the robot only.
+    /// Change of the deflection over a step of `dt` (s), Δt ṁ / (1 + Δt r): implicit in the relaxation of the bristle, at the rate r, so only the
+    /// motion of the robot needs short steps.
     pub(crate) fn step<D: Scalar>(&self, dt: D) -> Vector3<T>
     where
         T: Over<D>,
@@ -143,10 +142,10 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     /// Friction μ, which may be infinite, and restitution: none where it follows from other numbers.
     fn material(&self) -> Material<P>;
 
-    /// Takes friction, and what else the law has of it, from a pair of materials.
+    /// Sets friction and other surface parameters from a pair of materials.
     fn set_material(&mut self, pair: Material<P>);
 
-    /// Region about the ground in which points take part in a step of `dt` (s). Too large a one does no harm but to speed.
+    /// Region about the ground in which points take part in a step of `dt` (s). A region that is too large only costs time.
     fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D>;
 
     /// Reference acceleration and compliance along each axis of the point; by default those of a point that takes no part, for laws whose
@@ -159,7 +158,7 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     }
 
     /// The least velocity along the normal after a step of `dt` (s) that the law allows a point at a depth (m) with a velocity `v` along the
-    /// normal (m/s) before the step; `None` for laws that know no such bound.
+    /// normal (m/s) before the step; `None` for models without such a bound.
     fn least_velocity<D: Scalar, T: Over<P> + Over<D>>(
         &self,
         _depth: T,
@@ -186,7 +185,7 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
         Vector3::zeros()
     }
 
-    /// Why the derivatives of a point are what they are.
+    /// Explains the derivatives of a point.
     fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason;
 }
 

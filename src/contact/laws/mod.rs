@@ -1,4 +1,4 @@
-//! Laws of the contact force at a point: one file each, with the list of functions that [`law`] documents.
+//! Contact models: one file each, with the list of functions that [`law`] documents.
 
 mod hunt_crossley;
 mod impact;
@@ -29,15 +29,15 @@ use super::reason::{ContactReason, PointOutcome};
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
-/// Law of the contact force at a point. All points of a robot have laws of one kind; their numbers may differ from link to link.
+/// Contact model of a point: its force law. All points of a robot have the same kind of contact model; parameters may differ between links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ContactLaw<P = f64> {
     /// Springs, dampers and bristles.
     Soft(SoftContact<P>),
-    /// Regularised contact: the small penetration of a convex problem, as in `MuJoCo`.
+    /// Regularised contact: a convex problem with small penetration, as in `MuJoCo`.
     RelaxedRigid(RelaxedRigid<P>),
-    /// No penetration, Coulomb's friction, impacts.
+    /// Rigid contact: no penetration, Coulomb friction, impacts with restitution.
     Rigid(Rigid<P>),
 }
 
@@ -47,7 +47,7 @@ numbers! { pub enum ContactLaw {
     Rigid(law: part(Rigid)),
 } }
 
-/// The most numbers that a law has.
+/// Maximum number of parameters of a contact model.
 pub(crate) const LAW_NUMBERS: usize = <ContactLaw as Numbers<f64>>::COUNT;
 
 /// Evaluates an expression for the law of a point, whichever it is. A new law has a line here.
@@ -71,7 +71,7 @@ impl<P: Scalar> ContactLaw<P> {
     }
 
     /// # Panics
-    /// If a number makes no sense, with its name.
+    /// If a parameter is out of range; the message names it.
     pub(crate) fn check(&self) {
         self.check_numbers();
         if let Self::Soft(law) = self {
@@ -165,7 +165,7 @@ mod tests {
         ]
     }
 
-    // What a kind says of itself, and what its functions give.
+    // The declared properties of a kind against the results of its functions.
     #[test]
     fn kinds_say_what_their_functions_give() {
         for law in all() {

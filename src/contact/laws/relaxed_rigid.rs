@@ -1,4 +1,4 @@
-//! Relaxed rigid contact: a convex problem, in which a point follows a damped spring and gives way to its own force.
+//! Regularised rigid contact: a convex problem, in which a point follows a damped spring and yields in proportion to its force.
 
 use super::impedance::Impedance;
 use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
@@ -9,42 +9,41 @@ use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
-/// Rigid contact relaxed to a convex problem, as `MuJoCo` does: the point follows a reference acceleration like a damped spring, and gives
-/// way by R = (1 − d) / d · Gₙₙ. With its force in the true cone, it neither pulls nor sticks beyond friction; a contact that slides at v
+/// Rigid contact, regularised to a convex problem as in `MuJoCo`. The point follows the reference acceleration of a damped spring with the
+/// regularisation R = (1 − d) / d · Gₙₙ. Its force is in the exact friction cone: it neither pulls nor exceeds friction. A contact that slides at v
 /// also lifts at about μ v.
 ///
 /// # Limitations
-/// * What sticks creeps: under a friction fₜ at b v = Rₜ fₜ. As R goes with the exact diagonal Gₙₙ of the Delassus matrix, where `MuJoCo` takes that of its
-///   body without turning, a box on its corners creeps several times as fast as there. No friction helps, not even an infinite one:
-///   with the defaults a plate of 0.5 m × 0.5 m creeps down a slope of 1.2 rad at 15.5 mm/s.
-///   [`friction_impedance_ratio`](Self::friction_impedance_ratio) divides that.
-/// * In long steps, an impact that is spread over several of them tips what must slide: a box of width 0.4 times its height with μ = 0.37 on a
-///   slope of ½ turns over at 10 ms. [`Rigid`](crate::contact::Rigid) decides between the two rightly.
-/// * The derivatives of each step are exact, those of a motion through a bounce are biased, however short the steps: how deep the first
-///   step that touches begins is a sawtooth in the state, whose slope is in the derivative and whose teeth are not. A ball thrown at
-///   2 m/s from 0.6 m has ∂x/∂vz = 0.017 after 1.5 s where differences over 0.01 m/s say 0.068;
-///   [`SoftContact`](crate::contact::SoftContact) gives 0.064 both ways.
+/// * Sticking contacts creep: under a friction force fₜ with b v = Rₜ fₜ. R is proportional to the exact diagonal Gₙₙ of the Delassus matrix, while
+///   `MuJoCo` uses that of the body without rotation; so a box on its corners creeps several times as fast as in `MuJoCo`. A larger coefficient of
+///   friction does not help, even an infinite one: with the defaults a plate of 0.5 m × 0.5 m creeps down a slope of 1.2 rad at 15.5 mm/s.
+///   [`friction_impedance_ratio`](Self::friction_impedance_ratio) divides this speed.
+/// * With long steps, an impact lasts several steps and can tip a body that should slide: a box of width 0.4 times its height with μ = 0.37 on a
+///   slope of ½ tips over at 10 ms. [`Rigid`](crate::contact::Rigid) distinguishes both cases correctly.
+/// * The derivatives of each step are exact, but those of a motion through a bounce are biased at any step length. The depth at the first step in
+///   contact is a sawtooth function of the state: the derivative contains its slope, but not its jumps. A ball thrown at 2 m/s from 0.6 m has ∂x/∂vz
+///   = 0.017 after 1.5 s, and 0.068 by differences over 0.01 m/s; with [`SoftContact`](crate::contact::SoftContact) both are 0.064.
 ///
 /// # References
 /// [Todorov 2011]; [Todorov 2014]; the chapter on computation of the manual of `MuJoCo`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedRigid<P = f64> {
-    /// μ, the coefficient of friction; infinite where nothing slips, though it creeps, see above.
+    /// μ, the coefficient of friction; infinite for no slip (contacts still creep, see above).
     pub friction: P,
     /// b and k of the reference acceleration −b v − k d δ.
     pub reference: Reference<P>,
     /// d, the enforced share of the reference acceleration.
     pub impedance: Impedance<P>,
-    /// Ratio of normal to tangential regularisation, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; a point that sticks on a
-    /// slope creeps more slowly the larger this is.
+    /// Ratio of normal to tangential regularisation, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; with a larger ratio, a point that sticks on a
+    /// slope creeps more slowly.
     pub friction_impedance_ratio: P,
 }
-/// Coefficients b and k of the reference acceleration, with which a point comes back to the surface.
+/// Coefficients b and k of the reference acceleration, which returns a point to the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reference<P = f64> {
     /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
     TimeConstant {
-        /// T, s.
+        /// T, s. A value below 1.9 time steps acts as 1.9 time steps, since a faster spring is unstable.
         time_constant: P,
         /// ζ; 1 is critically damped.
         damping_ratio: P,
@@ -58,21 +57,21 @@ pub enum Reference<P = f64> {
     },
 }
 numbers! { pub struct RelaxedRigid {
-    friction: NotNegativeOrInfinite("friction", "friction of relaxed rigid contact"),
+    friction: NotNegativeOrInfinite("friction", "friction of regularised rigid contact"),
     reference: part(Reference),
     impedance: part(Impedance),
     friction_impedance_ratio:
-        Positive("friction impedance ratio", "ratio of impedances of relaxed rigid contact"),
+        Positive("friction impedance ratio", "ratio of impedances of regularised rigid contact"),
 } }
 
 numbers! { pub enum Reference {
     TimeConstant {
-        time_constant: Positive("time constant", "time constant of relaxed rigid contact"),
-        damping_ratio: Positive("damping ratio", "damping ratio of relaxed rigid contact"),
+        time_constant: Positive("time constant", "time constant of regularised rigid contact"),
+        damping_ratio: Positive("damping ratio", "damping ratio of regularised rigid contact"),
     },
     Direct {
-        stiffness: NotNegative("stiffness", "stiffness of relaxed rigid contact"),
-        damping: NotNegative("damping", "damping of relaxed rigid contact"),
+        stiffness: NotNegative("stiffness", "stiffness of regularised rigid contact"),
+        damping: NotNegative("damping", "damping of regularised rigid contact"),
     },
 } }
 
@@ -112,8 +111,8 @@ impl<P: Scalar> RelaxedRigid<P> {
 }
 
 impl<P: Scalar> RelaxedRigid<P> {
-    /// The row along the normal of a point that may not go deeper in a step than by the width w of the impedance: where it would, vₙ⁺ = (min(δ, 0) − w) / Δt
-    /// without compliance. A smoothed law meets points above the ground by itself.
+    /// The normal row of a speculative point, whose depth increases in a step by at most the width w of the impedance: if it would increase more, vₙ⁺
+    /// = (min(δ, 0) − w) / Δt without compliance. Smoothed contact already acts on points above the ground.
     fn before_it_passes<D: Scalar, T: Over<P> + Over<D>>(
         &self,
         own: ContactRow<T>,
@@ -144,7 +143,7 @@ impl<P: Scalar> RelaxedRigid<P> {
 
 impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
     const KIND: LawKind = LawKind {
-        name: "relaxed rigid",
+        name: "regularised rigid",
         solved_explicitly: true,
         solved_implicitly: true,
         cone: Law::Convex,
@@ -177,11 +176,8 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         at: &PointKinematics<'_, D, T>,
     ) -> [ContactRow<T>; ROWS] {
         let (depth, v) = (at.state.depth, at.velocity());
-        let (d, (b, k)) = (
-            self.impedance.at(depth),
-            self.reference.gains(&self.impedance),
-        );
-        let (b, k) = (T::from(b), T::from(k));
+        let d = self.impedance.at(depth);
+        let (b, k) = self.reference.gains(&self.impedance, T::from(at.dt));
         let pull = k * d * depth;
         let normal = self.compliance(at, d, pull);
         let across = normal / T::from(self.friction_impedance_ratio);
@@ -206,19 +202,26 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
     }
 }
 
+/// The shortest time constant, in time steps. A critically damped oscillator is stable from about one step on, and well damped from about two. `MuJoCo`'s
+/// `refsafe` takes two; a little less keeps the default of 20 ms at steps of 10 ms away from the switch, where derivatives would be one-sided.
+const LEAST_STEPS: f64 = 1.9;
+
 impl<P: Scalar> Reference<P> {
-    fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
-        let (one, d) = (P::one(), impedance.largest);
+    /// b and k over a step of Δt.
+    fn gains<T: Over<P>>(&self, impedance: &Impedance<P>, dt: T) -> (T, T) {
+        let d = impedance.largest;
         match *self {
             Self::TimeConstant {
                 time_constant,
                 damping_ratio,
             } => {
-                let rate = one / (d * time_constant);
-                let scaled = rate / damping_ratio;
+                let rate = T::one() / (T::from(time_constant).max(dt * LEAST_STEPS) * d);
+                let scaled = rate / T::from(damping_ratio);
                 (rate * 2.0, scaled * scaled)
             }
-            Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
+            Self::Direct { stiffness, damping } => {
+                (T::from(damping / d), T::from(stiffness / (d * d)))
+            }
         }
     }
 }
@@ -260,6 +263,23 @@ mod tests {
         for (row, expected) in rows.iter().zip([r, r / 5.0, r / 5.0]) {
             assert!((row.compliance - expected).abs() < 1e-15);
         }
+    }
+
+    // T = 20 ms acts as 1.9 Δt = 57 ms, and as itself at Δt = 10 ms.
+    #[test]
+    fn a_time_constant_has_a_least_number_of_steps() {
+        let short = RelaxedRigid::default();
+        let as_long = RelaxedRigid {
+            reference: Reference::TimeConstant {
+                time_constant: 0.057,
+                damping_ratio: 1.0,
+            },
+            ..short
+        };
+        let long_step = SamplePoint { dt: 0.03, ..AT };
+        let (found, expected) = (long_step.rows(&short)[0], long_step.rows(&as_long)[0]);
+        assert!((found.reference - expected.reference).abs() < 1e-12);
+        assert!(AT.rows(&short)[0].reference > 2.0 * expected.reference);
     }
 
     // b = damping / d_max, k = stiffness / d_max².

@@ -1,4 +1,4 @@
-//! Rigid contact: Coulomb's friction, impacts with restitution, and no compliance.
+//! Rigid contact: Coulomb friction, impacts with restitution, and no compliance.
 
 use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
 use crate::cone::Law;
@@ -13,54 +13,54 @@ use crate::spatial::linear::dot;
 /// of [`Rigid`] are the mean of those on both sides: far above the rounding that decides on which side a body rests, and so small that
 /// nothing else can tell.
 const AT_REST: f64 = 1e-9;
-/// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
-/// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
+/// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step satisfy vₙ⁺ ≥ e |vₙ|, and a force
+/// acts only if equality holds; friction opposes the slip (De Saxcé's formulation).
 ///
-/// It acts over a step, so it needs semi-implicit Euler or the integrator implicit in velocity.
+/// It acts over a step, so it needs the integrators semi-implicit Euler or implicit velocity.
 ///
 /// # At rest
-/// The velocity that is wanted of a point has a kink at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ instead for
-/// a velocity into the ground. A body at rest is there, on a side that rounding picks. Within 1 nm of the surface, and with less than
-/// 1 nm of motion along the normal in a step, derivatives are the means of both sides, (1 / Δt + 1 / T) / 2 in the depth and −e / 2 in
-/// vₙ: what central differences give, an element of the generalised Jacobian [Clarke 1983], and one that a regulator can be
-/// designed on. Values are not touched. [`ContactReason`](crate::sim::ContactReason) tells points there from others.
+/// The reference velocity of a point is nonsmooth at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ for a velocity into
+/// the ground. A body at rest is at this nonsmooth point, on a side that rounding determines. Within 1 nm of the surface, and with less than 1 nm of
+/// motion along the normal in a step, derivatives are the means of both sides, (1 / Δt + 1 / T) / 2 in the depth and −e / 2 in vₙ. This equals the
+/// central difference, is an element of the generalised Jacobian [Clarke 1983], and is suitable for the design of a regulator. Values are unchanged.
+/// [`ContactReason`](crate::sim::ContactReason) marks such points.
 ///
-/// # Impacts at their time
-/// With a restitution above zero, an impact by itself happens at its time within the step, and the rest of the step is taken after it: in values, and in
-/// derivatives of all kinds, which contain how that time depends on state, input and parameters (the saltation matrix, from the implicit function
-/// theorem). A chain of them through impacts is that of the motion. Velocities of semi-implicit Euler count as those of half a step ago, so that the
-/// motion in a constant field is exact between impacts and through them. An impact is by itself where
+/// # Impact times With a restitution above zero, an isolated impact happens at its exact time within the step, and the rest of the step follows it.
+/// This holds for values and for all derivatives, which include the dependence of the impact time on state, input and parameters (the saltation
+/// matrix, by the implicit function theorem). So chained derivatives through impacts are those of the motion. Velocities of semi-implicit Euler count
+/// as those of half a step earlier, so motion in a constant field is exact between impacts and through them. An impact is isolated if
 ///
-/// - one point of contact alone, with the ground or between bodies, begins to touch in the step; points that touch already may carry on,
-/// - it arrives with 2 mm/s or more, and leaves with twice the velocity or more that the other forces give to it within a step,
-/// - and the rest of the step leads no other point deeper into what it touches.
+/// - a single contact point, with the ground or between bodies, begins to touch in the step; other points may already be in contact,
+/// - it arrives with at least 2 mm/s, and leaves with at least twice the velocity that the other forces add within a step,
+/// - and the rest of the step increases the depth of no other point.
 ///
-/// All else acts in whole steps: several points that begin to touch in one step (a box that lands flat), a second impact of the same step, the last
-/// small bounces before a body rests, impacts without restitution, smoothed contact, steps over [lanes](crate::Lanes) and recorded graphs. Batches take
-/// such states one by one. All other forces are held over a step with an impact; they act for 1 µs more, as long as the impact lasts.
+/// All other impacts act over whole steps: several points that begin to touch in one step (a box that lands flat), a second impact in the same step,
+/// the last small bounces before a body rests, impacts without restitution, smoothed contact, steps over [lanes](crate::Lanes) and recorded graphs.
+/// Batches step states with isolated impacts one by one. All other forces are constant over a step with an impact; they act for 1 µs more, the
+/// duration of the impact.
 ///
 /// # Limitations
-/// Derivatives of a step are exact, but an impact in whole steps does not move with the state: a chain of derivatives through it is that of an impact at a
-/// fixed time. Where that matters, [`SoftContact`](crate::contact::SoftContact) resolves the impact.
+/// Derivatives of a step are exact, but the time of an impact over whole steps does not depend on the state: chained derivatives through it are those
+/// of an impact at a fixed time. If this matters, use [`SoftContact`](crate::contact::SoftContact), which resolves the impact.
 ///
-/// Restitution of impacts in whole steps is of first order in the step. A ball that falls 1 m would come back to this share of its height, in the mean
-/// (and between, by where in a step it lands):
+/// The restitution of impacts over whole steps has an error of first order in the step. A ball that falls 1 m would rebound to this share of its
+/// height, on average (and in this range, depending on the landing time within a step):
 ///
 /// | e | exact, e² | at 1 ms | at 2 ms | at 5 ms | at 10 ms |
 /// |---|---|---|---|---|---|
 /// | 0.9 | 0.81 | 0.811 (0.807 to 0.811) | 0.811 (0.804 to 0.812) | 0.813 (0.796 to 0.815) | 0.816 (0.779 to 0.820) |
 /// | 0.5 | 0.25 | 0.252 (0.249 to 0.254) | 0.254 (0.249 to 0.258) | 0.261 (0.248 to 0.269) | 0.271 (0.245 to 0.287) |
 ///
-/// The error goes with the step by the time of the fall: from 0.1 m at 10 ms, e = 0.9 gives 0.824 (0.72 to 0.84).
+/// The error is proportional to the ratio of the step to the time of the fall: from 0.1 m at 10 ms, e = 0.9 gives 0.824 (0.72 to 0.84).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rigid<P = f64> {
-    /// μ, the coefficient of friction; infinite where nothing slips.
+    /// μ, the coefficient of friction; infinite for no slip.
     pub friction: P,
-    /// e in 0..1: the part of the normal velocity that comes back from an impact.
+    /// e in 0..1, the coefficient of restitution: the ratio of normal velocities after and before an impact.
     pub restitution: P,
-    /// Time in which a penetration is undone, s; larger moves more gently, and leaves the point in the ground longer. To lift what has sunk
-    /// in adds energy, m g δ for a body by itself. A rim that whirls at Ω with the tilt α sinks in by about ½ r α Ω² Δt T, as its lowest point runs
-    /// on by Ω Δt in a step.
+    /// Time in which a penetration recovers, s; a larger value is gentler, and leaves the point in the ground longer. Recovery adds energy, m g δ for
+    /// a single body. A rim that rotates fast, at Ω with the tilt α, penetrates by about ½ r α Ω² Δt T, because its lowest point moves by Ω Δt in a
+    /// step.
     pub recovery_time: P,
 }
 numbers! { pub struct Rigid {
@@ -86,13 +86,13 @@ impl<P: Scalar> Rigid<P> {
         let recovered = depth / T::from(self.recovery_time);
         let closing = depth * (D::one() / dt);
         let allowed = zero.select_lt(depth, recovered, closing);
-        // What would go deeper than that within the step bounces.
+        // A point that would go deeper within the step bounces.
         let bounce = -(v * self.restitution);
         let impact = v.select_lt(zero, bounce, zero);
         // Where both are equal, as without restitution at the surface, a point above it would bounce: the closing velocity is that of no side.
         let bounced = impact.select_lt(allowed, allowed, impact);
         let exact = v.select_lt(allowed, bounced, allowed);
-        // At rest, the same value with the means of the slopes on both sides.
+        // At rest, the same value with the means of the derivatives on both sides.
         let mean = (recovered + closing + bounce) * 0.5;
         let value_of = |x: T| T::from_values(|lane| x.value(lane));
         let at_rest = mean - value_of(mean) + value_of(exact);
@@ -164,7 +164,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         Some(self.velocity_after_step(depth, v, dt))
     }
 
-    /// A point at rest on the surface itself is told from others, where it is not smoothed: the law has a kink there.
+    /// A point at rest exactly on the surface is marked, without smoothing: the law is nonsmooth there.
     fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {
         let reason = ContactReason::of_mode(at.state, at.mode);
         let along = dot(&at.state.normal, &at.state.velocity);

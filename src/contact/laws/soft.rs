@@ -1,12 +1,12 @@
-//! Soft contact: Hunt and Crossley's normal force, and friction by the deflection of bristles.
+//! Soft contact: Hunt–Crossley normal force, and friction by the deflection of bristles.
 //!
 //! One law, with the coefficients s = K δᵖ and c = D δ^q of spring and damper at the depth δ:
 //!
 //! > `f_n` = max(0, s δ + c δ̇),  `f_t` = −(s m + c ṁ),  ‖`f_t`‖ ≤ μ `f_n`,
 //!
-//! where the deflection m of the bristle follows the ground, ṁ = `v_t`, as long as it sticks. It is written in three ways:
+//! where the deflection m of the bristle follows the ground, ṁ = `v_t`, while it sticks. It has three forms:
 //!
-//! * [`SoftContact::force`] is explicit: δ, v and m give the force, and ṁ that by which the bristle feels it;
+//! * [`SoftContact::force`] is explicit: δ, v and m determine the force, and ṁ is such that the bristle feels this force;
 //! * `rows` is implicit: with m⁺ = m + Δt v⁺ and s, c of the step, both forces are linear in the velocity v⁺ after it, and a solver keeps
 //!   them in the cone;
 //! * `bristle_step` solves the same `f_t` = −(s m⁺ + c (m⁺ − m) / Δt) for m⁺, under the friction that the solver has found.
@@ -29,24 +29,22 @@ use crate::spatial::linear::{dot, scale};
 
 /// Soft contact with Coulomb friction.
 ///
-/// The tangent force is that of a bristle with the spring and damper of the normal force, `f_t` = −(K δᵖ m + D δ^q `v_t`), brought back
-/// to the cone ‖`f_t`‖ ≤ μ `f_n` where it is longer. The deflection m is a state, ṁ = `v_t` while it sticks, and on the cone such that
-/// the bristle feels the force it gives: at rest it holds without creeping. A bristle that touches nothing straightens at the rate of a depth of
-/// 1 mm, K δᵖ / (D δ^q).
+/// The tangential force is that of a bristle with the spring and damper of the normal force, `f_t` = −(K δᵖ m + D δ^q `v_t`), projected to the cone
+/// ‖`f_t`‖ ≤ μ `f_n` if it is outside. The deflection m is a state. While the bristle sticks, ṁ = `v_t`; on the cone ṁ is such that the bristle feels
+/// the projected force. So contacts at rest hold without creep. A bristle without contact straightens at the rate K δᵖ / (D δ^q) of a depth of 1 mm.
 ///
 /// # Exponents
-/// Take q = 1 + p, as [`estimate`](Self::estimate) does: the normal force K δ¹⁺ᵖ (1 + (D / K) δ̇) then goes back to zero with the depth, and its
-/// clamp at zero does not act while (D / K) |δ̇| < 1, which holds in every free impact. With q < 1 + p the clamp cuts off the end of each
-/// contact; where that falls within a step does not move with the state, which biases each derivative. p = 3/2 makes also K δᵖ, which a step
-/// that is implicit in velocity reads, smooth at touch-down; with p < 1 the derivatives of such a step have no bound there, with q < 1 those of
-/// every step.
+/// Use q = 1 + p, as [`estimate`](Self::estimate) does. Then the normal force K δ¹⁺ᵖ (1 + (D / K) δ̇) returns to zero with the depth, and its clamp
+/// at zero is inactive while (D / K) |δ̇| < 1, which holds in every free impact. With q < 1 + p the clamp cuts off the end of each contact; its time
+/// within a step does not move with the state, which biases all derivatives. With p = 3/2, K δᵖ is also smooth at touch-down, which matters for steps
+/// that are implicit in velocity; with p < 1 the derivatives of such a step are unbounded there, with q < 1 those of every step.
 ///
 /// # Steps
-/// A contact must last many steps. Measured with a ball that bounces at 2 m/s with a restitution of 0.6, whose height afterwards has the
-/// derivative −0.6 in the height from which it comes, from 41 heights; steps are counted in the [time of contact](HuntCrossley::impact_time)
-/// without damping:
+/// A contact must last many steps. The table shows a ball that bounces at 2 m/s with a restitution of 0.6, dropped from 41 heights; the exact
+/// derivative of its height after the bounce in the initial height is −0.6. The first column is the number of steps in the [contact
+/// time](HuntCrossley::impact_time) without damping:
 ///
-/// | steps | semi-implicit Euler: restitution | derivative: mean, smallest and largest | implicit in velocity: restitution | derivative |
+/// | steps | semi-implicit Euler: restitution | derivative: mean, smallest and largest | linearly implicit Euler: restitution | derivative |
 /// |---|---|---|---|---|
 /// | 10 | 0.600 | −0.601, −0.67 to −0.55 | 0.376 | −0.374, −0.51 to −0.27 |
 /// | 20 | 0.600 | −0.600, −0.614 to −0.588 | 0.471 | −0.469, −0.53 to −0.44 |
@@ -54,15 +52,15 @@ use crate::spatial::linear::{dot, scale};
 /// | 100 | 0.600 | −0.600, ±0.0002 | 0.570 | −0.570, ±0.002 |
 /// | the same with p = q = 3/2: 50 | 0.638 | −0.65, −0.74 to −0.55 | 0.574 | −0.57, −0.67 to −0.47 |
 ///
-/// So a step that is implicit in velocity dissipates, the more the fewer steps a contact lasts: a ball of 1 kg on p = 3/2 with K = 10⁸ and no
-/// damping at all, which should rise to 1.1 m again, rises to 0.33 m in steps of 1 ms. It is stable at any step. Semi-implicit Euler is not, and
-/// makes what lies on a slope chatter without a sign of it in the status; [`Simulator::remarks`](crate::Simulator::remarks) finds steps that are
-/// too long.
+/// So a linearly implicit step dissipates energy, and more so if a contact lasts fewer steps: a ball of 1 kg on p = 3/2 with K = 10⁸ and
+/// no damping should rise to 1.1 m again, and rises to 0.33 m with steps of 1 ms. It is stable at any step. Semi-implicit Euler is not: bodies on a
+/// slope chatter, and no status reports it. [`Simulator::remarks`](crate::Simulator::remarks) finds steps that are too long.
 ///
 /// # Between bodies
-/// The points at which two bodies touch are found anew in each step, and have no bristles: friction is that of the damper alone, −D δ^q `v_t` brought back to the
-/// cone, in a step that is implicit in velocity −(D δ^q + K δᵖ Δt) `v_t`⁺. It needs no shorter step than the normal force. What it holds against a force f creeps at
-/// f / (D δ^q): with the numbers of [`estimate`](Self::estimate) for a depth of 1 mm, under half of the weight, at 16 mm/s. What must not creep, as in a grasp, takes [`Rigid`](crate::contact::Rigid) or [`RelaxedRigid`](crate::contact::RelaxedRigid).
+/// The contact points between two bodies are found anew in each step and have no bristles: friction is that of the damper alone, −D δ^q `v_t`
+/// projected to the cone, or −(D δ^q + K δᵖ Δt) `v_t`⁺ in a linearly implicit step. It needs no shorter step than the normal force. Under
+/// a force f it creeps at f / (D δ^q): with the parameters of [`estimate`](Self::estimate) for a depth of 1 mm, under half of the weight, at 16 mm/s.
+/// For contacts that must not creep, such as grasps, use [`Rigid`](crate::contact::Rigid) or [`RelaxedRigid`](crate::contact::RelaxedRigid).
 ///
 /// # References
 /// [Azad, Featherstone 2010]; [Azad, Featherstone 2014].
@@ -70,7 +68,7 @@ use crate::spatial::linear::{dot, scale};
 pub struct SoftContact<P = f64> {
     /// The normal force.
     pub normal: HuntCrossley<P>,
-    /// μ, the coefficient of friction; infinite where nothing slips.
+    /// μ, the coefficient of friction; infinite for no slip.
     pub friction: P,
 }
 
@@ -215,7 +213,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         })
     }
 
-    /// m⁺ − m of  c (m⁺ − m) / Δt = −`f_t` − s m⁺; what touches nothing straightens.
+    /// m⁺ − m of  c (m⁺ − m) / Δt = −`f_t` − s m⁺; a bristle without contact straightens.
     fn bristle_step<D: Scalar, T: Over<P> + Over<D>>(
         &self,
         at: &BristleLoad<'_, D, T>,
@@ -239,31 +237,30 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
     }
 }
 
-/// p of [`SoftContact::estimate`]: the spring, the damper and their slopes are continuous where the point touches, also in the spring's part of a
-/// step that is implicit in velocity, where K δᵖ itself must have a slope.
+/// p of [`SoftContact::estimate`]: the spring, the damper and their derivatives are continuous at touch-down, also in a step that is implicit in
+/// velocity, where K δᵖ itself must be differentiable.
 const ESTIMATED_EXPONENT: f64 = 1.5;
 
 impl SoftContact<f64> {
-    /// Numbers with which a robot at rest sinks in by a wanted depth and does not bounce, with p = 3/2, q = 1 + p = 5/2 and μ = ½.
+    /// Parameters with which a robot at rest penetrates by a given depth and does not bounce, with p = 3/2, q = 1 + p = 5/2 and μ = ½.
     ///
-    /// K balances the weight on the points that carry it at that depth, m g / n = K δ¹⁺ᵖ; D damps the oscillation about it as if
-    /// critically, for the spring's slope there: D δ^q = 2 √(K (1 + p) δᵖ m / n). For a motion that bounces see
-    /// [`with_restitution`](Self::with_restitution).
+    /// K balances the weight on the loaded points at that depth, m g / n = K δ¹⁺ᵖ. D damps the linearised oscillation about it critically: D δ^q = 2
+    /// √(K (1 + p) δᵖ m / n). For a motion that bounces see [`with_restitution`](Self::with_restitution).
     ///
     /// * `mass` – of the whole robot, kg
-    /// * `points` – how many points carry it
-    /// * `depth` – wanted penetration, m; 1 % of the height of the centre of mass is a good start
+    /// * `points` – number of points that carry the weight
+    /// * `depth` – penetration, m; start with 1 % of the height of the centre of mass
     ///
     /// # Limitations
-    /// The damper stiffens with depth. What lands hard is damped much more than what rests, so that a step of semi-implicit Euler must be
-    /// short, see [`SoftContact`] on steps.
+    /// The damper stiffens with depth. A hard landing is damped much more than a body at rest, so semi-implicit Euler needs short steps, see the
+    /// section on steps of [`SoftContact`].
     ///
-    /// What is pulled out of the ground faster than K / D = ½ √(g δ / (1 + p)), 0.03 m/s at a depth of 1 mm and 0.1 m/s at 1 cm, is let go
-    /// at once, which is a kink in each derivative. A robot that jumps or runs takes [`with_restitution`](Self::with_restitution) beside this, of
-    /// 0.6 at 1 m/s say: the torques of a jump from a mat of 1 cm converge with it, and stall with the damping of this function.
+    /// A point that leaves the ground faster than K / D = ½ √(g δ / (1 + p)), 0.03 m/s at a depth of 1 mm and 0.1 m/s at 1 cm, is released at once,
+    /// which is a nonsmooth point of all derivatives. For robots that jump or run, also call [`with_restitution`](Self::with_restitution), for
+    /// example with 0.6 at 1 m/s: optimised torques of a jump from a mat of 1 cm converge with it, and stall with the damping of this function alone.
     ///
     /// # Panics
-    /// If mass or depth are not positive and finite, or if there are no points.
+    /// If mass or depth are not positive and finite, or the number of points is zero.
     pub fn estimate(mass: f64, points: usize, depth: f64) -> Self {
         let good = |x: f64| x > 0.0 && x.is_finite();
         assert!(
@@ -285,8 +282,7 @@ impl SoftContact<f64> {
         }
     }
 
-    /// [`HuntCrossley::with_restitution`] of the normal force: what arrives at `speed` (m/s) leaves with the part `restitution` of it, if
-    /// nothing else acts.
+    /// [`HuntCrossley::with_restitution`] of the normal force: sets the coefficient of restitution of an impact at `speed` (m/s) without other forces.
     ///
     /// # Panics
     /// If the restitution is not in (0, 1], or the speed is not positive and finite.

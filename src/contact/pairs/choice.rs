@@ -1,4 +1,4 @@
-//! Which shapes of a robot or a world can touch each other.
+//! Selection of the shapes of a robot or a world that can touch each other.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::error::UnknownName;
 use crate::model::Model;
 use crate::numbers::Numbers as _;
 
-/// Which links collide with each other, and of which material they are.
+/// Options of contact between bodies: pairs of links, materials, surfaces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CollisionOptions {
-    /// Whether links of one robot collide, too; those that a joint connects never do.
+    /// Whether links of one robot collide with each other; links connected by a joint never do.
     pub self_collision: bool,
     /// Links that do not collide, by name.
     pub excluded: Vec<[String; 2]>,
-    /// Materials of the shapes of links, by name of the link; those of other links are that of the contact law.
+    /// Materials of the shapes of links, by link name; other links use the values of the contact model.
     pub materials: Vec<(String, Material)>,
-    /// Meshes of triangles on links that are fixed to the world, by name of the link.
+    /// Triangle meshes on links that are fixed to the world, by link name.
     pub surfaces: Vec<(String, Arc<Surface>)>,
-    /// Whether relaxed rigid contact meets what would arrive within a step: see [`with_speculative_contact`](Self::with_speculative_contact).
+    /// Whether regularised rigid contact is speculative: see [`with_speculative_contact`](Self::with_speculative_contact).
     pub speculative: bool,
 }
 
 impl CollisionOptions {
-    /// Lets links of one robot collide, too.
+    /// Enables contact between links of one robot.
     #[must_use]
     pub fn with_self_collision(mut self) -> Self {
         self.self_collision = true;
@@ -40,35 +40,36 @@ impl CollisionOptions {
         self
     }
 
-    /// Adds a mesh of triangles to a link that is fixed to the world: ground of any shape, which bodies touch at all points of their shapes.
+    /// Adds a triangle mesh to a link that is fixed to the world: ground of arbitrary shape, which bodies can touch with all points of their shapes.
     #[must_use]
     pub fn with_surface(mut self, link: &str, surface: Surface) -> Self {
         self.surfaces.push((link.to_owned(), Arc::new(surface)));
         self
     }
 
-    /// Lets relaxed rigid contact meet what would arrive within a step, so that nothing passes through a thin wall (speculative contact): a point may go deeper
-    /// in a step by no more than the width of the impedance. Above the surface it has no friction.
+    /// Enables speculative contact for regularised rigid contact: a point that would arrive within a step already has a row, so bodies do not pass
+    /// through thin walls. The depth of a point increases in a step by at most the width of the impedance. Above the surface a point has no friction.
     ///
-    /// Without this, bodies pass through each other where the way in a step is longer than about half their thickness, since the least translation that
-    /// separates them is then out of the other side:
+    /// Without this option, bodies can pass through each other if they move by more than about half their thickness in a step, because the shortest
+    /// separating translation is then towards the other side:
     ///
-    /// | contact model | what passes through |
+    /// | contact model | bodies that pass through |
     /// |---|---|
-    /// | rigid | nothing: it always meets what would arrive |
-    /// | relaxed rigid | what is fast and thin; with this option nothing thicker than four times the width of the impedance |
-    /// | soft, in steps that are implicit in velocity | nothing in one step; in several, what the force does not stop within half the thickness |
-    /// | soft, in other steps | what is fast and thin |
+    /// | rigid | none: it is always speculative |
+    /// | regularised rigid | fast and thin ones; with this option none that is thicker than four times the width of the impedance |
+    /// | soft, in linearly implicit steps | none in one step; in several steps, those that the force does not stop within half the thickness |
+    /// | soft, in other steps | fast and thin ones |
     ///
-    /// The distance is that along the normal at the start of the step: what turns by more than about 1 rad in a step, or passes an edge sideways, may be met too
-    /// early or not at all. All pairs that are near each other have rows, which costs time. [`Smoothing`](crate::contact::Smoothing) takes the place of this.
+    /// The distance is measured along the normal at the start of the step. So contact may come too early or not at all for bodies that rotate by more
+    /// than about 1 rad in a step, or that pass an edge sideways. All near pairs have rows, which costs time.
+    /// [`Smoothing`](crate::contact::Smoothing) replaces this option.
     #[must_use]
     pub fn with_speculative_contact(mut self) -> Self {
         self.speculative = true;
         self
     }
 
-    /// Gives the shapes of a link a material. Between two links the friction is the harmonic mean 2 μ₁ μ₂ / (μ₁ + μ₂) of both, and so the restitution, as in
+    /// Sets the material of the shapes of a link. Friction and restitution between two links are harmonic means, 2 μ₁ μ₂ / (μ₁ + μ₂), as in
     /// [`Materials`](crate::contact::Materials). They are parameters of the simulator.
     ///
     /// # Examples
@@ -87,14 +88,13 @@ impl CollisionOptions {
 }
 
 impl Contacts<f64> {
-    /// As [`with_collisions`](Self::with_collisions), with shapes from elsewhere than files, with groups and margins. A margin is a distance from which on
-    /// features take part in a step, at the least. Allocates.
+    /// As [`with_collisions`](Self::with_collisions), with given shapes, groups and margins. Features within the margin always take part in a step. Allocates.
     ///
     /// # Errors
-    /// If there is no link of a name in the options, or it has no shape.
+    /// If a link in the options does not exist or has no shape.
     ///
     /// # Panics
-    /// As [`with_collisions`](Self::with_collisions), if a link with a surface moves, and if the shapes are those of another robot.
+    /// As [`with_collisions`](Self::with_collisions), if a link with a surface moves, and if the shapes belong to another robot.
     pub fn with_link_shapes(
         mut self,
         model: &Model,

@@ -1,4 +1,4 @@
-//! Which features of which shapes could touch within a step, on plain values.
+//! Finds the features of shapes that could touch within a step, on plain values.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -29,7 +29,7 @@ pub(crate) struct PairFinder {
     manifold: Manifold,
 }
 
-/// Where a shape is, and how far away it could touch something.
+/// Pose of a shape, and the distance within which it could touch another one.
 #[derive(Clone, Debug)]
 struct PlacedShape {
     shape: Shape,
@@ -91,7 +91,7 @@ impl PairFinder {
             let X_WS = X_WB * own.placement;
             let center = velocity_at(&V, &own.placement.translation).norm();
             let turning = V.angular.norm();
-            // What is fixed to the world may be endless, and does not turn.
+            // A shape fixed to the world may be unbounded, and does not rotate.
             let turns = if turning > 0.0 {
                 turning * shape.reach()
             } else {

@@ -86,8 +86,8 @@ impl<P: Scalar> Contacts<P> {
         shapes
     }
 
-    /// Computes where a point between bodies is and how it moves: half way between the nearest points of both shapes, where equal and opposite forces keep
-    /// the angular momentum.
+    /// Computes position and motion of a point between bodies: the midpoint of the nearest points of both shapes, where equal and opposite forces
+    /// conserve angular momentum.
     ///
     /// * `X`, `V` – poses of both bodies in the world and velocities in themselves
     pub(crate) fn pair_state<T: Over<P>>(

@@ -1,4 +1,4 @@
-//! The ground as a user's function.
+//! Terrain given by a user function.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::numbers::{Domain, numbers};
 use crate::scalar::traced::{Graph, Port, Traced, trace};
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 
-/// A height written over the scalar.
+/// A terrain height, generic over the scalar.
 ///
 /// # Examples
 /// ```
@@ -29,15 +29,15 @@ pub trait HeightFunction: Send + Sync + 'static {
     fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T;
 }
 
-/// The most parameters of a function.
+/// Maximum number of parameters of a function.
 pub const MAX_TERRAIN_PARAMETERS: usize = 8;
 
 /// A [`HeightFunction`] with its parameters.
 ///
 /// # Limitations
-/// The slope is a first derivative, so that its own is a second one: those are formed, for first derivatives of whatever touches the
-/// ground. Second derivatives need a plane or a [`HeightField`](super::HeightField). The function is called on numbers of the crate; a scalar
-/// of another kind gets the tangent plane at its value. A [`Traced`] number records what the function does, with all derivatives.
+/// The slope is a first derivative of the height, so first derivatives of contact need second derivatives of the height; these are computed. Second
+/// derivatives of contact need a plane or a [`HeightField`](super::HeightField). The function is called with scalars of this crate; other scalars get
+/// the tangent plane at their value. [`Traced`] numbers record the function with all derivatives.
 #[derive(Clone)]
 pub struct TerrainFunction<P = f64> {
     function: Arc<dyn ErasedHeight>,
@@ -111,7 +111,7 @@ impl<P: fmt::Debug> fmt::Debug for TerrainFunction<P> {
 }
 
 impl TerrainFunction<f64> {
-    /// A function with its parameters, which may be none.
+    /// A function with its parameters (an empty slice for none).
     ///
     /// # Panics
     /// If there are more than [`MAX_TERRAIN_PARAMETERS`], or one is not finite.
@@ -132,8 +132,8 @@ impl TerrainFunction<f64> {
 }
 
 impl<P: Scalar> TerrainFunction<P> {
-    /// Values from the function, derivatives, and what else a scalar holds, by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
-    /// Numbers without values go through what the function does with them, with all their derivatives.
+    /// Values from the function; derivatives and other content of a scalar by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
+    /// Numbers without values pass through the function with all their derivatives.
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
         if const { !T::HAS_VALUES } {
             return self.replay(x, y);

@@ -7,9 +7,9 @@ use crate::scalar::{Over, Scalar};
 
 /// A regular grid of heights.
 ///
-/// Between the nodes the ground is the bicubic spline through all of them, with natural ends (no curvature across the border): normals
-/// turn smoothly, and so do their derivatives. Beyond the border the ground goes on at the height of the border, level across it: there the
-/// slope jumps, as it does at any edge.
+/// Between the nodes the ground is the bicubic spline through all of them, with natural ends (no curvature across the border): normals and their
+/// derivatives are smooth. Beyond the border the ground continues at the height of the border, level in the direction across it; the slope jumps at
+/// the border, as at any edge.
 ///
 /// # References
 /// [de Boor 1978, chapter IV]; [Unser 1999] for the two passes from heights to coefficients.
@@ -29,7 +29,7 @@ pub struct HeightField<P = f64> {
     ratios: Vec<f64>,
 }
 
-/// The most nodes of a grid that is recorded: each takes four comparisons for each place at which the ground is asked for.
+/// Maximum number of nodes of a recorded grid: each needs four comparisons per position.
 const MOST_RECORDED_NODES: usize = 4096;
 
 /// The fewest nodes along a side through which a spline with natural ends goes.
@@ -64,11 +64,11 @@ impl<P: Scalar> Numbers<P> for HeightField<P> {
 }
 
 impl HeightField<f64> {
-    /// A grid of `size` = [nx, ny] nodes from `origin` on, `spacing` apart (m); `heights` (m) with x running fastest.
+    /// A grid of `size` = [nx, ny] nodes, the first at `origin`, with distances `spacing` (m); `heights` (m) with x running fastest.
     ///
     /// # Panics
-    /// If there are fewer than two nodes along a side, or not nx · ny heights, or if a number is not finite or a spacing not positive. If the grid would
-    /// need more memory than the [limit](crate::memory).
+    /// If there are fewer than two nodes along a side, the number of heights is not nx · ny, a value is not finite or a spacing is not positive. If
+    /// the grid would need more memory than the [limit](crate::memory).
     pub fn new(origin: [f64; 2], spacing: [f64; 2], size: [usize; 2], heights: &[f64]) -> Self {
         let [nx, ny] = size;
         assert!(
@@ -128,7 +128,7 @@ impl<P: Scalar> HeightField<P> {
         }
     }
 
-    /// Adds slopes in the weights to those in the heights; what they were is lost.
+    /// Adds derivatives in the weights to those in the heights; overwrites the former.
     pub(super) fn add_weight_slopes<T: Scalar>(&self, by_weight: &mut [T], out: &mut [T]) {
         let [nx, ny] = self.size;
         let columns = nx + 2;
@@ -157,7 +157,7 @@ impl<P: Scalar> HeightField<P> {
         })
     }
 
-    /// The surface at a place whose cell is not known yet: each weight is one of those of all cells, by comparisons.
+    /// The surface at a position whose cell is not known: comparisons select each weight from those of all cells.
     fn surface_anywhere<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
         let [nx, ny] = self.size;
         assert!(
@@ -228,7 +228,7 @@ impl<P: Scalar> HeightField<P> {
     fn locate<T: Scalar>(&self, axis: usize, x: T) -> Place<T> {
         let last = self.last(axis);
         let at = (x - self.origin[axis]) * (1.0 / self.spacing[axis]);
-        // Not a number stays in the first cell, and comes out again as what it is.
+        // NaN stays in the first cell and remains NaN.
         let cell = if const { T::HAS_VALUES } {
             T::from_values(|lane| at.value(lane).floor().clamp(0.0, last - 1.0).max(0.0))
         } else {
@@ -298,7 +298,7 @@ impl<T: Scalar> Place<T> {
 }
 
 /// # Panics
-/// If there is no memory for the heights of a grid and the weights of its spline, with what is needed to find them.
+/// If there is not enough memory for the heights of a grid, the weights of its spline, and the work space.
 fn check_memory([nx, ny]: [usize; 2]) {
     let weights = nx.saturating_add(2).saturating_mul(ny.saturating_add(2));
     let bytes = weights.saturating_mul(3 * size_of::<f64>());
@@ -345,7 +345,7 @@ fn spline<'a, P: Scalar>(h: &[P], ratios: &[f64], out: impl Iterator<Item = &'a 
     out.zip(c).for_each(|(out, c)| *out = c);
 }
 
-/// The transpose of [`spline`]: from slopes in the n + 2 weights of a line to slopes in the n heights, which take the places from the second on.
+/// The transpose of [`spline`]: from derivatives in the n + 2 weights of a line to derivatives in the n heights, stored from the second position on.
 ///
 /// * `at` – index of each number of the line
 fn spline_transposed<T: Scalar>(

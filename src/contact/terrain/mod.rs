@@ -12,12 +12,12 @@ use crate::autodiff::Dual;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Cast, Over, Scalar};
 
-/// A number with its derivatives in x and y.
+/// A value with its derivatives in x and y.
 pub(super) type PlanarDual = Dual<f64, 2>;
 
 /// The ground under a robot.
 ///
-/// All numbers in it are data of type `P`: over dual numbers, what happens is differentiable in heights and slopes.
+/// All its parameters are of type `P`: over dual numbers, simulation is differentiable in heights and slopes.
 ///
 /// # Examples
 /// ```
@@ -62,7 +62,7 @@ numbers! { pub struct Plane {
 /// Number of parameters of a plane.
 pub(crate) const PLANE_NUMBERS: usize = <Plane as Numbers<f64>>::COUNT;
 
-/// Height and slope of the ground at a place.
+/// Height and slope of the ground at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground<T> {
     /// h, m.
@@ -72,7 +72,7 @@ pub struct Ground<T> {
 }
 
 impl<T: Scalar> Ground<T> {
-    /// The outward unit normal, (−∂h/∂x, −∂h/∂y, 1) by its length.
+    /// The outward unit normal, (−∂h/∂x, −∂h/∂y, 1) divided by its length.
     #[inline(always)]
     pub fn normal(&self) -> Vector3<T> {
         let [x, y] = self.slope;
@@ -94,7 +94,7 @@ impl Terrain<f64> {
     /// The plane through a point with an outward normal of any length.
     ///
     /// # Panics
-    /// If a number is not finite, or if the normal does not point upwards.
+    /// If an argument is not finite, or the normal does not point upwards.
     pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
         let finite = point.iter().chain(&normal).all(|x| x.is_finite());
         assert!(
@@ -106,7 +106,7 @@ impl Terrain<f64> {
         Self::Plane(Plane { height, slope })
     }
 
-    /// A plane through the origin that rises along x at an angle in (−π/2, π/2), rad: what lies on it slides towards −x.
+    /// A plane through the origin that rises along x at an angle in (−π/2, π/2), rad: bodies on it slide towards −x.
     ///
     /// # Panics
     /// If the angle is not in that range.
@@ -114,14 +114,14 @@ impl Terrain<f64> {
         let (sin, cos) = angle.sin_cos();
         assert!(
             angle.abs() < std::f64::consts::FRAC_PI_2,
-            "an incline of {angle} rad is no ground"
+            "an incline must be less steep than 90°, got {angle} rad"
         );
         Self::plane([0.0; 3], [-sin, 0.0, cos])
     }
 }
 
 impl<P: Scalar> Terrain<P> {
-    /// Height and slope at (x, y), m. Differentiable in both and in the terrain's numbers.
+    /// Height and slope at (x, y), m. Differentiable in both and in the parameters of the terrain.
     #[inline(always)]
     pub fn surface<T: Over<P>>(&self, x: &T, y: &T) -> Ground<T> {
         match self {
@@ -131,7 +131,7 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// Whether the normal of the ground differs from place to place.
+    /// Whether the normal of the ground varies with the position.
     pub(crate) fn is_curved(&self) -> bool {
         !matches!(self, Self::Plane(_))
     }
@@ -187,7 +187,7 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// Adds slopes in all these numbers to those in the [`parameters`](Self::parameters); what they were is lost.
+    /// Adds derivatives in all these values to those in the [`parameters`](Self::parameters); overwrites the former.
     pub(crate) fn add_local_slopes<T: Scalar>(&self, by_local: &mut [T], out: &mut [T]) {
         match self {
             Self::HeightField(field) => field.add_weight_slopes(by_local, out),
@@ -198,7 +198,7 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// Its numbers: of a plane height and slopes, of a grid the heights row by row, of a function its parameters. Allocates.
+    /// Its parameters: height and slopes of a plane, heights of a grid row by row, or the parameters of a function. Allocates.
     pub fn parameters(&self) -> Vec<P> {
         self.to_vec()
     }
@@ -206,7 +206,7 @@ impl<P: Scalar> Terrain<P> {
     /// Returns the ground with other [`parameters`](Self::parameters), over their scalar. Allocates.
     ///
     /// # Panics
-    /// If there are not as many as it has.
+    /// If the number of parameters differs.
     pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Terrain<Q> {
         let (expected, given) = (self.parameters().len(), parameters.len());
         assert_eq!(given, expected, "the ground has {expected} parameters");

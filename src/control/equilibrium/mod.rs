@@ -1,9 +1,9 @@
-//! A pose in which a robot stays, with the input and the deflections of contact that hold it there.
+//! Equilibria: a pose with the input and the contact deflections that hold it.
 //!
-//! | file | what it is |
+//! | file | content |
 //! |---|---|
-//! | `stance` | where the search begins: on the ground, by statics |
-//! | `rest` | accelerations that shall be zero, as residuals |
+//! | `stance` | initial pose on the ground, by statics |
+//! | `rest` | accelerations as residuals |
 //! | `regulator` | the regulator about an equilibrium |
 
 mod regulator;
@@ -34,11 +34,11 @@ pub use regulator::{Dropped, EquilibriumLqr};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equilibrium {
-    /// Pose, at rest, with the state of contact.
+    /// Pose, at rest, with the contact state.
     pub state: State,
     /// Input that holds it.
     pub input: DVector<f64>,
-    /// Largest acceleration that is left, rad/s² or m/s²; next to zero if it is found.
+    /// Largest remaining acceleration, rad/s² or m/s²; almost zero if the status is found.
     pub acceleration: f64,
     /// Termination status.
     pub status: EquilibriumStatus,
@@ -50,11 +50,11 @@ pub struct Equilibrium {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EquilibriumStatus {
-    /// Nothing moves.
+    /// An equilibrium: all accelerations are zero.
     Found,
-    /// Near the guess nothing that holds the robot was found: inputs are too weak or too few, nothing carries it, or the guess is too far away.
+    /// No equilibrium was found near the guess: the inputs are too weak or too few, nothing supports the robot, or the guess is too far away.
     NotHeld,
-    /// A number is not finite.
+    /// A value is not finite.
     Diverged,
     /// A [`StopSignal`](crate::StopSignal) was set.
     Stopped,
@@ -68,15 +68,15 @@ const ROUNDS: usize = 4;
 const MOST_ITERATIONS: usize = 40;
 
 impl Equilibrium {
-    /// Finds an equilibrium near a guess: pose, input and bristles of soft contact, all at once.
+    /// Finds an equilibrium near a guess: pose, input and bristles of soft contact together.
     ///
-    /// A floating robot with contacts is first moved along gravity to where it touches the ground, with what statics says of inputs and forces there:
-    /// points within a centimetre of the ground carry it, by the least torques. Then accelerations, weighted by the roots of the inertias, are made zero
-    /// by Levenberg and Marquardt's method on the Jacobians of the step. As a rule many poses and inputs are equilibria; one near the guess is found.
-    /// Allocates.
+    /// A floating robot with contacts is first moved along gravity to the ground. Statics gives the first inputs and forces: points within a
+    /// centimetre of the ground support the robot with least torques. Then the Levenberg–Marquardt method, with the Jacobians of the step, drives the
+    /// accelerations to zero, weighted by the square roots of the inertias. Usually many poses and inputs are equilibria; the result is one near the
+    /// guess. Allocates.
     ///
-    /// * `guess` – pose of the start, with the state of contact if it has one; its velocity is not used
-    /// * `u` – input of the start; that of statics takes its place where a robot is put on the ground
+    /// * `guess` – initial pose, with the contact state if it has one; its velocity is ignored
+    /// * `u` – initial input; replaced by that of statics if the robot is moved to the ground
     ///
     /// # Panics
     /// If state or input have the wrong length.

@@ -1,4 +1,4 @@
-//! A regulator about an equilibrium, contact included.
+//! A regulator about an equilibrium, including contact.
 
 use std::fmt;
 
@@ -14,34 +14,34 @@ use crate::model::Model;
 use crate::sim::{Simulator, State};
 use crate::spatial::Representation;
 
-/// A linear-quadratic regulator u = u₀ − K (q ⊖ q₀, v − v₀) about an [`Equilibrium`], of that part of the state which inputs reach.
+/// A linear-quadratic regulator u = u₀ − K (q ⊖ q₀, v − v₀) about an [`Equilibrium`], for the part of the state that is reachable from the inputs.
 ///
-/// Made by [`Equilibrium::lqr`]. The deflections of bristles are not among its states: a bristle that sticks bends as its point moves, others are straight. Directions that
-/// no input reaches, as feet on the ground, are left out; [`dropped`](Self::dropped) says which.
+/// Made by [`Equilibrium::lqr`]. The deflections of bristles are not states of the regulator: the bristle of a sticking point follows the motion of
+/// the point, others are straight. Unreachable directions, such as feet on the ground, are dropped; see [`dropped`](Self::dropped).
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquilibriumLqr {
     /// Equilibrium.
     pub at: Equilibrium,
-    /// Gain K, nu × 2 nv, zero in the directions that were dropped.
+    /// Gain K, nu × 2 nv, zero in dropped directions.
     pub gain: DMatrix<f64>,
-    /// Regulator of the part that is reached, with its status.
+    /// Regulator of the reachable part, with its status.
     pub lqr: Lqr,
-    /// Orthonormal directions of the part that is reached, 2 nv × its size.
+    /// Orthonormal basis of the reachable part, 2 nv × its dimension.
     pub basis: DMatrix<f64>,
     /// Directions and bristles that are not regulated.
     pub dropped: Dropped,
 }
 
-/// Parts of the state that a regulator leaves out, as no input reaches them.
+/// Parts of the state that are not regulated, because they are unreachable from the inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dropped {
-    /// Points of contact whose bristles follow the motion, by number.
+    /// Contact points whose bristles follow the motion, by number.
     pub bristles: Vec<usize>,
-    /// Orthonormal directions of (δq, δv) that no input reaches, one in each column.
+    /// Orthonormal basis of the unreachable directions (δq, δv), one per column.
     pub directions: DMatrix<f64>,
-    /// Name of the largest part of each direction, see [`Simulator::tangent_names`].
+    /// Name of the largest component of each direction, see [`Simulator::tangent_names`].
     pub names: Vec<String>,
-    /// Eigenvalues of these directions by themselves, the least stable first: of modulus 1 for what stays where it is put, above 1 for what falls.
+    /// Eigenvalues of the unreachable part, the least stable first: modulus 1 for a marginally stable mode, above 1 for an unstable one.
     pub eigenvalues: Vec<Complex<f64>>,
 }
 
@@ -52,13 +52,13 @@ impl Equilibrium {
     /// * `r` – weight on the input, nu × nu, symmetric positive definite
     ///
     /// # Limitations
-    /// Contact is that of the equilibrium: a point that lifts off or slips is not foreseen.
+    /// Contact is linearised at the equilibrium: points that lift off or slip are not modelled.
     ///
     /// # Panics
-    /// If the simulator is that of another robot, the shapes of Q and R do not fit, or no input reaches anything.
+    /// If the simulator belongs to another robot, Q or R has the wrong shape, or no direction is reachable.
     ///
     /// # References
-    /// [Van Dooren 1981] for what is reached.
+    /// [Van Dooren 1981] for the reachable part.
     pub fn lqr(&self, simulator: &Simulator, q: &DMatrix<f64>, r: &DMatrix<f64>) -> EquilibriumLqr {
         let n = 2 * simulator.model().nv();
         assert!(q.shape() == (n, n), "Q is {:?}, not {n} x {n}", q.shape());
@@ -98,10 +98,16 @@ impl EquilibriumLqr {
         &self.at.input - &self.gain * dx
     }
 
-    /// Whether the design succeeded, and nothing falls that no input reaches.
+    /// Whether the design succeeded and the unreachable part is not unstable. False if the eigenvalues of that part could not be computed.
     pub fn is_stabilized(&self) -> bool {
         let falls = |z: &Complex<f64>| z.norm() > 1.0 + BLUR;
-        self.lqr.is_stabilized() && !self.dropped.eigenvalues.iter().any(falls)
+        let Dropped {
+            eigenvalues,
+            directions,
+            ..
+        } = &self.dropped;
+        let are_known = eigenvalues.len() == directions.ncols();
+        self.lqr.is_stabilized() && are_known && !eigenvalues.iter().any(falls)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Accelerations of a robot that shall rest, as residuals.
+//! Accelerations as residuals of an equilibrium.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Where the search for an equilibrium begins: a pose on the ground, with the forces of statics.
+//! Initial pose of the search for an equilibrium: on the ground, with the forces of statics.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -21,7 +21,7 @@ const NORMAL: f64 = 10.0;
 /// Size of friction that counts as much as a torque of 1 N·m, N: small, so that there is no friction without need.
 const TANGENT: f64 = 0.3;
 
-/// Load of a point of contact by statics.
+/// Load of a contact point by statics.
 struct Load {
     /// Number of the point.
     point: usize,
@@ -31,7 +31,7 @@ struct Load {
     friction: Vector3<f64>,
 }
 
-/// Puts a floating robot on the ground, with the input and the deflections of bristles that would hold it if it were rigid; others stay as they are.
+/// Moves a floating robot to the ground, with the input and the deflections of bristles that hold it as a rigid body; other robots are unchanged.
 pub(super) fn begin(simulator: &Simulator, state: &mut State, u: &mut DVector<f64>) {
     let (model, contacts) = (simulator.model(), simulator.contacts());
     let Some(contacts) = contacts.filter(|_| model.has_floating_base()) else {

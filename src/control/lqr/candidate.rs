@@ -23,7 +23,7 @@ const CLEAR_MARGIN: f64 = 1e-11;
 const POLISHING_LIMIT: usize = 2;
 
 /// Weights on every state that are tried in turn, relative to the weight that stops an unstable mode within a step. The
-/// larger, the further from the solution that is wanted; the smaller, the more of them drowns in rounding where inputs
+/// larger, the further from the solution that is requested; the smaller, the more of them drowns in rounding where inputs
 /// differ in size.
 const REGULARIZATIONS: [f64; 4] = [1e-3, 1.0, 1e4, 1e8];
 
@@ -46,7 +46,7 @@ impl Candidate {
         let eigenvalues = stability::eigenvalues(riccati.time, &riccati.closed_loop(&gain));
         Self {
             margin: stability::margin(riccati.time, &eigenvalues),
-            // A residual that is not a number is larger than any other.
+            // A residual that is NaN is larger than any other.
             residual: riccati.relative_residual(&cost).min(f64::INFINITY),
             cost,
             gain,

@@ -7,7 +7,7 @@
 //!                 0 = Q + AᵀP + PA − PBR⁻¹BᵀP,              K = R⁻¹BᵀP
 //! ```
 //!
-//! Of the solutions P, the one whose loop A − B K is stable is wanted. The way to it:
+//! Of the solutions P, the one whose loop A − B K is stable is requested. The way to it:
 //!
 //! 1. doubling (`doubling.rs`), which finds it whenever the cost sees every mode that is not stable;
 //! 2. Newton steps, which take the last digits of the residual and are kept while they help;
@@ -91,7 +91,7 @@ pub enum LqrStatus {
         /// Defect, and the weight that has it.
         reason: WeightDefect,
     },
-    /// An entry of A, B, Q or R is infinite or not a number.
+    /// An entry of A, B, Q or R is infinite or NaN.
     NotFinite,
     /// The equation is too ill-conditioned for double precision: the best iterate does not stabilise, or leaves a
     /// residual.

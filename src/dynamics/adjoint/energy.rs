@@ -24,7 +24,7 @@ pub(crate) struct Pushed<T> {
 
 /// Sums of a gradient in a configuration and in parameters, at fixed rates.
 #[derive(Debug)]
-pub(crate) struct EnergySlopes<'a, T> {
+pub(crate) struct EnergyGradientSum<'a, T> {
     /// In tangent directions of q.
     pub(crate) q: &'a mut [T],
     /// All parameters; empty if they are not wanted.
@@ -51,7 +51,7 @@ pub(crate) struct Rates<'a, T> {
 }
 
 impl<T: Scalar> EnergySweep<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
@@ -103,7 +103,7 @@ impl<T: Scalar> EnergySweep<T> {
         at: &Rates<'_, T>,
         pushed: Option<&Pushed<T>>,
         weight: T,
-        out: &mut EnergySlopes<'_, T>,
+        out: &mut EnergyGradientSum<'_, T>,
     ) where
         T: Over<P>,
     {
@@ -257,7 +257,7 @@ mod tests {
             };
             let mut found = DVector::zeros(x.len());
             let (of_q, of_parameters) = found.as_mut_slice().split_at_mut(model.nv());
-            let mut out = EnergySlopes {
+            let mut out = EnergyGradientSum {
                 q: of_q,
                 parameters: of_parameters,
             };

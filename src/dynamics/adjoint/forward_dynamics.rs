@@ -24,15 +24,14 @@ pub struct ForwardDynamicsGradient<T: Scalar = f64> {
     pub v: DVector<T>,
     /// In τ, length `nv`: M(q)⁻¹ λ.
     pub tau: DVector<T>,
-    /// In the external force on each body, in its body frame, length `n_bodies`: the motion that the rates M⁻¹ λ give to the body.
+    /// In the external force on each body, in its body frame, length `n_bodies`: the velocity of the body for the joint rates M⁻¹ λ.
     pub external: Vec<Motion<T>>,
-    /// In all [parameters](Model::parameters) of the model, in their order; empty if they are not wanted. Zero for damping and springs, whose
-    /// forces are a part of τ.
+    /// In all [parameters](Model::parameters) of the model, in their order; empty if not requested. Zero for damping and springs, whose forces are a part of τ.
     pub parameters: DVector<T>,
 }
 
 impl<T: Scalar> ForwardDynamicsGradient<T> {
-    /// Memory for a model. To leave out the parameters, replace theirs by an empty vector.
+    /// Makes memory for a model. To omit the parameters, replace their vector by an empty one.
     pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = || DVector::zeros(model.nv());
         Self {
@@ -61,7 +60,7 @@ pub struct ForwardDynamicsVjpScratch<T> {
 }
 
 impl<T: Scalar> ForwardDynamicsVjpScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     ///
     /// # Panics
     /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
@@ -87,7 +86,7 @@ impl<T: Scalar> ForwardDynamicsVjpScratch<T> {
 /// Computes the gradient of λᵀ FD(q, v, τ), the vector-Jacobian product of
 /// [`forward_dynamics`](crate::dynamics::forward_dynamics), in q (tangent), v, τ and all parameters at once, exact to rounding.
 ///
-/// A small multiple of the cost of forward dynamics, however many inputs there are. Allocates its result and working memory.
+/// Costs a small multiple of forward dynamics, independent of the number of inputs. Allocates its result and working memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -95,7 +94,7 @@ impl<T: Scalar> ForwardDynamicsVjpScratch<T> {
 /// * `lambda` – λ, the weights of the accelerations, length `nv`
 ///
 /// # Panics
-/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] checks this beforehand.
 ///
 /// # Examples
 /// ```

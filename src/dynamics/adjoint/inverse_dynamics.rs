@@ -16,15 +16,15 @@ pub struct InverseDynamicsGradient<T: Scalar = f64> {
     pub v: DVector<T>,
     /// In a, length `nv`: M(q) μ.
     pub a: DVector<T>,
-    /// In the external force on each body, in its body frame, length `n_bodies`: minus the motion that the rates μ give to the body.
+    /// In the external force on each body, in its body frame, length `n_bodies`: minus the velocity of the body for the joint rates μ.
     pub external: Vec<Motion<T>>,
-    /// In all [parameters](Model::parameters) of the model, in their order; empty if they are not wanted. Zero for damping and springs, which are
-    /// no part of inverse dynamics.
+    /// In all [parameters](Model::parameters) of the model, in their order; empty if not requested. Zero for damping and springs, which are not part
+    /// of inverse dynamics.
     pub parameters: DVector<T>,
 }
 
 impl<T: Scalar> InverseDynamicsGradient<T> {
-    /// Memory for a model. To leave out the parameters, replace theirs by an empty vector.
+    /// Makes memory for a model. To omit the parameters, replace their vector by an empty one.
     pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = || DVector::zeros(model.nv());
         Self {
@@ -45,7 +45,7 @@ pub struct InverseDynamicsVjpScratch<T> {
 }
 
 impl<T: Scalar> InverseDynamicsVjpScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self {
             generation: model.generation(),
@@ -57,7 +57,7 @@ impl<T: Scalar> InverseDynamicsVjpScratch<T> {
 /// Computes the gradient of μᵀ ID(q, v, a), the vector-Jacobian product of
 /// [`inverse_dynamics`](crate::dynamics::inverse_dynamics), in q (tangent), v, a and all parameters at once, exact to rounding.
 ///
-/// O(n), a small multiple of the cost of inverse dynamics however many inputs there are. Allocates its result and working memory.
+/// O(n): a small multiple of the cost of inverse dynamics, independent of the number of inputs. Allocates its result and working memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

@@ -1,6 +1,6 @@
-//! Vector-Jacobian products of the dynamics: the gradient of a weighted sum of outputs in all inputs and parameters at once.
+//! Vector-Jacobian products of the dynamics: the gradient of a weighted sum of outputs in all inputs and parameters.
 //!
-//! The sum μᵀ ID(q, v, a) is a scalar whose gradient takes two passes along the tree, whatever the number of inputs ([`sweep`]). With the weight
+//! The sum μᵀ ID(q, v, a) is a scalar; its gradient takes two passes along the tree, independent of the number of inputs ([`sweep`]). With the weight
 //! μ = −M⁻¹ λ the same gradient is that of λᵀ FD(q, v, τ), by the implicit function theorem ([`forward_dynamics`]). Nothing is recorded.
 //!
 //! # References
@@ -12,7 +12,7 @@ mod inverse_dynamics;
 mod slots;
 mod sweep;
 
-pub(crate) use energy::{EnergySlopes, EnergySweep, Pushed, Rates};
+pub(crate) use energy::{EnergyGradientSum, EnergySweep, Pushed, Rates};
 pub use forward_dynamics::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, forward_dynamics_vjp,
     forward_dynamics_vjp_into,

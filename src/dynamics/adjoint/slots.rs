@@ -1,4 +1,4 @@
-//! Place of each number of a robot in the vector of its parameters.
+//! Position of each parameter of a robot in its parameter vector.
 
 use nalgebra::Vector3;
 
@@ -13,7 +13,7 @@ pub(crate) struct ParameterSlots {
     pub(crate) len: usize,
     /// The first inertial parameter of each body.
     pub(crate) inertia: Vec<usize>,
-    /// The first number of the placement of the joint that carries each body; `None` where that has no name, or is the outer part of a joint of two bodies.
+    /// Index of the first placement parameter of the joint of each body; `None` if the joint has no name or is the outer part of a joint of two bodies.
     pub(crate) placement: Vec<Option<usize>>,
     /// The first component of gravity; `None` for a motion in which nothing has weight.
     pub(crate) gravity: Option<usize>,
@@ -25,7 +25,7 @@ pub(crate) struct ParameterSlots {
     pub(crate) spring: Vec<Option<usize>>,
     /// Ratio, before the offset, of the joint that carries each body; `None` where it follows none.
     pub(crate) coupling: Vec<Option<usize>>,
-    /// The first number of the placement of each frame.
+    /// Index of the first placement parameter of each frame.
     pub(crate) frames: Vec<usize>,
 }
 

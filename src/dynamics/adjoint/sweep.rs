@@ -91,7 +91,7 @@ pub(crate) struct Seen<T> {
 }
 
 impl<T: Scalar> Sweep<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let at_rest = Swept {
             X_PB: Transform::identity(),

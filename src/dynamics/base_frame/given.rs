@@ -1,4 +1,4 @@
-//! The base velocity in a chosen representation: what converts, and the equation of motion there.
+//! The base velocity in a chosen representation: conversions, and the equation of motion there.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -17,44 +17,44 @@ use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Representation;
 
-/// A vector that has another base part in another representation.
+/// Quantities whose base part depends on the representation.
 ///
-/// * `v` – velocity, length `nv`, in the crate's own representation
+/// * `v` – velocity, length `nv`, in the representation of this crate
 #[derive(Clone, Copy, Debug)]
 pub enum BaseQuantity<'a, T: Scalar> {
     /// Velocity, length `nv`, or a small motion of the configuration.
     Velocity,
-    /// Acceleration, length `nv`: the rate of the velocity's numbers.
+    /// Acceleration, length `nv`: the rate of the coordinates of the velocity.
     Acceleration {
         /// The velocity there.
         v: &'a [T],
     },
-    /// Joint forces, length `nv`: the force and moment on the base that have their power with its velocity.
+    /// Joint forces, length `nv`: force and moment on the base, dual to its velocity in power.
     Force,
     /// A tangent δx = (δq, δv, δm) of a state, length 2 `nv` or more:  δx' = S(x) δx.
     ///
     /// δq' is the small motion T(q) δq: in the mixed representation its base part is the change of the base's position in the
-    /// world, then a rotation vector in axes of the world. δv' is the change of the velocity T(q) v, which changes with q too:
+    /// world, then a rotation vector in axes of the world. δv' is the change of the velocity T(q) v, which also depends on q:
     /// the base part of δv' = T (δv + Ω(δq) × v), where Ω(δq) is δq without its linear part (*mixed*), δq (*inertial*), or zero
-    /// (*body*). Entries after these, such as a state of contact δm, stay unchanged. A deviation of finite size is converted by the same linear map.
+    /// (*body*). Entries after these, such as a contact state δm, stay unchanged. A deviation of finite size is converted by the same linear map.
     Deviation {
         /// The velocity of the state.
         v: &'a [T],
     },
-    /// A gradient in the tangent of a state, as a row of a controller's gain is: g' = S⁻ᵀ g, so that g' · δx' = g · δx.
+    /// A gradient in the tangent of a state, for example a row of a controller gain: g' = S⁻ᵀ g, so g' · δx' = g · δx.
     Gradient {
         /// The velocity of the state.
         v: &'a [T],
     },
 }
 
-/// The base velocity of a robot in a chosen representation: conversions between it and the crate's own, and the equation of motion in it.
+/// The base velocity of a robot in a chosen representation: conversions from and to the representation of this crate, and the equation of motion in it.
 ///
-/// Every other function of [`dynamics`](crate::dynamics) is the one there with its arguments and results converted: with a velocity v' the momentum is
-/// `momentum(model, q, v)` of v = [`from_representation`](Self::from_representation)(q, [`Velocity`](BaseQuantity::Velocity), v'), and a frame has the
-/// [`jacobian`](Self::jacobian) of its own J. For a robot with a fixed base nothing changes. All allocate.
+/// For all other functions of [`dynamics`](crate::dynamics), convert arguments and results. For example, with a velocity v' the momentum is
+/// `momentum(model, q, v)` of v = [`from_representation`](Self::from_representation)(q, [`Velocity`](BaseQuantity::Velocity), v'), and the Jacobian
+/// of a frame is the [`jacobian`](Self::jacobian) of its J. For a robot with a fixed base nothing changes. All functions allocate.
 ///
-/// * `q` – configuration, length `nq`: the crate's own
+/// * `q` – configuration, length `nq`, in the format of this crate
 ///
 /// All functions panic if a slice or matrix has the wrong size.
 ///
@@ -93,7 +93,7 @@ impl<'m, P: Scalar> BaseFrame<'m, P> {
         }
     }
 
-    /// Converts a vector of the crate's own representation.
+    /// Converts a vector from the representation of this crate to this one.
     pub fn to_representation<T: Over<P>>(
         &self,
         q: &[T],
@@ -110,7 +110,7 @@ impl<'m, P: Scalar> BaseFrame<'m, P> {
         }
     }
 
-    /// Converts a vector of this representation to the crate's own.
+    /// Converts a vector from this representation to that of this crate.
     pub fn from_representation<T: Over<P>>(
         &self,
         q: &[T],
@@ -129,22 +129,22 @@ impl<'m, P: Scalar> BaseFrame<'m, P> {
         }
     }
 
-    /// A Jacobian (any rows × `nv`) for velocities in this representation: J' = J T⁻¹. For a momentum matrix as well; of both sides of a mass matrix,
-    /// J' = (M T⁻¹)ᵀ T⁻¹.
+    /// Converts a Jacobian (any rows × `nv`) to velocities in this representation: J' = J T⁻¹. Also for a momentum matrix; applied twice to a mass
+    /// matrix, (M T⁻¹)ᵀ T⁻¹.
     ///
     /// # Panics
-    /// If it has not `nv` columns.
+    /// If it does not have `nv` columns.
     pub fn jacobian<T: Over<P>>(&self, q: &[T], jacobian: &DMatrix<T>) -> DMatrix<T> {
         jacobian_to_representation(self.model, q, jacobian, self.representation)
     }
 
-    /// The rate of a Jacobian for velocities in this representation: J̇' = (J̇ − J T⁻¹ Ṫ) T⁻¹. For the rate of a momentum matrix as well.
+    /// Converts the rate of a Jacobian to velocities in this representation: J̇' = (J̇ − J T⁻¹ Ṫ) T⁻¹. Also for the rate of a momentum matrix.
     ///
-    /// * `v` – velocity, in the crate's own representation
-    /// * `jacobian`, `derivative` – J and J̇, for velocities in the crate's own representation
+    /// * `v` – velocity, in the representation of this crate
+    /// * `jacobian`, `derivative` – J and J̇, for velocities in the representation of this crate
     ///
     /// # Panics
-    /// If the matrices have not the same rows and `nv` columns.
+    /// If the matrices do not have equal rows and `nv` columns.
     pub fn jacobian_derivative<T: Over<P>>(
         &self,
         q: &[T],
@@ -186,7 +186,7 @@ impl<'m, P: Scalar> BaseFrame<'m, P> {
         self.force(q, &h)
     }
 
-    /// Forces g' that hold the robot against gravity.
+    /// Joint forces g' that balance gravity.
     pub fn gravity_forces<T: Over<P>>(&self, q: &[T]) -> DVector<T> {
         self.force(q, &own::gravity_forces(self.model, q))
     }

@@ -1,8 +1,7 @@
-//! The quantities of a floating robot with its base velocity in another representation.
+//! Quantities of a floating robot with its base velocity in another representation.
 //!
-//! The crate's own tangent vectors hold the base velocity in the base frame. With T(q) the map from them to those with
-//! another representation, v' = T v, every other quantity follows from v̇' = T v̇ + Ṫ v and from forces that keep their
-//! power:
+//! Tangent vectors of this crate contain the base velocity in the base frame. With the map T(q) to another representation, v' = T v, all other
+//! quantities follow from v̇' = T v̇ + Ṫ v and from the invariance of power:
 //!
 //! | quantity | in the other representation |
 //! |---|---|
@@ -16,10 +15,9 @@
 //! | bias force | h' = T⁻ᵀ (h − M W v) |
 //! | Jacobians of a step | A' = S(x⁺) A S(x)⁻¹, B' = S(x⁺) B, see [`BaseQuantity::Deviation`] |
 //!
-//! with W = T⁻¹ Ṫ, which is Ω × on the base velocity and zero elsewhere: Ω is the velocity of the base with respect to
-//! the axes of the representation, that is 0 for *body*, the angular velocity for *mixed*, the velocity for *inertial*.
-//! Quantities of a robot with a fixed base do not change. [`BaseFrame`] converts results of other functions, and has the equation of motion in one representation
-//! throughout.
+//! with W = T⁻¹ Ṫ, which is Ω × on the base velocity and zero elsewhere. Ω is the velocity of the base relative to the axes of the representation: 0
+//! for *body*, the angular velocity for *mixed*, the velocity for *inertial*. Quantities of a robot with a fixed base do not change. [`BaseFrame`]
+//! converts results of other functions, and contains the equation of motion in one representation.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

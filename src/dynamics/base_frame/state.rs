@@ -21,7 +21,7 @@ use crate::spatial::{Force, Motion, Representation, SPATIAL};
 /// δq' is the small motion T(q) δq: in the mixed representation its base part is the change of the base's position in the
 /// world, then a rotation vector in axes of the world. δv' is the change of the velocity T(q) v, which changes with q too:
 /// the base part of δv' = T (δv + Ω(δq) × v), where Ω(δq) is δq without its linear part (*mixed*), δq (*inertial*), or zero
-/// (*body*). Entries after these, such as a state of contact δm, stay unchanged. A deviation of finite size is converted by the same linear map.
+/// (*body*). Entries after these, such as a contact state δm, stay unchanged. A deviation of finite size is converted by the same linear map.
 ///
 /// * `q`, `v` – the state, in the crate's own representation
 /// * `dx` – length 2 `nv` or more

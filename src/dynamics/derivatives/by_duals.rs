@@ -1,6 +1,6 @@
 //! Derivatives of frames and momentum, and second derivatives, in tangent space, by dual numbers through the whole robot.
 //!
-//! Functions of hyper-dual numbers are marked for inlining, so that programs that call them compile them, and the library does not.
+//! Functions of hyper-dual numbers are marked `#[inline]`: only programs that call them compile them.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::HyperDual64;
@@ -15,7 +15,7 @@ use crate::model::{FrameId, Model};
 use crate::scalar::{Differentiable, DualNumber, Scalar};
 use crate::spatial::{Representation, SPATIAL};
 
-/// Derivatives of something that depends on q and v.
+/// Derivatives of a quantity in q and v.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateDerivatives<T = f64> {
     /// Derivative in tangent directions of q, rows × `nv`.

@@ -73,7 +73,7 @@ pub struct ForwardDynamicsDerivatives<T: Scalar = f64> {
 }
 
 impl<T: Scalar> ForwardDynamicsDerivatives<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = DMatrix::zeros(model.nv(), model.nv());
         Self {
@@ -93,7 +93,7 @@ pub struct ForwardDynamicsDerivativesScratch<T: Differentiable = f64> {
 }
 
 impl<T: Differentiable> ForwardDynamicsDerivativesScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self::for_calls(model, Calls::Many)
     }

@@ -1,16 +1,16 @@
 //! Derivatives of inverse dynamics: dual numbers at each body, elimination along the tree.
 //!
-//! Inverse dynamics is a graph of small functions: a joint gives its body a motion, a motion asks for a force, a force is handed
-//! to the parent. Each is run on dual numbers, at its own body, in the few directions that it has: the joint at each call
-//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`VelocityProductMatrix`]). The rest is
-//! linear and known: when a joint moves, everything that it carries moves as one rigid body. So the motions beyond it are eliminated
-//! once and for all by *composite* maps, from a change of the joint's motion to the change of the force that the whole subtree needs:
+//! Inverse dynamics is a graph of small functions: a joint moves its body, the motion determines a force, and the force is propagated to the parent.
+//! Each function is evaluated on dual numbers at its own body, in its few directions: the joint at each call ([`super::joint`]), the force once per
+//! model, because its derivative is linear in the velocity ([`VelocityProductMatrix`]). The rest is linear and known: when a joint moves, its subtree
+//! moves as one rigid body. So *composite* maps eliminate the motions of the subtree; they map a change of the joint's motion to the change of the
+//! force that the whole subtree needs:
 //!
 //! > δF = I δÂ + B δω, with I = Σ X* Iᵢ X⁻¹ and B = Σ X* Bᵢ Rᵀ over the subtree.
 //!
-//! Each degree of freedom then propagates four vectors to the root: its rows of I and B, with which the joints on the
-//! way act on it, and the forces δF of its own two directions, which act on them. O(n · depth) with a small constant; the mass
-//! matrix falls out of it. The result is that of dense dual numbers to rounding.
+//! Each degree of freedom then propagates four vectors to the root: its rows of I and B, with which the ancestors act on it, and the forces δF of its
+//! own two directions, which act on the ancestors. O(n · depth) with a small constant; the mass matrix is a by-product. The result equals that of
+//! dense dual numbers to rounding.
 //!
 //! # References
 //! [Griewank, Walther 2008, chapter 9] for elimination; [Jain, Rodriguez 1993] for the composite maps.
@@ -46,7 +46,7 @@ pub struct InverseDynamicsDerivatives<T: Scalar = f64> {
 }
 
 impl<T: Scalar> InverseDynamicsDerivatives<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = DMatrix::zeros(model.nv(), model.nv());
         Self {
@@ -85,7 +85,7 @@ pub(crate) struct At<'a, T> {
 }
 
 impl<T: Differentiable> InverseDynamicsDerivativesScratch<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self::for_calls(model, Calls::Many)
     }

@@ -1,8 +1,8 @@
 //! Derivatives of the dynamics.
 //!
-//! Those of inverse and forward dynamics use what is known of a robot: each body and joint runs on dual numbers by itself, and the tree between
-//! them is eliminated ([`inverse_dynamics`]). Generic in the scalar as all else, so that they run on numbers, on several states side by side
-//! ([`Lanes`](crate::Lanes)), and on dual numbers for derivatives in parameters or of second order. The rest goes through the
+//! Derivatives of inverse and forward dynamics use the structure of the robot: each body and joint is evaluated on dual numbers separately, and the
+//! tree between them is eliminated ([`inverse_dynamics`]). They are generic over the scalar: plain numbers, several states at once
+//! ([`Lanes`](crate::Lanes)), and dual numbers for derivatives in parameters or of second order. Other derivatives use the
 //! [drivers](crate::autodiff).
 
 mod blocks;

@@ -229,7 +229,7 @@ impl Objective for Problem<'_> {
         let rows = self.series.iter().zip(x.chunks_exact(n)).enumerate();
         let all = rows.flat_map(|(i, (series, x))| {
             let own: Vec<f64> = by_coefficient.row(i).iter().copied().collect();
-            series.bounded_slopes(x, &own)
+            series.bounded_derivatives(x, &own)
         });
         DVector::from_vec(all.collect())
     }

@@ -64,7 +64,7 @@ pub(super) struct Run<'a> {
     scratch: StepScratch<f64>,
     next: State,
     slopes: Slopes,
-    /// State of contact at the end of the shot before, and its derivatives in numbers.
+    /// Contact state at the end of the shot before, and its derivatives in numbers.
     bristles: DVector<f64>,
     bristles_by_number: DMatrix<f64>,
 }

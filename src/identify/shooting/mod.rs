@@ -1,11 +1,13 @@
-//! Multiple shooting: a robot's numbers from how it moves in simulation, contact included.
+//! Multiple shooting: parameters of a robot from its simulated motion, including contact.
 //!
-//! The log is cut into short shots. Each is simulated from its own start under the measured forces, and all simulated states are compared with measured ones, so that
-//! accelerations are never needed, and what is not linear in its numbers, as placements, springs and friction on the ground, can be found too. Shots are short
-//! for two reasons: errors of the start grow along them, and a long simulation of an unstable or touching robot has a landscape in which no descent finds its way.
+//! The log is divided into short shots. Each shot is simulated from its own start under the measured forces, and all simulated states are compared
+//! with measured ones. So accelerations are not needed, and nonlinear parameters, such as placements, springs and friction on the ground, can be
+//! identified. Shots are short for two reasons: errors of the start grow along them, and the cost of a long simulation of an unstable robot, or of
+//! one in contact, has too many local minima for a descent.
 //!
-//! States' derivatives go along with the simulation. For few numbers of the robot each step is linearised, and taken over dual numbers once for every four of them;
-//! for many, each number of the next state gives a vector-Jacobian product, whose cost does not grow with them.
+//! Derivatives of the states are computed along with the simulation. For few parameters, each step is linearised and evaluated over dual numbers once
+//! for every four of them. For many parameters, each entry of the next state has a vector-Jacobian product, whose cost does not depend on the number
+//! of parameters.
 
 mod body;
 mod derivatives;
@@ -41,7 +43,7 @@ pub enum Adjustable {
     /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too, and so is the time
     /// step, which the rate of the log sets.
     Parameter(String),
-    /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
+    /// One coefficient of friction for these contact points, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.
     Friction(Vec<usize>),
 }
@@ -92,7 +94,7 @@ impl Default for ShootingOptions {
 pub struct ShootingEstimate {
     /// The simulator with the numbers that were found.
     pub simulator: Simulator,
-    /// Numbers with their intervals, in the order of what was asked for: ten for an inertia. Without intervals, `None`, if some number changes no state.
+    /// Numbers with their intervals, in the order of what was requested: ten for an inertia. Without intervals, `None`, if some number changes no state.
     pub intervals: Option<Vec<Interval>>,
     /// Values of these numbers.
     pub values: Vec<f64>,

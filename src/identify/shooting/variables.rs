@@ -125,7 +125,7 @@ impl Variables {
         };
         let target: Option<Target> = points.iter().map(of).collect();
         let target = target.filter(|target| !target.is_empty());
-        let target = target.ok_or_else(|| error("there are no such points of contact"))?;
+        let target = target.ok_or_else(|| error("there are no such contact points"))?;
         let parameters = simulator.parameters();
         if target
             .iter()

@@ -31,7 +31,7 @@ impl MeshFile {
         Some((uri, Self { path, up_axis }))
     }
 
-    /// Reads the file, or says what is wrong with it, as an end of the sentence "the mesh …".
+    /// Reads the file. An error completes the sentence "the mesh …".
     pub(crate) fn read(&self) -> Result<Mesh, String> {
         let path = self.path.as_path();
         let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| input::reason(&error))?;

@@ -1,20 +1,19 @@
 //! Mesh files.
 //!
-//! A page shows them, contact stands on their hulls, of which it gets the vertices only. One file per format reads STL,
-//! OBJ with its materials, and COLLADA into a [`soup`] of triangles. They are readers of the project's own: what is
-//! wanted of a file is a fraction of what it can hold, and it may come from anyone. So every reader
+//! The HTML viewer shows meshes, and contact uses the vertices of their hulls. One file per format reads STL, OBJ with its materials, and COLLADA
+//! into a [`soup`] of triangles. The readers are part of this crate, because they need only a fraction of each format, and files may be untrusted. So
+//! each reader
 //!
-//! * takes time and memory in proportion to the bytes of the file, whatever they are: no count in it is believed, no
-//!   table is walked twice, nothing is recursive;
-//! * ends in triangles or in a reason, never in a panic;
-//! * opens no other file but the materials of an OBJ, below the folder of that.
+//! * takes time and memory in proportion to the file size for any content: it trusts no count, traverses no table twice, and does not recurse;
+//! * returns triangles or a reason, and never panics;
+//! * opens no other file except the materials of an OBJ, below its folder.
 //!
 //! | bound | where |
 //! |---|---|
-//! | [64 MiB](crate::input::MAX_TEXT_BYTES) a mesh | `input` |
+//! | [64 MiB](crate::input::MAX_TEXT_BYTES) per mesh | `input` |
 //! | attributes, name spaces, document types of XML | `input` |
 //! | 32 files of materials, 1 MiB each | [`obj`] |
-//! | 100,000 nodes and 200,000 triangles that a COLLADA file draws once more than it writes them | [`collada`] |
+//! | 100,000 nodes and 200,000 triangles that a COLLADA file repeats | [`collada`] |
 
 mod collada;
 mod file;

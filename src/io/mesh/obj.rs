@@ -29,7 +29,7 @@ struct Reader {
     soup: Soup,
     libraries: MaterialLibraries,
     materials: Materials,
-    /// The corners of the polygon at hand.
+    /// The corners of the current polygon.
     polygon: Vec<u32>,
 }
 
@@ -84,7 +84,7 @@ impl Reader {
         let words = value.split_ascii_whitespace();
         for word in words.take_while(|word| !word.starts_with('#')) {
             let corner = corner(word, self.soup.positions.len());
-            let corner = corner.ok_or("has a face with a corner that is no vertex")?;
+            let corner = corner.ok_or("has a face with a corner that is not a vertex")?;
             self.polygon.push(corner);
         }
         if let [first, rest @ ..] = &self.polygon[..] {
@@ -181,15 +181,15 @@ mod tests {
         for (face, reason) in [
             (
                 "f 1 2 0",
-                "has a face with a corner that is no vertex on line 5",
+                "has a face with a corner that is not a vertex on line 5",
             ),
             (
                 "f 1 2 -5",
-                "has a face with a corner that is no vertex on line 5",
+                "has a face with a corner that is not a vertex on line 5",
             ),
             (
                 "f 1 2 x",
-                "has a face with a corner that is no vertex on line 5",
+                "has a face with a corner that is not a vertex on line 5",
             ),
             ("v 1 2", "has a vertex without three numbers on line 5"),
         ] {

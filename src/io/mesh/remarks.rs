@@ -15,7 +15,7 @@ struct Meshes {
 }
 
 impl Remarks {
-    /// Takes in what there is to say about a mesh.
+    /// Adds the remarks on a mesh.
     pub(crate) fn add(&mut self, uri: &str, remarks: &[String]) {
         for remark in remarks {
             let known = self.0.entry(remark.clone());

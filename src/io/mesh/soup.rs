@@ -55,7 +55,7 @@ impl Soup {
         }
     }
 
-    /// The parts, without the repetitions of positions that STL files have, or what is wrong.
+    /// The parts, without the repetitions of positions that STL files have, or the reason why there are none.
     pub(super) fn finish(self) -> Result<Mesh, String> {
         let first_of = first_of_equals(&self.positions);
         let mut numbering = Numbering::new(&self.positions, &first_of);
@@ -85,7 +85,7 @@ fn first_of_equals(positions: &[[f32; 3]]) -> Vec<u32> {
 struct Numbering<'a> {
     positions: &'a [[f32; 3]],
     first_of: &'a [u32],
-    /// Number of each position in the part at hand, or `UNUSED`.
+    /// Number of each position in the current part, or `UNUSED`.
     number_of: Vec<u32>,
 }
 

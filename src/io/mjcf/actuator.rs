@@ -41,7 +41,7 @@ const TARGETS: [&str; 6] = [
     "body",
 ];
 
-/// An actuator with its place.
+/// An actuator with its position in the description.
 #[derive(Debug)]
 pub(super) struct ActuatorEntry {
     pub(super) actuator: MjcfActuator,
@@ -111,7 +111,7 @@ pub(super) fn read(
     })
 }
 
-/// What an actuator acts on, and why that is not modelled, if it is not.
+/// The target of an actuator, and why that is not modelled, if it is not.
 fn transmission(
     entry: &Entry<'_, '_>,
     part: &Part<'_, '_>,
@@ -138,7 +138,7 @@ fn transmission(
         "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
         "tendon" => (MjcfTransmission::Tendon(name), None),
         _ => {
-            let lack = Some("acts on what is not modelled");
+            let lack = Some("acts on something that is not modelled");
             (MjcfTransmission::Other(name), lack)
         }
     })
@@ -218,7 +218,7 @@ impl ActuatorEntry {
         self.place.unsupported(reason)
     }
 
-    /// Finds what it acts on: the frame of a site, a fixed tendon; the remaining things of motors act on joints only.
+    /// Finds its target: the frame of a site, a fixed tendon; the remaining things of motors act on joints only.
     pub(super) fn mount(
         &mut self,
         names: &Names,
@@ -235,7 +235,7 @@ impl ActuatorEntry {
             },
             MjcfTransmission::Tendon(tendon) => {
                 let is_fixed = tendons.iter().any(|own| own.name == *tendon);
-                (!is_fixed).then(|| format!("\"{tendon}\" is no fixed tendon"))
+                (!is_fixed).then(|| format!("\"{tendon}\" is not a fixed tendon"))
             }
             _ => return,
         };

@@ -53,7 +53,7 @@ enum Function {
     Other,
 }
 
-/// Functions by the word that stands for each, of gains and of biases.
+/// Functions by their MJCF keywords, of gains and of biases.
 const GAINS: [(&str, Function); 4] = [
     ("fixed", Function::Constant),
     ("affine", Function::Affine),
@@ -193,7 +193,10 @@ impl Law {
         let kv = not_negative(entry, "kv")?;
         let ratio = not_negative(entry, "dampratio")?;
         if kv.is_some() && ratio.is_some() {
-            return Err(entry.malformed("dampratio", "stands beside kv: give one of the two"));
+            return Err(entry.malformed(
+                "dampratio",
+                "is given together with kv: give one of the two",
+            ));
         }
         let time = not_negative(entry, "timeconst")?;
         let by_velocity = kv.map(|kv| -kv).or(ratio).unwrap_or(self.bias[2]);
@@ -214,7 +217,7 @@ impl Law {
         })
     }
 
-    /// Why there is no such servo, if there is none.
+    /// Why there is no such servo; `None` if there is one.
     pub(super) fn lack(&self) -> Option<&'static str> {
         match self {
             own if own.gain_is == Function::Other || own.bias_is == Function::Other => {

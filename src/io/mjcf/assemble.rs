@@ -1,6 +1,6 @@
 //! Bodies to links and joints.
 //!
-//! The joints of a body follow one another, each about a line that goes through its anchor p: the pose of the body in its parent is
+//! The joints of a body follow each other, each about a line that goes through its anchor p: the pose of the body in its parent is
 //!
 //! `X_PB(q) = X_PB⁰ · Π T(pᵢ) Mᵢ(qᵢ − refᵢ) T(−pᵢ)`
 //!
@@ -39,7 +39,7 @@ pub(super) struct Assembly<'a> {
     joints: names::Names,
     /// Whether the only body of the world floats as the base.
     floats: bool,
-    /// Whether bodies of the world that move freely are held, as the options say.
+    /// Whether bodies of the world that move freely are held, according to the options.
     is_held: bool,
     /// Joints that move a link without inertia on the way to their body, by name.
     pub(super) between: HashSet<String>,
@@ -119,7 +119,7 @@ impl Assembly<'_> {
         self.floats
     }
 
-    /// Nothing stands on the world of a robot that floats.
+    /// A robot with a floating base has nothing fixed to the world.
     fn note_world(&self, context: &mut Context<'_>) {
         let world = &self.bodies.entries[0];
         if !world.visuals.is_empty() || !world.collisions.is_empty() {
@@ -159,7 +159,7 @@ impl Assembly<'_> {
             spec = spec.with_inertia(body.inertia.scaled(1.0 - balanced));
             self.balance(&name, body);
         } else if balanced != 0.0 {
-            let reason = format!("gravcomp {balanced}: weights are balanced in part or wholly");
+            let reason = format!("gravcomp {balanced} is not from 0 to 1");
             context.ignore(&body.place, reason);
         }
         for shape in &body.visuals {

@@ -31,7 +31,7 @@ pub(super) struct MeshAsset {
     pub(super) X_FM: Transform<f64>,
     /// How its inertia is found; `None` for ways that are not known here.
     volumes: Option<Volumes>,
-    /// The solid in it at density 1, or why there is none, once it was asked for.
+    /// The solid in it at density 1, or why there is none, once it was requested.
     solid: Rc<OnceCell<Result<Inertia<f64>, String>>>,
 }
 
@@ -53,7 +53,7 @@ impl MeshAsset {
     }
 }
 
-/// What the assets of a model are read with.
+/// Context for reading the assets of a model.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settings<'s, 't> {
     pub(super) compiler: &'s Compiler,
@@ -131,7 +131,7 @@ impl Assets {
         Ok(())
     }
 
-    /// The mesh of a name; `None` if there is none, or the reason why it cannot be had.
+    /// The mesh of a name; `None` if there is none, or the reason why it cannot be used.
     pub(super) fn mesh_of(&self, name: &str) -> Option<Result<&MeshAsset, &str>> {
         let found = self.meshes.get(name)?;
         Some(found.as_ref().map_err(String::as_str))

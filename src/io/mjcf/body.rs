@@ -87,7 +87,7 @@ pub(super) fn read<'t, 'c>(
         if entry.flag("mocap", false)? {
             context.ignore(
                 &body.place,
-                "mocap: the body stands still where the file has it",
+                "mocap: the body is fixed at its pose in the file",
             );
         }
         bodies.entries.push(body);
@@ -137,7 +137,7 @@ impl BodyEntry {
 }
 
 impl Bodies {
-    /// Reads what stands in a body; returns the bodies among it, the first one last.
+    /// Reads the children of a body; returns the bodies among it, the first one last.
     fn parts<'t, 'c>(
         &mut self,
         of: &Part<'t, 'c>,
@@ -267,7 +267,7 @@ impl Bodies {
         }
     }
 
-    /// A plane is the ground; other shapes cannot be had.
+    /// A plane is the ground; other shapes are not supported.
     fn other_shape(
         &mut self,
         geom: &Geom,
@@ -293,7 +293,7 @@ impl Bodies {
         }
     }
 
-    /// Scales all masses to the sum that is wanted.
+    /// Scales all masses to the sum that is requested.
     fn balance(&mut self, main: &Source<'_>) -> Result<(), LoadError> {
         let wanted = main.compiler.settotalmass;
         let total: f64 = self.entries.iter().map(|body| body.inertia.mass).sum();

@@ -23,7 +23,7 @@ pub(super) struct Compiler {
     /// Least mass, kg, and principal moment, kg·m².
     pub(super) boundmass: f64,
     pub(super) boundinertia: f64,
-    /// Mass of all bodies together, kg; not positive where none is wanted.
+    /// Mass of all bodies together, kg; not positive where none is requested.
     pub(super) settotalmass: f64,
 }
 

@@ -5,7 +5,7 @@ use super::scene::{MjcfGeom, MjcfOptions};
 use crate::contact::{Impedance, Reference, RelaxedRigid, Sigmoid};
 use crate::error::LoadError;
 
-/// Numbers of a geom where nothing else is said.
+/// Default contact parameters of a geom.
 const FRICTION: [f64; 3] = [1.0, 0.005, 0.0001];
 const SOLREF: [f64; 2] = [0.02, 1.0];
 const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
@@ -18,7 +18,7 @@ const LEAST_IMPEDANCE: f64 = 1e-4;
 const LARGEST_IMPEDANCE: f64 = 0.9999;
 const LEAST_WIDTH: f64 = 1e-15;
 
-/// Reads the numbers of a geom.
+/// Reads the contact parameters of a geom.
 pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
     let friction = entry.some_numbers("friction", FRICTION)?;
     if friction.iter().any(|&mu| mu < 0.0) {
@@ -44,7 +44,7 @@ fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
     Ok(entry.integer(name)?.unwrap_or(1).cast_unsigned())
 }
 
-/// Numbers of a contact between two geoms.
+/// Parameters of a contact between two geoms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     friction: f64,
@@ -53,7 +53,7 @@ pub(super) struct Touch {
 }
 
 impl MjcfGeom {
-    /// The numbers of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
+    /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
     ///
     /// # References
     /// The chapter on computation of the manual of `MuJoCo`, contact parameters.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::tree::Node;
 use crate::error::LoadError;
 
-/// Most classes in one another: files nest three or so, and a look-up goes through all of them.
+/// Deepest nesting of classes: files nest about three, and a look-up goes through all of them.
 const MAX_DEPTH: usize = 30;
 
 /// Name of the outermost class where it has no other.
@@ -84,7 +84,7 @@ impl<'t> Classes<'t> {
     ) -> Result<ClassId, LoadError> {
         let depth = self.classes[around].depth + 1;
         if depth > MAX_DEPTH {
-            let reason = format!("classes stand more than {MAX_DEPTH} deep in one another");
+            let reason = format!("classes are nested more than {MAX_DEPTH} deep");
             return Err(node.place().unsupported(reason));
         }
         let new = self.classes.len();

@@ -97,7 +97,7 @@ impl<'t> Source<'t> {
     /// Reads the settings, classes and assets of a model.
     pub(super) fn of(document: &'t Document, options: &ModelOptions) -> Result<Self, LoadError> {
         let root = document.tree.root().read();
-        // Of attached models nobody needs it.
+        // Attached models do not need it.
         root.attribute("model");
         let classes = Classes::read(root)?;
         let compiler = Compiler::read(root, &classes)?;

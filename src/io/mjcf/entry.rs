@@ -24,7 +24,7 @@ pub(super) enum Choice {
 }
 
 impl<'t, 'c> Entry<'t, 'c> {
-    /// An element with the class that it names, or else that of what it stands in.
+    /// An element with the class that it names, or else that of its parent.
     pub(super) fn new(
         node: Node<'t>,
         classes: &'c Classes<'t>,
@@ -91,7 +91,7 @@ impl<'t, 'c> Entry<'t, 'c> {
         Ok(self.numbers::<1>(name)?.map(|[x]| x))
     }
 
-    /// Up to N finite numbers over those that stand there otherwise.
+    /// Up to N finite numbers over the default values.
     pub(super) fn some_numbers<const N: usize>(
         &self,
         name: &'static str,
@@ -103,7 +103,7 @@ impl<'t, 'c> Entry<'t, 'c> {
         Ok(out)
     }
 
-    /// The first N of any number of finite numbers, over those that stand there otherwise.
+    /// The first N of any number of finite numbers, over the default values.
     pub(super) fn some_numbers_of_many<const N: usize>(
         &self,
         name: &'static str,

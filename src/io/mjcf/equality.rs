@@ -1,6 +1,6 @@
 //! Equalities as constraints.
 //!
-//! What they hold is measured from the configuration in which the file has its bodies, as in the original:
+//! Constrained quantities are measured from the configuration of the bodies in the file, as in `MuJoCo`:
 //! `connect` holds the points together that coincide there, `weld` without a pose keeps that of the second body in the first, and
 //! `joint` ties displacements, q₁ − q₁⁰ = c₀ + c₁ (q₂ − q₂⁰).
 
@@ -75,7 +75,7 @@ fn is_finite(constraint: &Constraint) -> bool {
     numbers.all(|x| x.is_finite())
 }
 
-/// A constraint, or why it cannot be had.
+/// A constraint, or the reason why it is not supported.
 type Found = Result<Constraint, &'static str>;
 
 impl Reference<'_> {

@@ -15,10 +15,10 @@ use crate::error::LoadError;
 use crate::model::Geometry;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Density where nothing else is said, kg/m³: water.
+/// Default density, kg/m³: water.
 const DENSITY: f64 = 1000.0;
 
-/// Groups up to this one are shown where nothing else is said.
+/// By default, groups up to this one are shown.
 const SHOWN_GROUPS: f64 = 2.0;
 
 /// Shapes that a geom can have.
@@ -29,7 +29,7 @@ pub(super) enum Shape {
     /// Half axes, m.
     Ellipsoid([f64; 3]),
     Plane,
-    /// One that cannot be had, with why.
+    /// An unsupported one, with the reason.
     None(String),
 }
 
@@ -61,7 +61,7 @@ const KINDS: [(&str, Kind); 9] = [
 /// A geom.
 #[derive(Debug)]
 pub(super) struct Geom {
-    /// Pose in what it stands in.
+    /// Pose in its parent.
     pub(super) X: Transform<f64>,
     pub(super) shape: Shape,
     pub(super) group: f64,
@@ -174,7 +174,7 @@ fn shape(
         let reason = "a primitive that is fitted to a mesh is not modelled";
         return Ok(Shape::None(reason.into()));
     }
-    // With two ends the length along z is theirs, and what lies across is square where one number is given.
+    // With two ends, their distance is the length along z; one given number makes the cross-section square.
     let along = |i: usize| half.map_or_else(|| positive(i), Ok);
     let across = || match half {
         Some(_) if size.len() < 2 => positive(0),
@@ -242,7 +242,7 @@ impl Material {
 }
 
 impl Geom {
-    /// The inertia of a geom in what it stands in; reads the file of a mesh.
+    /// The inertia of a geom in its parent; reads the file of a mesh.
     ///
     /// # Errors
     /// The reason why it is not known.

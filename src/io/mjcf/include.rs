@@ -1,6 +1,6 @@
 //! Reads a file and what it includes into one tree.
 //!
-//! The elements of an included file stand in the place of its `<include>`. Its path is taken from the folder of the description, or else from
+//! The elements of an included file replace its `<include>`. Its path is taken from the folder of the description, or else from
 //! that of the file that includes it. Nothing is fetched.
 
 use std::path::{Path, PathBuf};
@@ -15,13 +15,13 @@ use crate::io::guard;
 use crate::io::mesh_path::MeshFinder;
 use crate::io::place::ImportNote;
 
-/// Most files of a robot: enough for any, and few enough that files that include one another soon end.
+/// Most files of a robot: enough for any, and few enough that files that include each other soon end.
 const MAX_INCLUDED: usize = 500;
 
 /// Root elements of files that may be included.
 const ROOTS: [&str; 2] = ["mujocoinclude", "mujoco"];
 
-/// What the readers of all files of a description share.
+/// Data that the readers of all files of a description share.
 #[derive(Debug)]
 pub(super) struct Files<'o> {
     pub(super) options: &'o ModelOptions,
@@ -242,7 +242,7 @@ fn push(
     index
 }
 
-/// Puts the child elements on a stack, the first on top; reports what is none.
+/// Puts the child elements on a stack, the first on top; reports other nodes.
 fn push_children<'a>(
     open: &mut Vec<(XmlNode<'a>, usize)>,
     context: &mut Context<'_>,

@@ -14,7 +14,7 @@ use crate::spatial::{Inertia, Symmetric3, Transform};
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
 
-/// Reads an `<inertial>`: the inertia in what it stands in.
+/// Reads an `<inertial>`: the inertia in its parent.
 pub(super) fn read(entry: &Entry<'_, '_>, compiler: &Compiler) -> Result<Inertia<f64>, LoadError> {
     let mass = entry.number("mass")?.ok_or_else(|| entry.missing("mass"))?;
     let X = pose(entry, compiler)?;
@@ -22,11 +22,11 @@ pub(super) fn read(entry: &Entry<'_, '_>, compiler: &Compiler) -> Result<Inertia
     let diagonal = entry.numbers::<3>("diaginertia")?;
     let moments = match (full, diagonal) {
         (Some(_), Some(_)) => {
-            let reason = "stands beside diaginertia: one of the two is enough";
+            let reason = "is given together with diaginertia: give one of the two";
             return Err(entry.malformed("fullinertia", reason));
         }
         (Some(_), None) if orientation(entry, compiler)?.is_some() => {
-            let reason = "stands beside an orientation: its axes are those of the body";
+            let reason = "is given together with an orientation: its axes are those of the body";
             return Err(entry.malformed("fullinertia", reason));
         }
         (Some([xx, yy, zz, xy, xz, yz]), None) => Symmetric3::new(xx, xy, xz, yy, yz, zz),

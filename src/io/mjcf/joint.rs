@@ -63,7 +63,7 @@ pub(super) struct JointEntry {
     pub(super) axis: Axis,
     /// Coordinate of the pose that the file states, rad or m.
     pub(super) reference: f64,
-    /// Time constant (s) and damping ratio of a spring and damper, if they are wanted.
+    /// Time constant (s) and damping ratio of a spring and damper, if they are requested.
     pub(super) springdamper: Option<[f64; 2]>,
     pub(super) place: SourcePlace,
 }
@@ -83,7 +83,7 @@ impl JointEntry {
 
 /// Reads a joint.
 ///
-/// * `X_BF` – pose of the frame that it stands in, in the body
+/// * `X_BF` – pose of its parent frame, in the body
 pub(super) fn read(
     entry: &Entry<'_, '_>,
     compiler: &Compiler,

@@ -17,7 +17,7 @@ use crate::model::{JointId, Model};
 use crate::sim::State;
 use crate::spatial::Quaternion;
 
-/// Most numbers of a keyframe: as many as coordinates of the largest robots there could be.
+/// Maximum length of a keyframe: the number of coordinates of the largest possible robot.
 const MOST: usize = 10_000_000;
 
 /// The model that keyframes are of.
@@ -32,7 +32,7 @@ pub(super) struct Target<'a> {
     pub(super) actuators: usize,
 }
 
-/// Reads a keyframe; `None`, with a remark, if it is that of another robot.
+/// Reads a keyframe; `None`, with a remark, If it belongs to another robot.
 pub(super) fn read(
     part: &Part<'_, '_>,
     of: &Target<'_>,

@@ -1,14 +1,14 @@
 //! The reader of MJCF files, the XML of `MuJoCo`.
 //!
-//! Steps: [include] brings all files into one [tree], [documents] adds the models that it attaches, [defaults] and [compiler] say how values are read;
-//! [walk] finds the elements of bodies with their poses and names, [body] reads them, [assemble] makes links and joints of them. The [sections] beside the
-//! bodies become a [scene]. [unused] names, at the end, what nobody read.
+//! Steps: [include] reads all files into one [tree], [documents] adds attached models, [defaults] and [compiler] define the values; [walk] finds the
+//! elements of bodies with their poses and names, [body] reads them, [assemble] makes links and joints. The other [sections] become a [scene]. At the
+//! end, [unused] lists content that was not read.
 //!
 //! | in MJCF | here |
 //! |---|---|
-//! | several joints of a body | joints with links without inertia between, called `JOINT::link` |
+//! | several joints of a body | joints, separated by links without inertia, `JOINT::link` |
 //! | `ref` of a hinge or slide | in the placement of the joint: coordinates are those of `qpos` |
-//! | body on the world that moves freely, alone | floating base, as of a robot from a URDF |
+//! | single free body on the world | floating base, as for a URDF robot |
 //! | several bodies on the world | a link `world`; free joints are joints of kind floating |
 //! | site | frame |
 //! | geom of group 0 to 2 | visual |
@@ -17,7 +17,7 @@
 //! | `gravcomp` between 0 and 1 | a second link, `BODY::balanced`, without weight |
 //!
 //! # References
-//! The XML reference of `MuJoCo` 3 and 4; what it leaves open was measured with its library 4.0.0.
+//! The XML reference of `MuJoCo` 3 and 4; unspecified details were measured with its library 4.0.0.
 
 mod actuator;
 mod actuator_law;

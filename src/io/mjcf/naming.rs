@@ -29,7 +29,7 @@ impl Naming {
         }
     }
 
-    /// Names in a replica: its number stands before those of the replicas around it.
+    /// Names in a replica: its number comes before those of the replicas around it.
     pub(super) fn replica(&self, number: &str) -> Self {
         Self {
             prefix: self.prefix.clone(),

@@ -9,10 +9,10 @@ use crate::io::context::Context;
 use crate::model::DEFAULT_GRAVITY;
 use crate::sim::Integrator;
 
-/// Step where nothing else is said, s.
+/// Default step, s.
 const TIME_STEP: f64 = 0.002;
 
-/// Magnetic field where nothing else is said.
+/// Default magnetic field.
 const MAGNETIC: [f64; 3] = [0.0, -0.5, 0.0];
 
 /// Methods, each with the nearest one here. Euler's is implicit in damping there, and in springs and dampers here.
@@ -41,7 +41,7 @@ const SOLVER: [&str; 14] = [
     "actuatorgroupdisable",
 ];
 
-/// What the options of a file say.
+/// The options of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Options {
     pub(super) simulation: MjcfOptions,

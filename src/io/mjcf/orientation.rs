@@ -13,7 +13,7 @@ use crate::spatial::Transform;
 /// Length below which a vector has no direction.
 const LEAST_LENGTH: f64 = 1e-14;
 
-/// The pose of an element in what it stands in.
+/// The pose of an element in its parent.
 pub(super) fn pose(
     entry: &Entry<'_, '_>,
     compiler: &Compiler,

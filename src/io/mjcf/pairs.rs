@@ -1,4 +1,4 @@
-//! Which bodies and geoms touch, and which do not.
+//! Pairs of bodies and geoms that may touch.
 
 use super::body::Bodies;
 use super::scene::MjcfContacts;
@@ -24,7 +24,7 @@ pub(super) fn read_pair(part: &Part<'_, '_>, contacts: &mut MjcfContacts) -> Res
 impl MjcfContacts {
     /// The pairs with all geoms that touch, and the ground.
     ///
-    /// * `floats` – whether the world is no link, so that its shapes do not touch
+    /// * `floats` – whether the world is not a link, so that its shapes do not touch
     pub(super) fn placed(mut self, bodies: &Bodies, floats: bool) -> Self {
         for body in bodies.entries.iter().skip(usize::from(floats)) {
             self.geoms.extend(body.contacts.iter().cloned());

@@ -1,4 +1,4 @@
-//! Content of an MJCF that a model cannot hold.
+//! Content of an MJCF file that a model cannot contain.
 
 use std::collections::HashSet;
 
@@ -10,30 +10,30 @@ use crate::model::Model;
 use crate::sim::{Integrator, Sensor, SensorNoise, Sensors, Servo, State};
 use crate::spatial::Transform;
 
-/// Everything that an MJCF holds and this library can use.
+/// The supported content of an MJCF file.
 ///
-/// What it does not use is in the [`ImportReport`](super::super::ImportReport). Made by
+/// The [`ImportReport`](super::super::ImportReport) lists other content. Made by
 /// [`ModelOptions::load_mjcf_scene_file`](super::super::ModelOptions::load_mjcf_scene_file).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct MjcfScene {
     /// Bodies, joints, frames, shapes, gravity.
     pub model: Model,
-    /// The configuration in which the file has its bodies, `qpos0`, at rest: references of hinges and slides, poses of free bodies.
+    /// The configuration `qpos0` at rest: references of hinges and slides, poses of free bodies.
     pub reference: State,
-    /// Actuators, in the order of the file; [`inputs`](Self::inputs) has the order of the simulator's.
+    /// Actuators, in the order of the file; [`inputs`](Self::inputs) converts controls to the order of the simulator.
     pub actuation: Vec<MjcfActuator>,
-    /// Geoms that touch, the ground, and which pairs of bodies touch or do not.
+    /// Geoms with contact, the ground, and pairs of bodies with or without contact.
     pub contacts: MjcfContacts,
-    /// Equalities that are active, as rigid constraints.
+    /// Active equalities, as rigid constraints.
     pub constraints: Vec<Constraint>,
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,
-    /// Sensors, in the order of the file; [`known_sensors`](Self::known_sensors) reads those that are modelled.
+    /// Sensors, in the order of the file; [`known_sensors`](Self::known_sensors) returns those that are modelled.
     pub sensors: Vec<MjcfSensor>,
     /// Named states.
     pub keyframes: Vec<MjcfKeyframe>,
-    /// Time step and method.
+    /// Time step and integrator.
     pub options: MjcfOptions,
 }
 
@@ -45,13 +45,13 @@ pub struct MjcfActuator {
     pub name: String,
     /// Its element: `motor`, `position`, `general`, ….
     pub kind: String,
-    /// What it acts on.
+    /// The joint, site or tendon on which it acts.
     pub transmission: MjcfTransmission,
-    /// Its force along what it acts on, gear and ranges included; `None` where that is not modelled. The control is the servo's input.
+    /// Its force, with gear and ranges; `None` if it is not modelled. The control is the input of the servo.
     pub servo: Option<Servo>,
 }
 
-/// What an actuator acts on.
+/// Transmission of an actuator.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MjcfTransmission {
@@ -61,49 +61,49 @@ pub enum MjcfTransmission {
     Site(String, [f64; 6]),
     /// A tendon, by name.
     Tendon(String),
-    /// Anything else, by name.
+    /// Another element, by name.
     Other(String),
 }
 
-/// Numbers of contact of an MJCF.
+/// Contact parameters of an MJCF file.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfContacts {
-    /// Pose in the world of the first plane that stands still: its z axis is the normal.
+    /// Pose of the first fixed plane in the world: its z axis is the normal.
     pub ground: Option<(Transform<f64>, MjcfGeom)>,
-    /// Geoms that touch something, in the order of the bodies of the file.
+    /// Geoms with contact, in the order of the bodies of the file.
     pub geoms: Vec<MjcfGeom>,
-    /// Pairs of bodies that do not touch: those of the file, and bodies that several joints connect.
+    /// Pairs of bodies without contact: those of the file, and bodies connected by several joints.
     pub excluded: Vec<[String; 2]>,
-    /// Pairs of geoms that touch whatever their types are, by name.
+    /// Pairs of geoms with contact independent of their types, by name.
     pub pairs: Vec<[String; 2]>,
 }
 
-/// Numbers of contact of a geom, as `MuJoCo` calls them.
+/// Contact parameters of a geom, with their `MuJoCo` names.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfGeom {
     /// Its name, where it has one.
     pub name: Option<String>,
-    /// The link that it stands on.
+    /// Its link.
     pub link: String,
-    /// Coefficients of sliding, of torsion (m) and of rolling (m).
+    /// Friction coefficients: sliding, torsion (m), rolling (m).
     pub friction: [f64; 3],
-    /// Dimensions of the contact force: 1 has no friction.
+    /// Dimension of the contact force: 1 is without friction.
     pub condim: u8,
-    /// The geom of higher priority decides the numbers of a pair.
+    /// The geom of higher priority determines the parameters of a pair.
     pub priority: i32,
-    /// Bits that must meet those of the other's `conaffinity`.
+    /// Bit mask that is compared with `conaffinity` of the other geom.
     pub contype: u32,
-    /// Bits that must meet those of the other's `contype`.
+    /// Bit mask that is compared with `contype` of the other geom.
     pub conaffinity: u32,
     /// Time constant (s) and damping ratio; or, negative, stiffness and damping.
     pub solref: [f64; 2],
     /// Impedance: least, largest, width (m), midpoint, power.
     pub solimp: [f64; 5],
-    /// Distance from which on contacts are found, m.
+    /// Distance below which contacts are detected, m.
     pub margin: f64,
-    /// Part of the margin in which there is no force, m.
+    /// Part of the margin without force, m.
     pub gap: f64,
     /// Weight in the mean of solref and solimp.
     pub solmix: f64,
@@ -120,7 +120,7 @@ impl MjcfGeom {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfTendon {
-    /// Its name; empty where it has none.
+    /// Its name; empty without.
     pub name: String,
     /// Joints with their coefficients.
     pub joints: Vec<(String, f64)>,
@@ -130,21 +130,21 @@ pub struct MjcfTendon {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfSensor {
-    /// Its name; empty where it has none.
+    /// Its name; empty without.
     pub name: String,
     /// Its element, such as `framepos`.
     pub kind: String,
-    /// Name of the object that it measures at; empty where it names none.
+    /// Name of its object; empty without.
     pub object: String,
-    /// The sensor here, which may read more numbers: position and orientation together, force and torque, linear and angular. `None` for what is not modelled.
+    /// The corresponding sensor, which may have more readings: position with orientation, force with torque, linear with angular. `None` if it is not modelled.
     pub sensor: Option<Sensor>,
-    /// Deviation of its noise, limit, period and delay.
+    /// Standard deviation of its noise, limit, period and delay.
     pub noise: SensorNoise,
 }
 
 impl MjcfScene {
-    /// The sensors that are modelled, by name: of those without one by kind and place in the file, as `gyro 3`. Noise is not in them:
-    /// [`MjcfSensor::noise`] is for [`NoisySensors`](crate::sim::NoisySensors).
+    /// Returns the modelled sensors, by name; sensors without a name are called by kind and index in the file, as in `gyro 3`. Noise is not included:
+    /// use [`MjcfSensor::noise`] with [`NoisySensors`](crate::sim::NoisySensors).
     ///
     /// # Examples
     /// ```
@@ -176,13 +176,13 @@ impl MjcfScene {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfKeyframe {
-    /// Its name; empty where it has none.
+    /// Its name; empty without.
     pub name: String,
     /// Time, s.
     pub time: f64,
     /// Configuration and velocity.
     pub state: State,
-    /// Controls, an entry for each actuator; empty where none are given.
+    /// Controls, one entry per actuator; empty if not given.
     pub control: DVector<f64>,
 }
 
@@ -192,10 +192,10 @@ pub struct MjcfKeyframe {
 pub struct MjcfOptions {
     /// s.
     pub time_step: f64,
-    /// The method here that is nearest to that of the file.
+    /// The integrator nearest to that of the file.
     pub integrator: Integrator,
-    /// Whether friction cones are elliptic, as here, not pyramids.
+    /// Whether friction cones are elliptic, as in this library, not pyramidal.
     pub has_elliptic_cones: bool,
-    /// Ratio of the impedances of friction and of normal force.
+    /// Ratio of frictional to normal impedance.
     pub impratio: f64,
 }

@@ -17,7 +17,7 @@ const OBJECTS: [&str; 8] = [
 /// Range of a range finder without a cutoff, m: it has none there.
 const RANGE: f64 = 1e3;
 
-/// What sensors refer to.
+/// Targets of sensors.
 pub(super) struct Target<'a> {
     pub(super) model: &'a Model,
     /// Frames of sites.
@@ -78,7 +78,7 @@ fn noise(entry: &Entry<'_, '_>) -> Result<SensorNoise, LoadError> {
     })
 }
 
-/// A sensor, or why it cannot be had.
+/// A sensor, or the reason why it is not supported.
 type Found = Result<Sensor, &'static str>;
 
 /// Reason of a sensor on something that there is not.

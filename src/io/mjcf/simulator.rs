@@ -12,25 +12,25 @@ use crate::sim::{Actuation, Actuator, FrameActuator, Interval, Servo, Simulator,
 use crate::spatial::{Force, Representation};
 
 impl MjcfScene {
-    /// Makes a simulator of the scene: its time step and method, joint limits and friction, constraints, contacts, and an input for each actuator that is
-    /// modelled: its control, as in `MuJoCo`. Inputs of joints come first, then those of sites, then those of tendons and of further actuators of a joint, each in
-    /// the order of the file; [`inputs`](Self::inputs) puts controls into this order.
+    /// Makes a simulator of the scene: time step and integrator, joint limits and friction, constraints, contacts, and an input for each modelled
+    /// actuator (its control, as in `MuJoCo`). Inputs of joints come first, then those of sites, then those of tendons and of additional actuators of
+    /// a joint, each in the order of the file; [`inputs`](Self::inputs) converts controls to this order.
     ///
-    /// | number | taken as |
+    /// | MJCF | simulator |
     /// |---|---|
-    /// | joint limits, friction losses | those of [`Actuation::from_model`] |
-    /// | actuators of joints | [`Servo`]s, which steps of Euler take at their end |
-    /// | actuators of fixed tendons, further ones of a joint | [`TendonServo`]s |
-    /// | actuators of sites, if their force is a factor times the control | [`FrameActuator`]s |
-    /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with the `solref`, `solimp` and friction that `MuJoCo` mixes of two geoms, and `impratio` |
-    /// | contact with the ground | one law for each link: that of its first geom, with the largest friction |
-    /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; one law: that of the first two geoms that can touch, with the largest friction |
+    /// | joint limits, friction losses | [`Actuation::from_model`] |
+    /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
+    /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
+    /// | actuators of sites, if their force is proportional to the control | [`FrameActuator`]s |
+    /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction mixed from both geoms as in `MuJoCo`, and `impratio` |
+    /// | contact with the ground | one contact model per link: that of its first geom, with the largest friction |
+    /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; one contact model: that of the first two geoms that can touch, with the largest friction |
     ///
-    /// Reads the meshes that touch.
+    /// Reads meshes with contact.
     ///
     /// # Limitations
-    /// With active contacts and limits, accelerations differ from those of `MuJoCo` by what the formulations do: the regularisation goes with the exact
-    /// Delassus matrix, not with an estimate of it, cones are round, and limits of joints are springs.
+    /// With active contacts and limits, accelerations differ from those of `MuJoCo`, because the formulations differ: the regularisation uses the
+    /// exact Delassus matrix, not an estimate; cones are elliptic; joint limits are springs.
     ///
     /// # Panics
     /// If the mass matrix of the model is singular: [`Model::check_mass_matrix`](crate::Model::check_mass_matrix), or if contact points need more memory than
@@ -77,11 +77,11 @@ impl MjcfScene {
         }
     }
 
-    /// Puts controls, one for each actuator in the order of the file, into the order of the inputs of the [simulator](Self::simulator); those of actuators that
-    /// are not modelled are left out. Allocates.
+    /// Converts controls, one per actuator in the order of the file, to the inputs of the [simulator](Self::simulator). Controls of actuators that
+    /// are not modelled are dropped. Allocates.
     ///
     /// # Panics
-    /// If there are not as many.
+    /// If the number of controls is wrong.
     pub fn inputs(&self, control: &[f64]) -> Vec<f64> {
         let n = self.actuation.len();
         assert_eq!(control.len(), n, "a control for each actuator of the file");
@@ -146,7 +146,7 @@ struct Drive<'a> {
     servo: &'a Servo,
 }
 
-/// What the description says of joints, and the servos of actuators.
+/// The joint settings of the description, and the servos of actuators.
 fn actuation(model: &Model, drives: &[Drive<'_>]) -> Actuation {
     let mut actuation = Actuation::from_model(model);
     for drive in drives
@@ -225,7 +225,7 @@ fn inputs_of(servo: &Servo) -> Interval {
 }
 
 impl Simulator<f64> {
-    /// Makes a simulator of everything that an MJCF file holds and this library can use; see [`MjcfScene::simulator`].
+    /// Makes a simulator of the supported content of an MJCF file; see [`MjcfScene::simulator`].
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -237,7 +237,7 @@ impl Simulator<f64> {
         Ok(options.load_mjcf_scene_file(path)?.0.simulator())
     }
 
-    /// Makes a simulator of everything that an MJCF text holds and this library can use; see [`MjcfScene::simulator`].
+    /// Makes a simulator of the supported content of an MJCF text; see [`MjcfScene::simulator`].
     ///
     /// # Errors
     /// See [`LoadError`].

@@ -36,7 +36,7 @@ pub(super) fn read(
     };
     let placement = part.X * placement;
     let Some(name) = part.name() else {
-        context.ignore(&place, "a site without a name is no frame");
+        context.ignore(&place, "a site without a name does not become a frame");
         return Ok(None);
     };
     Ok(Some(Site {

@@ -51,7 +51,7 @@ pub(super) fn add(
         let reason = "too many joints state a springdamper: give them stiffness and damping";
         return Err(joint.place.unsupported(reason));
     }
-    // Where nothing resists a joint there is no such inertia.
+    // A joint without resistance has no such inertia.
     if model.check_mass_matrix().is_err() {
         return Ok(builder);
     }

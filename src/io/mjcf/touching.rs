@@ -16,7 +16,7 @@ const MOST_KINDS: usize = 32;
 /// Geoms that are compared to find whether some touch.
 const MOST_COMPARED: usize = 200;
 
-/// What decides with which others a geom touches: its bits, and its name where a pair names it.
+/// Data that decide which other geoms a geom touches: its bits, and its name where a pair names it.
 type Kind<'a> = (u32, u32, Option<&'a str>);
 
 impl MjcfScene {
@@ -57,7 +57,7 @@ impl MjcfScene {
         }
     }
 
-    /// Links that touch the ground, with the numbers of their first geom that does and the largest friction of all of them.
+    /// Links that touch the ground, with the parameters of their first geom that does and the largest friction of all of them.
     fn links_on<'a>(&'a self, ground: &MjcfGeom) -> Vec<(&'a str, Touch)> {
         let mut links: Vec<(&str, Touch)> = Vec::new();
         let geoms = self.contacts.geoms.iter();
@@ -72,13 +72,13 @@ impl MjcfScene {
         links
     }
 
-    /// The numbers of contacts between bodies, if geoms can touch: those of the first two that can, with the largest friction of all.
+    /// The parameters of contacts between bodies, if geoms can touch: those of the first two that can, with the largest friction of all.
     fn between(&self) -> Option<Touch> {
         let mut kinds: HashMap<Kind<'_>, Vec<&MjcfGeom>> = HashMap::new();
         let paired = self.paired();
         for geom in &self.contacts.geoms {
             let alike = kinds.entry(self.kind(geom, &paired)).or_default();
-            // Two links of a kind stand for all: they show whether it touches others, and itself.
+            // Two links of a kind represent all: they show whether it touches others, and itself.
             if alike.len() < 2 && alike.iter().all(|own| own.link != geom.link) {
                 alike.push(geom);
             }
@@ -176,7 +176,7 @@ impl MjcfScene {
             let frame = &self.model.frames()[link.frame.0];
             let geoms = of_link.get(frame.name.as_str()).map_or(&[][..], |own| own);
             for (collision, geom) in link.collisions.iter().zip(geoms) {
-                // What is left out, as a mesh that cannot be read, is not among the shapes.
+                // Omitted shapes, such as a mesh that cannot be read, are not in the list.
                 let placement = frame.placement * collision.placement;
                 let own =
                     shapes.next_if(|own| own.link == link.frame && own.placement == placement);

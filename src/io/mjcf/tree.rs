@@ -15,7 +15,7 @@ pub(super) struct Tree {
     pub(super) elements: Vec<Element>,
     /// Names of the files, the description first.
     pub(super) files: Vec<Rc<str>>,
-    /// Pairs of tag and attribute that somebody asked for.
+    /// Pairs of tag and attribute that a reader requested.
     asked: RefCell<HashSet<(&'static str, &'static str)>>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Element {
     pub(super) attributes: Vec<Attribute>,
     pub(super) parent: usize,
     pub(super) children: Vec<usize>,
-    /// The section of the file that it stands in: an element right below the root.
+    /// The section of the file that contains it: an element right below the root.
     pub(super) section: usize,
     pub(super) line: u32,
     pub(super) file: usize,
@@ -65,13 +65,13 @@ impl Tree {
         (0..self.elements.len()).map(|index| self.node(index))
     }
 
-    /// `true` if somebody asked an element of a tag for an attribute.
+    /// `true` if a reader requested an attribute of an element of a tag.
     pub(super) fn was_asked(&self, tag: &str, attribute: &str) -> bool {
         let asked = self.asked.borrow();
         asked.iter().any(|&pair| pair == (tag, attribute))
     }
 
-    /// `true` if some element of a tag was asked for anything.
+    /// `true` if some element of a tag was read.
     pub(super) fn has_asked(&self, tag: &str) -> bool {
         self.asked.borrow().iter().any(|(asked, _)| *asked == tag)
     }
@@ -106,7 +106,7 @@ impl<'t> Node<'t> {
         self.attribute(name).filter(|text| !text.trim().is_empty())
     }
 
-    /// Notes that an attribute of elements of a tag is understood, wherever it stands.
+    /// Notes that an attribute of elements of a tag is understood, wherever it is.
     pub(super) fn ask(self, tag: &'static str, name: &'static str) {
         self.tree.asked.borrow_mut().insert((tag, name));
     }

@@ -1,4 +1,4 @@
-//! Remarks on what nobody read.
+//! Remarks on elements and attributes that were not read.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ const ELEMENT: &str = "not read: no element of the format that is known here";
 /// Reason of an attribute that is not listed.
 const ATTRIBUTE: &str = "not read: no attribute of the format that is known here";
 
-/// Remarks on all elements and attributes that nobody read, with their lines.
+/// Remarks on all elements and attributes that were not read, with their lines.
 pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
     let mut looks: HashMap<(&str, &str), (Node<'_>, usize)> = HashMap::new();
     let mut order = Vec::new();
@@ -54,14 +54,14 @@ pub(super) fn note(tree: &Tree, context: &mut Context<'_>) {
         let mut place = node.place();
         place.note.path.extend(["@", pair.1]);
         let reason = match times {
-            1 => "looks are not read".to_owned(),
-            _ => format!("looks are not read: {times} times, first here"),
+            1 => "visual attributes are not read".to_owned(),
+            _ => format!("visual attributes are not read: {times} times, first here"),
         };
         context.ignore(&place, reason);
     }
 }
 
-/// A default counts as read if elements of its tag are asked for it, or if there are none; those of actuators that are not modelled are
+/// A default counts as read if elements of its tag are requested it, or if there are none; those of actuators that are not modelled are
 /// remarked on one by one.
 fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
     actuator::KINDS.contains(&tag)
@@ -70,7 +70,7 @@ fn is_known(tree: &Tree, (tag, name): (&str, &str)) -> bool {
         || !tree.has_asked(tag)
 }
 
-/// Attributes that say nothing about the motion.
+/// Attributes without effect on the motion.
 fn is_idle(name: &str) -> bool {
     matches!(name, "name" | "class" | "user" | "childclass" | "info")
 }
@@ -106,7 +106,7 @@ fn element_reason(tag: &str) -> &'static str {
 
 fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
     match (tag, name) {
-        ("option", "wind" | "density" | "viscosity") => "there is no medium: nothing drags",
+        ("option", "wind" | "density" | "viscosity") => "fluid forces are not modelled",
         ("option", "magnetic") => "magnetic fields are not modelled",
         ("option", _) => "a setting of another simulator",
         ("flag", _) => "a setting of another simulator",
@@ -115,13 +115,13 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
             "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping"
         }
         (_, "solreffriction" | "solimpfriction") => "friction of joints is Coulomb's",
-        ("joint", "margin") | ("tendon" | "fixed", "margin") => "limits act where they are reached",
-        ("joint", "actuatorgravcomp") => "weights are balanced apart from actuators",
+        ("joint", "margin") | ("tendon" | "fixed", "margin") => "limits act from the limit itself",
+        ("joint", "actuatorgravcomp") => "gravity compensation does not count as an actuator force",
         ("connect" | "weld" | "joint" | "tendon" | "equality", "solref" | "solimp") => {
             "constraints are rigid: Constraint::with_spring and with_time_constant make them yield"
         }
         ("weld", "torquescale") => "constraints are rigid",
-        ("geom", "fluidshape" | "fluidcoef") => "there is no medium: nothing drags",
+        ("geom", "fluidshape" | "fluidcoef") => "fluid forces are not modelled",
         ("geom", "fitscale" | "hfield") => "belongs to a shape that is not read",
         (
             "fixed" | "tendon",
@@ -130,10 +130,10 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ) => {
             "tendons have no forces of their own: Constraint::tendon holds one, with_spring makes it a spring"
         }
-        ("pair", _) => "bodies touch one another by one law here",
-        ("key", "act" | "mpos" | "mquat") => "belongs to what is not modelled",
+        ("pair", _) => "contacts between bodies have one contact model",
+        ("key", "act" | "mpos" | "mquat") => "belongs to something that is not modelled",
         ("body", "sleep") => "bodies do not sleep",
-        ("mesh", _) => "meshes are read as their files have them",
+        ("mesh", _) => "meshes are read as they are in their files",
         _ => ATTRIBUTE,
     }
 }

@@ -1,4 +1,4 @@
-//! The way through the elements of bodies: frames, replicas and attached models give what stands in them poses and names.
+//! The traversal of the elements of bodies. Frames, replicas and attached models give poses and names to their children.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -30,12 +30,12 @@ pub(super) struct Part<'t, 'c> {
     /// Class where it names none.
     pub(super) class: ClassId,
     pub(super) naming: Naming,
-    /// Pose of what it stands in, in the body or the world.
+    /// Pose of its parent, in the body or the world.
     pub(super) X: Transform<f64>,
 }
 
 impl<'t, 'c> Part<'t, 'c> {
-    /// An element that stands in no body.
+    /// An element outside all bodies.
     pub(super) fn of(node: Node<'t>, source: &'c Source<'t>, naming: Naming) -> Self {
         Self {
             node,
@@ -61,13 +61,13 @@ impl<'t, 'c> Part<'t, 'c> {
         self.node.filled("name").map(|name| self.naming.of(name))
     }
 
-    /// The class of what stands in it.
+    /// The class of its child elements.
     pub(super) fn class_inside(&self) -> Result<ClassId, LoadError> {
         let own = self.source.classes.of(self.node, "childclass")?;
         Ok(own.unwrap_or(self.class))
     }
 
-    /// Another element in its place.
+    /// Replaces the element.
     fn with(&self, node: Node<'t>, class: ClassId, X: Transform<f64>) -> Self {
         Self {
             node,
@@ -140,7 +140,7 @@ impl<'t, 'c> Walk<'t, 'c> {
         Ok(())
     }
 
-    /// Puts the replicas of what stands in an element on the stack, the first on top.
+    /// Puts the replicas of the children of an element on the stack, the first on top.
     fn replicate(
         &mut self,
         part: &Part<'t, 'c>,
@@ -184,7 +184,7 @@ impl<'t, 'c> Walk<'t, 'c> {
         Ok(())
     }
 
-    /// Puts a body of another model on the stack, or all that stands in its world.
+    /// Puts a body of another model on the stack, or all children of its world.
     fn attach(
         &mut self,
         part: &Part<'t, 'c>,

@@ -6,7 +6,7 @@ use super::values::text_of;
 use crate::error::LoadError;
 use crate::io::context::{Node, child, tag};
 
-/// Reads a model that stands in the world or by itself, here or in another file; returns its index.
+/// Reads a model in the world or on its own, in this file or in another one; returns its index.
 pub(super) fn read_model(
     reader: &mut Reader<'_, '_, '_>,
     model: Node<'_>,

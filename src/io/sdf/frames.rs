@@ -33,7 +33,7 @@ impl Placements {
                 solver.solve(frame)?;
             }
         }
-        // What stands beside the robot was read before it; what is joined to it, after.
+        // The surroundings of the robot were read before it; models joined to it were read after it.
         let start = scene.models[robot].frame;
         let in_world = &scene.models[WORLD].members;
         for &frame in in_world.iter().filter(|&&frame| frame >= start) {
@@ -138,7 +138,7 @@ impl Solver<'_> {
             X_FR = self.X_MF[frame]? * X_FR;
             frame = scene.models[scene.frames[frame].scope].frame;
         }
-        // The world stands beside nothing.
+        // The world has no surroundings.
         (frame != WORLD).then_some((frame, X_FR))
     }
 

@@ -20,13 +20,13 @@ use crate::io::schema::check;
 use crate::io::values::Values;
 use crate::io::version::Version;
 
-/// Most files of a robot: enough for any, and few enough that files that include one another soon end.
+/// Most files of a robot: enough for any, and few enough that files that include each other soon end.
 const MAX_INCLUDED: usize = 500;
 
 /// The file that says which file of a folder holds the model, by version of the SDF.
 const CONFIG_FILE: &str = "model.config";
 
-/// The file of a model in the folder of its name, where nothing else is said.
+/// Default file of a model, in the folder with its name.
 const MODEL_FILE: &str = "model.sdf";
 
 impl Reader<'_, '_, '_> {

@@ -143,7 +143,7 @@ impl Reader<'_, '_, '_> {
         check(&mut self.context, axis, known)?;
         self.direction(axis, &mut motion)?;
         motion.axis.limits = self.limits(axis, kind)?;
-        // The two axes of a universal joint turn freely where nothing else is said.
+        // The two axes of a universal joint rotate freely by default.
         let is_one_of_two = matches!(joint.attribute("type"), Some("universal" | "revolute2"));
         let limits = &motion.axis.limits;
         if is_one_of_two && (limits.lower, limits.upper) == (None, None) {

@@ -3,7 +3,7 @@
 //! Three steps: the [reader] collects models, frames, links and joints of all files, reports what is not used and checks every
 //! value; [frames] finds where everything is; [tree] and [assemble] make the parts of a model of it.
 //!
-//! | `<pose>` of a | is relative to, if nothing else is said |
+//! | `<pose>` of a | is relative to, by default |
 //! |---|---|
 //! | model | the model around it, or the world |
 //! | link | its model |

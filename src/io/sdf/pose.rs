@@ -13,7 +13,7 @@ use crate::io::values::finite;
 use crate::spatial::Transform;
 
 impl Reader<'_, '_, '_> {
-    /// The pose of an element; where there is none, that of what it stands in.
+    /// The pose of an element; where there is none, that of its parent.
     pub(super) fn pose(&mut self, node: Node<'_>) -> Result<Pose, LoadError> {
         let Some(pose) = child(node, "pose") else {
             return Ok(Pose::identity());

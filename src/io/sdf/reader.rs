@@ -19,7 +19,7 @@ use crate::io::version::Version;
 /// Largest depth of nested models: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
 
-/// Remark that tells why no one reads whether a merged model is static.
+/// Remark: whether a merged model is static is not read.
 pub(super) const MERGED_IS_STATIC: &str = "merged parts move or stay as the model around them does";
 
 /// State that all files of a robot share.
@@ -138,13 +138,13 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    /// Counts how deep models stand in one another.
+    /// Nesting depth of models.
     fn enter(&mut self, node: Node<'_>) -> Result<(), LoadError> {
         self.shared.depth += 1;
         if self.shared.depth <= MAX_DEPTH {
             return Ok(());
         }
-        let reason = format!("models stand more than {MAX_DEPTH} deep in one another");
+        let reason = format!("models are nested more than {MAX_DEPTH} deep");
         Err(self.unsupported(node, reason))
     }
 
@@ -284,7 +284,7 @@ pub(super) fn attribute(node: Node<'_>, name: &str) -> Option<String> {
     value.map(Into::into)
 }
 
-/// The models and includes that stand in an element.
+/// The models and includes in an element.
 pub(super) fn candidates<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
     children(node, "model").chain(children(node, "include"))
 }

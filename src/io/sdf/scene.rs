@@ -1,4 +1,4 @@
-//! Scene read from the files: models in one another with their frames, links and joints, and names to be resolved.
+//! Scene read from the files: models in each other with their frames, links and joints, and names to be resolved.
 //!
 //! Everything that can be a frame has an index into [`Scene::frames`]; the world is frame 0 and scope 0.
 
@@ -76,7 +76,7 @@ pub(super) enum FrameKind {
     Free(Option<String>),
 }
 
-/// A pose as it stands in a file.
+/// A pose as it is in a file.
 #[derive(Clone, Debug)]
 pub(super) struct Pose {
     /// The frame that it is given in; `None` where that goes without saying.

@@ -258,7 +258,7 @@ fn closes_loop(
     };
     let [first, second] = ends.map(|node| up(node).collect::<Vec<_>>());
     let name = |joint: usize| scene.frames[scene.joints[joint].frame].name.clone();
-    // Down to one end, across, and up from the other, but for what leads to both.
+    // Down to one end, across, and up from the other, except for what leads to both.
     let down = first.iter().rev().filter(|joint| !second.contains(joint));
     let back = second.iter().filter(|joint| !first.contains(joint));
     let around = down.chain([&joint]).chain(back);

@@ -8,7 +8,7 @@ use crate::io::motion::{Bound, bound};
 use crate::io::schema::{UNKNOWN, check_attributes};
 use crate::io::values::Values;
 
-/// Value that stands for no limit in SDF before version 1.8; anything beyond is no limit either.
+/// Value that means “no limit” in SDF before version 1.8; larger values mean the same.
 const UNLIMITED: f64 = 1e16;
 
 /// Values as texts of child elements.

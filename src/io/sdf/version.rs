@@ -12,7 +12,7 @@ const LAST: Version = Version(1, 11);
 pub(super) const WITH_FRAMES: Version = Version(1, 7);
 /// The first that has degrees and quaternions.
 pub(super) const WITH_ROTATION_FORMATS: Version = Version(1, 9);
-/// The first in which joints follow one another.
+/// The first in which joints follow each other.
 pub(super) const WITH_MIMICS: Version = Version(1, 11);
 
 /// The version of a file, brought into the range that is known.
@@ -33,7 +33,7 @@ pub(super) fn read(context: &mut Context<'_>, root: Node<'_>) -> Result<Version,
     Ok(known)
 }
 
-/// `true` unless files of a version may hold what no one here has heard of.
+/// `true` unless files of a version may contain unknown elements.
 pub(super) fn is_known(version: Version) -> bool {
     version <= LAST
 }

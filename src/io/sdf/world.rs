@@ -54,7 +54,7 @@ impl<'a> Joined<'a> {
         model.parent_element() == Some(self.world) && self.names.contains(&name(model))
     }
 
-    /// Reads what stands around the robot, with the frames that its pose may be relative to.
+    /// Reads the surroundings of the robot, with the frames that its pose may be relative to.
     pub(super) fn read_around(&self, reader: &mut Reader<'_, '_, '_>) -> Result<(), LoadError> {
         read_surroundings(reader, self.world)?;
         for other in children(self.world, "model").filter(|model| !self.has(*model)) {
@@ -122,7 +122,7 @@ fn anchors(world: Node<'_>) -> HashMap<String, String> {
     let mut anchors: HashMap<String, String> = HashMap::new();
     for mut at in attached.keys() {
         let mut chain = Vec::new();
-        // Frames that are attached to one another in a circle, an error for later, are all passed once.
+        // Frames that are attached to each other in a circle, an error for later, are all passed once.
         while let Some(next) = attached.get(at)
             && !anchors.contains_key(at)
             && chain.len() < attached.len()
@@ -164,7 +164,7 @@ fn ends(joint: Node<'_>, anchors: &HashMap<String, String>) -> impl Iterator<Ite
     ["parent", "child"].into_iter().filter_map(end)
 }
 
-/// The name of what stands in the world itself.
+/// The name of an element of the world itself.
 fn top(name: &str) -> &str {
     name.split("::").next().unwrap_or_default()
 }

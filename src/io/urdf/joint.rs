@@ -34,10 +34,10 @@ const KINDS: [(&str, JointKind); 7] = [
     ("spherical", JointKind::Spherical),
 ];
 
-/// Axis of a joint that says nothing else.
+/// Default axis of a joint.
 pub(super) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
 
-/// Remark on what a fixed joint says of its motion.
+/// Remark on motion settings of a fixed joint.
 pub(super) const DOES_NOT_MOVE: &str = "a fixed joint does not move";
 
 /// Remark on a joint that should have limits of position.

@@ -51,7 +51,7 @@ fn read_inertial(reader: &mut Reader<'_, '_>, node: Node<'_>) -> Result<Inertia<
 /// Moments must be there; products that are not are zero.
 fn read_moments(reader: &mut Reader<'_, '_>, node: Node<'_>) -> Result<[f64; 6], LoadError> {
     let mut entries = [0.0; 6];
-    // The moments first: which of two errors is told.
+    // The moments first: this decides which of two errors is reported.
     for k in [0, 3, 5] {
         [entries[k]] = Attributes::required(reader.context, node, INERTIA_ENTRIES[k])?;
     }

@@ -1,12 +1,11 @@
-//! The reader of URDF files, and of what `urdf-rs` has read.
+//! The reader of URDF files and of `urdf-rs` robots.
 //!
-//! [`read`] makes the [parts] of a model from the tree of a text: it checks every element, and reports what is not used. Users of `urdf-rs` bring a [`urdf_rs::Robot`] along; [`typed`] takes its parts over, reports what of it is not
-//! used and says what its zeros mean.
+//! [`read`] makes the [parts] of a model from the tree of a text: it checks all elements and reports unused ones. For users of `urdf-rs`, [`typed`]
+//! converts a [`urdf_rs::Robot`], reports unused content and interprets zeros.
 //!
-//! `urdf-rs`'s own reader of texts is not asked. It recurses into elements, so that a text of some hundred kilobytes
-//! overflows the stack; it drops words among numbers; it does not tell no limit from a limit of zero; and it refuses
-//! robots that load here: with a limit or a product of inertia that is left out, with an element that stands there
-//! twice, with an empty texture.
+//! The text reader of `urdf-rs` is not used. It is recursive, so a text of some hundred kilobytes overflows the stack. It drops words among numbers,
+//! does not distinguish a missing limit from a limit of zero, and refuses robots that load here: with a missing limit or product of inertia, with a
+//! duplicate element, or with an empty texture.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -33,7 +32,7 @@ use crate::spatial::{Inertia, Symmetric3, Transform};
 use parts::Parts;
 use reader::{Reader, version};
 
-/// Name of the source in errors and reports for a robot that is no text.
+/// Name of the source in errors and reports for a robot that is not a text.
 const ROBOT_SOURCE: &str = "urdf_rs::Robot";
 
 /// Loads a robot from text; `file` is what errors and the report call its source.

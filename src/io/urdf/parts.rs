@@ -50,7 +50,7 @@ pub(super) struct Material<'a> {
     pub(super) place: Place<'a>,
     pub(super) name: &'a str,
     pub(super) color: Option<[f64; 4]>,
-    /// Whether it says nothing but its name.
+    /// Whether it gives only its name.
     pub(super) is_reference: bool,
 }
 
@@ -117,7 +117,7 @@ impl Material<'_> {
     }
 }
 
-/// Says where a link or joint of a text stands.
+/// Returns the position of a link or joint in a text.
 fn set_position(
     builder: &mut ModelBuilder,
     context: &Context<'_>,

@@ -52,7 +52,7 @@ impl Reader<'_, '_> {
         })
     }
 
-    /// Reads the pose of an element; where it has none, that of what it stands in.
+    /// Reads the pose of an element; where it has none, that of its parent.
     pub(super) fn origin(&mut self, node: Node<'_>) -> Result<Transform<f64>, LoadError> {
         let Some(origin) = child(node, "origin") else {
             return Ok(pose([0.0; 3], [0.0; 3]));

@@ -1,7 +1,7 @@
 //! Robots to description files.
 //!
-//! Both writers start from [`Model::to_builder`], so that fixed links, frames and shapes survive, and so do edits of
-//! the model. Numbers are written so that they read back exactly.
+//! Both writers start from [`Model::to_builder`], so fixed links, frames, shapes and edits of the model are kept. Values are written such that they
+//! read back exactly.
 
 mod mjcf;
 #[cfg(test)]
@@ -54,7 +54,7 @@ impl Model<f64> {
     }
 
     /// The robot as an MJCF file, which `MuJoCo` loads with the dynamics that a simulator has with
-    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), but for speed limits and what the limitations below name.
+    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), except for speed limits and what the limitations below name.
     ///
     /// | here | there |
     /// |---|---|
@@ -67,14 +67,14 @@ impl Model<f64> {
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
     /// | joint that follows another | joint of its own with an equality constraint |
     /// | frames | sites |
-    /// | inertias of links that are fixed to one another | their sum, at the first of them; of those that gravity does not act on, their own sum |
+    /// | inertias of links that are fixed to each other | their sum, at the first of them; of those that gravity does not act on, their own sum |
     /// | link that gravity does not act on | body with `gravcomp` 1 |
     /// | visuals | geoms of group 1, which do not collide |
-    /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not one another, as contact points do here |
+    /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not each other, as contact points do here |
     /// | STL files of text | their triangles |
     /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0, axis of a universal joint | motor |
     ///
-    /// Configurations are the same numbers, but for screws, which have what they advance (m) beside the angle, and
+    /// Configurations are the same numbers, except for screws, which have what they advance (m) beside the angle, and
     /// free joints, whose position is in the world. Velocities of planar and floating joints are in the joint's frame
     /// there, in the body's here. Moments of inertia that `MuJoCo` finds too small are raised to 10⁻¹² kg·m².
     ///

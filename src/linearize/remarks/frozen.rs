@@ -1,4 +1,4 @@
-//! A robot frozen in a state: its Jacobians, and the motions that these make.
+//! A robot frozen in a state: its Jacobians and their modes.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -64,8 +64,8 @@ impl Frozen {
         scaled(a, self.dt()) * self.dt()
     }
 
-    /// Jacobian of a step of a small motion. Where a robot falls, stages of Runge and Kutta's method see how far it comes in the step, so that theirs is what
-    /// the method makes of the rate at its start.
+    /// Jacobian of a step of a small motion. For a falling robot, stages of the Runge–Kutta method contain its displacement within the step, so their
+    /// Jacobian is that of the method applied to the rate at its start.
     pub(super) fn step(&self) -> DMatrix<f64> {
         if self.simulator.integrator() == Integrator::RungeKutta4 {
             let rate = self.rate();

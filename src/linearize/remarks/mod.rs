@@ -7,17 +7,17 @@ mod rotation;
 use crate::sim::{Simulator, SimulatorRemark};
 
 impl Simulator<f64> {
-    /// Remarks on a time step that is too long, and on friction that does not hold, for the robot in poses like one; empty where there are none. Allocates.
+    /// Returns remarks on a time step that is too long, and on friction that does not hold, for poses near `q`; empty if there are none. Allocates.
     ///
-    /// | question | found by |
+    /// | question | method |
     /// |---|---|
-    /// | is the step stable for springs, dampers and dry friction of joints, springs of [constraints](crate::constraint::Constraint::with_spring), external forces, gravity? | the eigenvalues of the step, at rest without input and without ground, against those of the rate |
-    /// | does it resolve each vibration by ten steps a period? | the eigenvalues of the rate |
-    /// | is it stable for limits of position and speed? | each joint by itself, in an impact at 1 rad/s or m/s |
-    /// | does dry friction hold? | the integrator: Runge and Kutta's method and the implicit midpoint rule smooth it |
-    /// | is it short enough for soft contact? | each point by itself, with the effective mass that the robot has there along the normal, in an impact at 1 m/s |
+    /// | is the step stable for springs, dampers and dry friction of joints, springs of [constraints](crate::constraint::Constraint::with_spring), external forces, gravity? | the eigenvalues of the step, at rest without input and without ground, compared with those of the rate |
+    /// | does each vibration have at least ten steps per period? | the eigenvalues of the rate |
+    /// | is it stable for joint and speed limits? | each joint separately, in an impact at 1 rad/s or m/s |
+    /// | does dry friction hold? | the integrator: the Runge–Kutta method and the implicit midpoint rule smooth it |
+    /// | is it short enough for soft contact? | each point separately, with the effective mass of the robot there along the normal, in an impact at 1 m/s |
     ///
-    /// Whether a step that is found too long does harm depends on the motion. Controllers in callbacks are not seen.
+    /// Whether a too long step causes errors depends on the motion. Controllers in callbacks are not taken into account.
     ///
     /// * `q` – configuration, length `nq`
     ///
@@ -47,11 +47,11 @@ impl Simulator<f64> {
         found.into_iter().flatten().collect()
     }
 
-    /// [`remarks`](Self::remarks) in poses like one, and on rotations: whether the step is short enough for a velocity like `v`. Allocates.
+    /// [`remarks`](Self::remarks), and remarks on rotations: whether the step is short enough for velocities like `v`. Allocates.
     ///
-    /// The velocity is given, since a robot does not have one of its own: limits of joint speeds are what motors can do, and a free body has none. It is
-    /// judged by how fast Coriolis and centrifugal forces turn the motion there, as nutation does; so a wheel that is symmetric, or a single joint, may turn
-    /// as fast as it likes.
+    /// The velocity is an argument, because a robot has no typical velocity: joint speed limits describe the motors, and a free body has none. The
+    /// criterion is the rate at which Coriolis and centrifugal forces rotate the motion, for example by nutation; so a symmetric wheel, or a single
+    /// joint, may rotate at any speed.
     ///
     /// * `q` – configuration, length `nq`
     /// * `v` – velocity, length `nv`

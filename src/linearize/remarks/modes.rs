@@ -1,14 +1,14 @@
-//! Remarks on the modes of a robot at rest: how a step multiplies them, and how many steps a period has.
+//! Remarks on the modes of a robot at rest: their amplification by a step, and the number of steps per period.
 //!
 //! A mode e^(λ t) of the motion about a pose has an eigenvalue λ of the Jacobian of the rate, and one of that of the step, μ, which is e^(λ Δt) if the
-//! integrator is exact. Which forces an integrator takes at the start, in the middle or at the end of a step is in μ, so that no list of them is
-//! needed here. The ground is left out: soft contact has a remark of its own, and rigid contact only holds what would move, which makes no mode faster.
+//! integrator is exact. μ contains which forces an integrator evaluates at the start, in the middle or at the end of a step. The ground is excluded:
+//! soft contact has its own remark, and rigid contact does not make modes faster.
 //!
-//! For a spring s and a damper d on a mass m with ω² = s / m, the longest stable steps that are found so are
+//! For a spring s and a damper d on a mass m with ω² = s / m, the longest stable steps found by this method are
 //!
 //! | force | semi-implicit Euler, implicit velocity | Runge–Kutta | implicit midpoint |
 //! |---|---|---|---|
-//! | spring of a joint, or of a constraint, which the implicit midpoint rule does not take | any | 2.828 / ω | any |
+//! | spring of a joint, or of a constraint (not with the implicit midpoint rule) | any | 2.828 / ω | any |
 //! | damper of these | any | 2.785 m / d | any |
 //! | spring as external force, gravity of a pendulum | 2 / ω | 2.828 / ω | any |
 //! | damper as external force | 2 m / d | 2.785 m / d | any |
@@ -28,7 +28,7 @@ const LITTLE: f64 = 0.01;
 /// Logarithm of the growth of a mode in a step up to which it counts as roundings: eigenvalues of free bodies are fourfold, and known to the fourth
 /// root of roundings only. Beyond its bound a step makes modes grow steeply: this is passed within 0.1 % of it.
 const ROUNDING: f64 = 1e-3;
-/// By how much faster than the fastest growth in continuous time modes may grow, as a pendulum that falls does: methods of low order are that far off.
+/// Allowed growth of modes beyond the fastest growth in continuous time, as of a falling pendulum: the error of methods of low order.
 const FALLING: f64 = 2.0;
 /// Halvings of a step within which a stable one is sought.
 const HALVINGS: i32 = 60;
@@ -92,7 +92,7 @@ impl AtRest {
         Some((stable, with_step(unstable)))
     }
 
-    /// The motion of a shape by itself: m λ² + d λ + k = 0 with the mass, damper and spring along it.
+    /// The motion along a single mode shape: m λ² + d λ + k = 0 with mass, damper and spring along it.
     fn along(&self, shape: &Shape) -> NaturalMode {
         let (rate, nv, x) = (self.robot.rate(), shape[0].len(), &shape[0]);
         let weighted = self.robot.mass() * x;

@@ -1,26 +1,26 @@
 //! Remarks on rotations that a step does not resolve.
 //!
-//! Coriolis and centrifugal forces turn the motion of what spins. In a body without forces ω̇ = −I⁻¹ (ω × I ω), whose slope in ω has eigenvalues λ of the size
-//! of the nutation rate. So the measure is not the speed of a joint, which a symmetric wheel may have as high as it likes, but the largest |λ| of all that
-//! speed adds to the Jacobian of the rate.
+//! Coriolis and centrifugal forces rotate the motion of spinning bodies. For a free body ω̇ = −I⁻¹ (ω × I ω); its derivative in ω has eigenvalues λ
+//! of the size of the nutation rate. So the criterion is not the speed of a joint, which may be arbitrarily high for a symmetric wheel, but the
+//! largest |λ| of the velocity-dependent part of the Jacobian of the rate.
 //!
-//! |λ| Δt in rad from which on energy changes by more than 1 % in a turn, as a part of the kinetic energy at the start, in the mean over ten turns:
+//! |λ| Δt in rad above which energy changes by more than 1 % per revolution, relative to the kinetic energy at the start, averaged over ten revolutions:
 //!
 //! | | semi-implicit Euler | implicit velocity | Runge–Kutta | implicit midpoint |
 //! |---|---|---|---|---|
 //! | free body, inertias 1, 2, 3, about its middle axis | 0.023 | 0.6 | 1.5 | more than 1.4 |
 //! | the same, about (1, 1, 1) | 0.006 | 1.3 | 0.93 | more than 1.6 |
 //! | free body, inertias 0.1, 1, 1, about (1, 1, 0) | 0.003 | more than 1.5 | 0.75 | more than 1.5 |
-//! | wheel, inertias 1, 1, 1.9, that wobbles by a tenth | 0.05 | more than 2.2 | more than 2.2 | more than 2.2 |
+//! | wheel, inertias 1, 1, 1.9, wobbling by a tenth | 0.05 | more than 2.2 | more than 2.2 | more than 2.2 |
 //! | heavy top, 60 rad/s | 0.011 | more than 2 | 0.95 | more than 2 |
 //! | double pendulum, 20 rad/s | 0.03 | 1.3 | 2.1 | more than 2 |
 //!
 //! | UR5, each joint at 7 to 10 rad/s | 0.004 | more than 0.08 | more than 0.08 | |
-//! | humanoid that turns at 10 rad/s with loose limbs | 0.004 | 0.015; 8 % at 0.1, diverges at 0.36 | 0.35 | |
+//! | humanoid rotating at 10 rad/s with unactuated limbs | 0.004 | 0.015; 8 % at 0.1, diverges at 0.36 | 0.35 | |
 //!
-//! A single pendulum at 20 rad/s, whose λ is 0, stays below 1 % up to 1.8 rad of its own in a step with each of them. The limit of semi-implicit Euler is in
-//! the middle of its column, where the worst change by 4 % in a turn: a lower one would be passed by ordinary motion. With implicit velocity the energy of
-//! linkages goes to and fro, and its limit is where steps of the humanoid are safe. That of Runge and Kutta's method is the least of its column.
+//! A single pendulum at 20 rad/s has λ = 0 and stays below 1 % up to 1.8 rad per step with all integrators. The limit of semi-implicit Euler is in
+//! the middle of its column, where the worst case changes by 4 % per revolution: ordinary motion would exceed a lower limit. With implicit velocity
+//! the energy of linkages oscillates, and its limit is safe for the humanoid. That of the Runge–Kutta method is the minimum of its column.
 
 use nalgebra::DMatrix;
 
@@ -30,7 +30,7 @@ use crate::linalg::eigenvalues;
 use crate::model::Model;
 use crate::sim::{Integrator, Simulator, SimulatorRemark};
 
-/// |λ| Δt up to which energy changes by about 1 % in a turn, rad: see above.
+/// |λ| Δt up to which energy changes by about 1 % per revolution, rad: see above.
 fn largest_angle(integrator: Integrator) -> f64 {
     match integrator {
         Integrator::SemiImplicitEuler => 0.01,

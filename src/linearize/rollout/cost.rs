@@ -1,15 +1,14 @@
-//! Costs of rollouts, and their slopes.
+//! Costs of rollouts and their gradients.
 
 use crate::autodiff::{CHUNK, seed};
 use crate::model::Model;
 use crate::scalar::{Dual, Scalar};
 use crate::sim::{Simulator, State};
 
-/// A cost of a trajectory, J = Σₖ lₖ(xₖ, uₖ) + l(xₙ), over any scalar. Both parts are zero where they are not written.
+/// A cost of a trajectory, J = Σₖ lₖ(xₖ, uₖ) + l(xₙ), over any scalar. Both parts are zero by default.
 ///
-/// Slopes come from dual numbers, some directions at a time, which costs as many evaluations as there are numbers of state and input, over
-/// [`CHUNK`]. For a robot of many joints that can be more than its steps cost: write
-/// [`stage_slopes`](Self::stage_slopes) then.
+/// By default gradients come from dual numbers, [`CHUNK`] directions at a time, which costs (number of state and input coordinates) / [`CHUNK`]
+/// evaluations. For a robot with many joints this can cost more than its steps: implement [`stage_slopes`](Self::stage_slopes) then.
 ///
 /// # Examples
 /// ```
@@ -40,7 +39,7 @@ pub trait RolloutCost: Sized {
         T::zero()
     }
 
-    /// Adds the slopes of lₖ to `out` and returns its value: by dual numbers, unless you know better.
+    /// Adds the gradient of lₖ to `out` and returns its value. The default uses dual numbers.
     fn stage_slopes(
         &self,
         at: &StagePoint<'_>,
@@ -51,7 +50,7 @@ pub trait RolloutCost: Sized {
     }
 }
 
-/// A step of a rollout.
+/// One step of a rollout: arguments of a stage cost.
 #[derive(Clone, Copy, Debug)]
 pub struct StagePoint<'a> {
     /// The simulator that takes it.
@@ -64,10 +63,10 @@ pub struct StagePoint<'a> {
     pub u: &'a [f64],
 }
 
-/// Sums of the slopes of a cost of a step.
+/// Accumulated gradient of a stage cost.
 #[derive(Debug)]
 pub struct CostSlopes<'a> {
-    /// In the state, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].
+    /// In the state, along its tangent (δq, δv, and the contact state where there is one), length [`Simulator::n_tangent`].
     pub state: &'a mut [f64],
     /// In the input, length `nu`.
     pub input: &'a mut [f64],
@@ -78,12 +77,12 @@ pub struct CostSlopes<'a> {
 pub struct CostScratch(SeededState<f64>);
 
 impl CostScratch {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self(SeededState::new(simulator))
     }
 
-    /// Adds the slopes of a function of a step's state and input by dual numbers. Returns its value.
+    /// Adds the gradient of a function of a step's state and input by dual numbers. Returns its value.
     fn add_slopes(
         &mut self,
         at: &StagePoint<'_>,
@@ -126,7 +125,7 @@ impl<T: Scalar> SeededState<T> {
         }
     }
 
-    /// Takes the configuration of a state, and the values of (δq, v, state of contact, u).
+    /// Takes the configuration of a state, and the values of (δq, v, contact state, u).
     pub(super) fn set(&mut self, state: &State, values: impl Iterator<Item = T>) {
         let start = self.start.iter_mut().zip(&state.q);
         start.for_each(|(out, &q)| *out = q.into());
@@ -165,10 +164,10 @@ impl<T: Scalar> SeededState<T> {
 
 /// The costs of a rollout, whatever their type.
 pub(super) trait Costs {
-    /// Adds the slopes of the cost of a step. Returns its value.
+    /// Adds the gradient of the cost of a step. Returns its value.
     fn stage(&mut self, at: &StagePoint<'_>, out: &mut CostSlopes<'_>) -> f64;
 
-    /// Adds the slopes of the cost of the last state. Returns its value.
+    /// Adds the gradient of the cost of the last state. Returns its value.
     fn end(&mut self, simulator: &Simulator, state: &State, out: &mut [f64]) -> f64;
 }
 

@@ -1,4 +1,4 @@
-//! A rollout along a direction, and the way back: forward over adjoint.
+//! A rollout along a direction, and its backward pass: forward over adjoint.
 
 use nalgebra::DVector;
 
@@ -7,8 +7,8 @@ use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
 use crate::dynamics::Calls;
 use crate::scalar::Cast;
 use crate::sim::{
-    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
-    StepSlopes, add_integrated,
+    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepGradientSum, StepPoint,
+    StepScratch, add_integrated,
 };
 
 /// A state of a rollout, and the step from it, with their derivatives along a direction.
@@ -130,7 +130,7 @@ impl<'a> Directed<'a> {
         let mut u = vec![Along::from(0.0); own.u.len()];
         let (q, rest) = state.split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q,
             v,
             contact,
@@ -147,7 +147,7 @@ impl<'a> Directed<'a> {
         (state, u)
     }
 
-    /// Adds the slopes of a cost of a state, along the tangent where it has moved. Returns how those in its input change along the direction.
+    /// Adds the gradient of a cost of a state, along the tangent at the moved state. Returns the change of the gradient in its input along the direction.
     fn add_cost(
         &mut self,
         step: usize,

@@ -1,20 +1,20 @@
-//! Directions of a rollout, in its start and its inputs.
+//! Directions in the start and the inputs of a rollout.
 
 use nalgebra::DVector;
 
 use crate::sim::Simulator;
 
-/// A change of the start and of all inputs of a rollout, or numbers that belong to these.
+/// A direction in the start and all inputs of a rollout, or a gradient in them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RolloutDirection {
-    /// Along the tangent of the start (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].
+    /// Along the tangent of the start (δq, δv, and the contact state where there is one), length [`Simulator::n_tangent`].
     pub start: DVector<f64>,
     /// Along the input of each step, length `nu` each.
     pub inputs: Vec<DVector<f64>>,
 }
 
 impl RolloutDirection {
-    /// No change, for a simulator and so many steps.
+    /// The zero direction, for a simulator and a number of steps.
     pub fn zeros(simulator: &Simulator, steps: usize) -> Self {
         Self {
             start: DVector::zeros(simulator.n_tangent()),
@@ -36,7 +36,7 @@ impl RolloutDirection {
         let name = simulator.model().name();
         assert!(
             fits,
-            "a direction of {n} numbers of the start and {given} inputs is none of {steps} steps of \"{name}\""
+            "a direction with {n} start entries and {given} inputs does not fit {steps} steps of \"{name}\""
         );
         for u in &self.inputs {
             simulator.check_input(u.as_slice());

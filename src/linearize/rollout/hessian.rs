@@ -32,16 +32,17 @@ impl Simulator<f64> {
     /// Computes the product of the Hessian of a [cost](RolloutCost) of the rollout from `start` under `inputs` with a direction, in the start (along
     /// its tangent, q ⊕ δq) and all inputs. Allocates, and keeps all states.
     ///
-    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding, no differences: each step and its [adjoint](Self::vjp) are taken once over dual numbers of one
-    /// direction, however many numbers of state and input there are; the costs are taken over dual numbers of dual numbers, once for every four of these. For a
-    /// Hessian that is approximate and cheap, the Jacobians of a residual are the way ([`least_squares`](crate::least_squares)).
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding, without finite differences. Each step and its [adjoint](Self::vjp) are evaluated once over dual
+    /// numbers of one direction, independent of the number of states and inputs. The costs are evaluated over nested dual numbers, once for every
+    /// four state and input coordinates. For an approximate and cheap Hessian, use the Jacobians of a residual
+    /// ([`least_squares`](crate::least_squares)).
     ///
-    /// * `along` – the direction; the whole Hessian has a product for each unit direction as its columns
+    /// * `along` – the direction; the columns of the Hessian are the products with the unit directions
     ///
     /// # Limitations
-    /// Where a force has a kink (touch-down, a stop, a limit, a box on four rigid corners, of which any tilt lifts one) it is the Hessian of the side that
-    /// is taken. A [function](crate::contact::TerrainFunction) of the ground counts as the plane that touches it, and second derivatives in parameters
-    /// are not found.
+    /// At a nonsmooth point of a force (touch-down, a joint limit, an effort limit, a box on four rigid corners, one of which lifts at any tilt) it
+    /// is the Hessian of one side. A terrain given by a [function](crate::contact::TerrainFunction) is replaced by its tangent plane. Second
+    /// derivatives in parameters are not computed.
     ///
     /// # Panics
     /// If start, an input or the direction has the wrong length.

@@ -1,11 +1,11 @@
 //! Gradients of rollouts: of a cost of the trajectory in its start, its inputs and the robot's parameters.
 //!
-//! With the weights λₙ = ∂l/∂xₙ of the last state, each step hands on, from the last to the first,
+//! With the weights λₙ = ∂l/∂xₙ of the last state, the steps compute, from the last to the first,
 //!
 //! > λₖ = ∂lₖ/∂xₖ + Aₖᵀ λₖ₊₁,   dJ/duₖ = ∂lₖ/∂uₖ + Bₖᵀ λₖ₊₁,   dJ/dθ = Σₖ (∂xₖ₊₁/∂θ)ᵀ λₖ₊₁,
 //!
-//! the [vector-Jacobian products](Simulator::vjp) of the steps. The states of the trajectory are needed backwards: all are kept, or some, from which
-//! the others are found once more ([`Checkpoints`]).
+//! the [vector-Jacobian products](Simulator::vjp) of the steps. The backward pass needs the states of the trajectory: all are stored, or some, from
+//! which the others are recomputed ([`Checkpoints`]).
 
 mod cost;
 #[cfg(feature = "second-order")]
@@ -32,16 +32,16 @@ use super::vjp::{StepGradient, VjpScratch};
 use crate::parallel::for_each_part;
 use crate::sim::{RolloutStatus, Simulator, State};
 
-/// States that are kept of a rollout for its way back.
+/// States of a rollout that are stored for its backward pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Checkpoints {
-    /// All: memory grows with the number of steps, and none is taken twice.
+    /// All: memory grows with the number of steps, and no step is computed twice.
     #[default]
     All,
-    /// As many as the square root of the number of steps; nearly all steps are taken twice.
+    /// The square root of the number of steps; nearly all steps are computed twice.
     SquareRoot,
-    /// One in so many, at least one; nearly all steps are taken twice.
+    /// One in this number of steps, at least 1; nearly all steps are computed twice.
     Every(usize),
 }
 
@@ -57,7 +57,7 @@ impl Checkpoints {
     }
 }
 
-/// Parameters in which a gradient is wanted.
+/// Parameters of a gradient.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WantedParameters {
     /// None.
@@ -69,12 +69,12 @@ pub enum WantedParameters {
     All,
 }
 
-/// Options of a gradient of a rollout: in which parameters it is wanted, and how.
+/// Options of a rollout gradient: its parameters and checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RolloutGradientOptions {
-    /// States that are kept; all by default.
+    /// States that are stored; all by default.
     pub checkpoints: Checkpoints,
-    /// Parameters in which the gradient is wanted; all by default.
+    /// Parameters of the gradient; all by default.
     pub parameters: WantedParameters,
 }
 
@@ -90,9 +90,9 @@ impl Default for RolloutGradientOptions {
 /// A cost of a rollout with its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RolloutGradient {
-    /// The cost; infinite where the rollout did not come to its end.
+    /// The cost; infinite if the rollout did not complete.
     pub cost: f64,
-    /// In the start, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].
+    /// In the start, along its tangent (δq, δv, and the contact state where there is one), length [`Simulator::n_tangent`].
     pub start: DVector<f64>,
     /// In the input of each step, length `nu` each.
     pub inputs: Vec<DVector<f64>>,
@@ -101,7 +101,7 @@ pub struct RolloutGradient {
     pub parameters: DVector<f64>,
     /// The last state.
     pub last: State,
-    /// Status of the rollout; unless it is completed, all slopes are zero.
+    /// Status of the rollout; unless it is completed, the gradient is zero.
     pub status: RolloutStatus,
 }
 
@@ -109,17 +109,17 @@ impl Simulator<f64> {
     /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all
     /// [parameters](Self::parameters). Allocates.
     ///
-    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; four rollouts of cost (an arm of seven joints) to seven (the same
-    /// on a rod, `cargo bench --features full --bench gradients`), however many inputs and parameters there are. What is
-    /// wanted and kept may be chosen in [`rollout_gradients`](Self::rollout_gradients). Slopes in few numbers are entries of it: dual numbers cost
-    /// more from the first number on (`benches/RESULTS.md`).
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding. It costs four rollouts (an arm of seven joints) to seven (the same on a rod, `cargo bench
+    /// --features full --bench gradients`), independent of the number of inputs and parameters. [`rollout_gradients`](Self::rollout_gradients)
+    /// selects parameters and checkpoints. Use it also for derivatives in few parameters: dual numbers cost more, even for a single one
+    /// (`benches/RESULTS.md`).
     ///
     /// # Impacts
-    /// The gradient is that of the numbers that the steps compute. Through an impact of [`Rigid`](crate::contact::Rigid) contact with restitution that is
-    /// alone in its step this is that of the motion: the height of a ball after a bounce has the derivative −e in the height from which it comes at a
-    /// constant speed. Through other impacts of rigid contact it is wrong however short the steps are, through
-    /// [`RelaxedRigid`](crate::contact::RelaxedRigid) contact it is biased, and through [`SoftContact`](crate::contact::SoftContact) with q = 1 + p it is within
-    /// 2 % where the contact lasts twenty steps and 0.2 % at fifty. See [`linearize`](Self::linearize).
+    /// The gradient is that of the discrete steps. Through an isolated impact of [`Rigid`](crate::contact::Rigid) contact with restitution, it equals
+    /// that of the motion: the height of a ball after a bounce has the derivative −e in the height from which it comes at a constant speed. Through
+    /// other impacts of rigid contact it is wrong at any step length, and through [`RelaxedRigid`](crate::contact::RelaxedRigid) contact it is
+    /// biased. Through [`SoftContact`](crate::contact::SoftContact) with q = 1 + p it is within 2 % if the contact lasts twenty steps, and within 0.2
+    /// % at fifty. See [`linearize`](Self::linearize).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)
@@ -159,13 +159,13 @@ impl Simulator<f64> {
         memory.gradient(self, start, inputs, &mut Stages::new(cost, self))
     }
 
-    /// [`rollout_gradient`](Self::rollout_gradient) of one rollout or many, on all cores, with options.
+    /// Computes [`rollout_gradient`](Self::rollout_gradient) for one or many rollouts, on all cores, with options.
     ///
     /// * `starts` – the first state of each
-    /// * `inputs` – the inputs of each, step after step
+    /// * `inputs` – the inputs of each, step by step
     ///
     /// # Panics
-    /// As there, or if there are not as many starts as sequences of inputs.
+    /// As there, or if the numbers of starts and of sequences of inputs differ.
     pub fn rollout_gradients<C: RolloutCost + Sync>(
         &self,
         starts: &[State],

@@ -25,7 +25,7 @@ impl Weights {
         }
     }
 
-    /// Changes of the slopes in state and input from a direction on.
+    /// Changes of the derivatives in state and input from a direction on.
     fn second_from(&mut self, first: usize) -> impl Iterator<Item = &mut f64> {
         let all = self.second.iter_mut().chain(self.second_input.iter_mut());
         all.skip(first)
@@ -42,7 +42,7 @@ pub(super) struct Place<'a> {
     pub(super) du: &'a DVector<f64>,
 }
 
-/// A number with its derivative along the direction.
+/// A value with its derivative along the direction.
 pub(super) type Along = Dual<f64, 1>;
 
 /// State and input over such numbers with their derivatives in numbers of state and input.
@@ -61,7 +61,7 @@ fn each(
     point.each(at.simulator.model(), at.dx.len() + at.u.len(), f);
 }
 
-/// Adds the changes of slopes of a cost.
+/// Adds the changes of gradients of a cost.
 fn add_second(x: &Dual<Along, CHUNK>, first: usize, out: &mut Weights) {
     let slopes = out.second_from(first).zip(x.eps);
     slopes.for_each(|(out, x)| *out += x.eps[0]);

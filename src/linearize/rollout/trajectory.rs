@@ -1,4 +1,4 @@
-//! The states of a rollout on the way back: kept, or found once more from those that are.
+//! The states of a rollout in its backward pass: stored, or recomputed from stored ones.
 
 use nalgebra::DVector;
 
@@ -12,7 +12,7 @@ pub(super) struct Trajectory {
     kept: Vec<State>,
     /// The states of a stretch, and the first of the next.
     stretch: Vec<State>,
-    /// The accelerations of its steps, one after the other.
+    /// The accelerations of its steps, in sequence.
     accelerations: Vec<f64>,
     /// Index of that stretch.
     present: usize,
@@ -84,7 +84,7 @@ impl Trajectory {
         &self.stretch[self.steps - self.present * self.interval]
     }
 
-    /// Finds the stretch of a step; asked for from the last to the first.
+    /// Finds the segment of a step, for steps from the last to the first.
     pub(super) fn find(&mut self, simulator: &Simulator, inputs: &[DVector<f64>], step: usize) {
         let stretch = step / self.interval;
         if stretch == self.present {

@@ -1,4 +1,4 @@
-//! Checks of the parts of a description, each by itself.
+//! Checks of the individual parts of a description.
 
 mod joints;
 mod links;
@@ -14,7 +14,7 @@ use super::Model;
 use super::builder::ModelBuilder;
 use crate::error::LoadError;
 
-/// Checks names and numbers of all parts.
+/// Checks names and parameters of all parts.
 pub(super) fn check(builder: &ModelBuilder) -> Result<(), LoadError> {
     unique(builder, "link", builder.links.iter().map(|link| &link.name))?;
     unique(
@@ -69,7 +69,7 @@ fn unique<'a>(
     Ok(())
 }
 
-/// Checks numbers that are sums over the parts: inertias and poses over fixed joints, what acts along coordinates of leaders.
+/// Checks sums over parts: inertias and poses over fixed joints, damping, armature and springs of leaders.
 pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(), LoadError> {
     for frame in &model.frames {
         let position = frame.placement.translation.as_slice();

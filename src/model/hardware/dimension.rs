@@ -1,4 +1,4 @@
-//! The numbers that say how large a shape is.
+//! Size parameters of shapes.
 
 use std::fmt;
 
@@ -16,9 +16,9 @@ pub enum Dimension {
     Z,
     /// Radius of a cylinder, capsule or sphere, m.
     Radius,
-    /// Length of a cylinder, m; of a capsule, that of its cylinder, without the half spheres.
+    /// Length of a cylinder, m; of a capsule without its hemispheres.
     Length,
-    /// Mass by the volume of the shape, kg/m³.
+    /// Mass divided by the volume of the shape, kg/m³.
     Density,
 }
 

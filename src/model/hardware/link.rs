@@ -1,4 +1,4 @@
-//! Links whose sizes are parameters: what is chosen, and what is known of it.
+//! Links with design parameters: selection and properties.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -11,11 +11,11 @@ use crate::model::{Geometry, LinkSpec, Mass, Model};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
-/// The shape of a link whose sizes are meant.
+/// Selection of the shape of a link that defines its sizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkShape {
-    /// The first visual shape; of a link without, the first collision shape.
+    /// The first visual shape; for a link without visual shapes the first collision shape.
     #[default]
     First,
     /// The visual shape with this index.
@@ -28,16 +28,16 @@ pub enum LinkShape {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MassDistribution {
-    /// That of the description: every particle moves with its point of the shape. At the sizes of the description the inertia stays what it is; that of a
-    /// homogeneous solid is again that of one. The part of a capsule's inertia that is not that of a homogeneous one moves as if its ends
-    /// were stretched as well.
+    /// That of the description: all particles move with the points of the shape. At the sizes of the description the inertia is unchanged; the
+    /// inertia of a homogeneous solid remains that of a homogeneous solid. For a capsule, the deviation of the inertia from that of a homogeneous
+    /// solid moves as if the ends were stretched as well.
     #[default]
     Described,
-    /// A homogeneous solid of the shape with the mass of the description, whatever else that says of inertia and centre of mass.
+    /// A homogeneous solid of the shape with the mass of the description; inertia and centre of mass of the description are ignored.
     Homogeneous,
 }
 
-/// Choice of a link with those of its sizes that are parameters.
+/// Selection of a link with its design parameters.
 ///
 /// # Examples
 /// ```
@@ -52,16 +52,16 @@ pub enum MassDistribution {
 pub struct ScaledLink {
     /// Name of the link.
     pub name: String,
-    /// Numbers of it that are parameters, in their order.
+    /// Its design parameters, in order.
     pub dimensions: Vec<Dimension>,
-    /// The shape that has these sizes; the first by default.
+    /// The shape with these sizes; the first by default.
     pub shape: LinkShape,
     /// Distribution of its mass; as described by default.
     pub masses: MassDistribution,
 }
 
 impl ScaledLink {
-    /// A link with some of its numbers.
+    /// Selects design parameters of a link.
     pub fn new(name: impl Into<String>, dimensions: &[Dimension]) -> Self {
         Self {
             name: name.into(),
@@ -71,21 +71,21 @@ impl ScaledLink {
         }
     }
 
-    /// Sets the shape whose sizes are meant.
+    /// Sets the shape that defines the sizes.
     #[must_use]
     pub fn with_shape(mut self, shape: LinkShape) -> Self {
         self.shape = shape;
         self
     }
 
-    /// Sets where the mass is.
+    /// Sets the distribution of the mass.
     #[must_use]
     pub fn with_mass_distribution(mut self, masses: MassDistribution) -> Self {
         self.masses = masses;
         self
     }
 
-    /// All links that have a shape, with all of its sizes, and with the density where they have a mass.
+    /// Selects all links with a shape, with all sizes, and the density of links with mass.
     pub fn all_of(model: &Model) -> Vec<Self> {
         let builder = model.to_builder();
         let links = builder.links.iter();
@@ -112,7 +112,7 @@ impl LinkShape {
     }
 }
 
-/// Inertias of meshes as solids, wherever they come from.
+/// Source of the inertias of meshes as solids.
 pub trait MeshSolids {
     /// Inertia of a mesh as a solid of density 1 kg/m³ in its own frame, without its scale; or why there is none, as an end of the sentence "the mesh …".
     ///
@@ -123,18 +123,18 @@ pub trait MeshSolids {
     fn solid(&mut self, mesh: &Geometry) -> Result<Inertia<f64>, String>;
 }
 
-/// A chosen link, and what its inertia follows from.
+/// A selected link, and the data of its inertia.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled {
     /// Index in the description.
     pub(super) link: usize,
     pub(super) X_LG: Transform<f64>,
     pub(super) geometry: Geometry,
-    /// Sizes, in the order of [`dimensions_of`], then the density, as far as they are wanted.
+    /// Sizes, in the order of [`dimensions_of`], then the density, as far as they are requested.
     nominal: Vec<f64>,
     /// Its parameters.
     pub(super) range: Range<usize>,
-    /// The number that each of its parameters is: an index of `nominal`.
+    /// Index of each of its parameters in `nominal`.
     slots: Vec<usize>,
     /// Inertia in the frame of the shape.
     inertia_G: Inertia<f64>,
@@ -191,7 +191,7 @@ impl Scaled {
         self.slots.iter().map(|&slot| self.nominal[slot])
     }
 
-    /// Each number beside what it is in the description: sizes, then density.
+    /// Ratio of each parameter to its value in the description: sizes, then density.
     ///
     /// * `x` – all parameters
     fn ratios<T: Scalar>(&self, x: &[T]) -> Vec<T> {
@@ -243,7 +243,7 @@ impl NoSlot {
     }
 }
 
-/// The place of a number among the sizes of a shape and the density.
+/// Index of a parameter among the sizes of a shape and the density.
 fn slot(wanted: Dimension, shape: &Geometry, nominal: &[f64]) -> Result<usize, NoSlot> {
     let dimensions = dimensions_of(shape);
     let slot = match wanted {

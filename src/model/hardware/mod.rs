@@ -1,8 +1,8 @@
-//! The sizes and densities of a robot's links as parameters, over any scalar.
+//! Design parameters: sizes and densities of links, over any scalar.
 //!
-//! A [`Hardware`] is a robot with some links [chosen](ScaledLink), and of each some numbers: edges of a box, radius and length of a cylinder or capsule, radius of a
-//! sphere, the scale of a mesh along each axis, the density. These are one named vector; for other values of it, [`Hardware::model`] gives the robot over
-//! their scalar, so that everything that is computed of it has derivatives in them.
+//! A [`Hardware`] is a robot with design parameters of some [links](ScaledLink): edges of a box, radius and length of a cylinder or capsule, radius
+//! of a sphere, the scale of a mesh along each axis, the density. They are one named vector. For other values of it, [`Hardware::model`] builds the
+//! robot over their scalar, so that all results have derivatives in them.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -27,21 +27,21 @@ pub(super) use link::solid_of;
 pub use link::{LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub(crate) use stretch::Stretch;
 
-/// A robot whose links can have other sizes and densities, which are parameters over any scalar.
+/// A robot with sizes and densities of links as design parameters, over any scalar.
 ///
-/// | part of a chosen link | with other sizes |
+/// | part of a selected link | effect of a size |
 /// |---|---|
-/// | origin, on the joint that carries it | stays |
-/// | joints and fixed links on it, frames, centres of shapes, points of contact | move with the points of the shape: by its factors along its axes, from the origin |
-/// | the shape itself | has the sizes |
-/// | other shapes | lengths grow as their direction does, radii of balls as the radius of the shape, or as the cube root of the volume of a box or mesh |
-/// | mass, centre of mass, inertia | particles move with the points of the shape; their density changes by the factor of the density, see [`MassDistribution`] |
+/// | origin, at its joint | unchanged |
+/// | joints and fixed links on it, frames, centres of shapes, contact points | move with the points of the shape: scaled by its factors along its axes, from the origin |
+/// | the shape itself | has the new sizes |
+/// | other shapes | lengths scale with their direction, radii of balls with the radius of the shape, or with the cube root of the volume of a box or mesh |
+/// | mass, centre of mass, inertia | particles move with the points of the shape; their density scales with the density parameter, see [`MassDistribution`] |
 ///
-/// Angles, axes, limits, motors, springs, damping and links that are not chosen stay as they are. Anchors of [constraints](crate::constraint) do not move.
+/// Angles, axes, limits, motors, springs, damping and other links are unchanged. Attachment frames of [constraints](crate::constraint) do not move.
 ///
-/// For a rollout of an `f64` robot, [`Simulator::rollout_gradients`](crate::Simulator::rollout_gradients) gives the gradient in the
-/// [parameters of the model](Model::parameters), where
-/// [these alone](crate::linearize::RolloutGradientOptions::parameters) are wanted; the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
+/// For a rollout of an `f64` robot, compute the gradient in the [parameters of the model](Model::parameters) by
+/// [`Simulator::rollout_gradients`](crate::Simulator::rollout_gradients) with the [option](crate::linearize::RolloutGradientOptions::parameters) for
+/// model parameters only; multiplication by the transposed [`Hardware::parameter_jacobian`] gives the gradient in sizes and densities.
 ///
 /// # Examples
 /// ```
@@ -71,11 +71,11 @@ pub struct Hardware {
 }
 
 impl Hardware {
-    /// Chooses links of a robot and their numbers; inertias of meshes come from elsewhere than files. [`new`](Self::new) reads these.
+    /// Selects links of a robot and their design parameters, with inertias of meshes from the caller. [`new`](Self::new) reads mesh files.
     ///
     /// # Errors
-    /// If a link is unknown or chosen twice, has no such shape or its shape no such size, if a size is zero, if the density is wanted of a link without mass
-    /// or of a mesh without volume.
+    /// If a link is unknown or chosen twice, has no such shape or its shape no such size, if a size is zero, if the density is selected for a link
+    /// without mass or a mesh without volume.
     pub fn with_meshes(
         model: &Model,
         links: &[ScaledLink],
@@ -107,7 +107,7 @@ impl Hardware {
         Ok(out)
     }
 
-    /// Name of each parameter: link and number, as in `forearm: length`.
+    /// Name of each parameter: link and quantity, as in `forearm: length`.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -120,7 +120,7 @@ impl Hardware {
     /// Index of the parameter with a name.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the list is empty.
     pub fn find(&self, name: &str) -> Result<usize, UnknownName> {
         let found = self.names.iter().position(|own| own == name);
         found.ok_or_else(|| {
@@ -129,8 +129,8 @@ impl Hardware {
         })
     }
 
-    /// Returns the robot with other values of the parameters, over their scalar. Its shapes, its [description](Model::to_builder) and so files that are written
-    /// of it are those of the values in the first lane.
+    /// Returns the robot with other values of the parameters, over their scalar. Its shapes and its [description](Model::to_builder), and so written
+    /// files, are those of the values in the first lane.
     ///
     /// Cost: O(n) in the number of links; allocates.
     ///
@@ -163,10 +163,10 @@ impl Hardware {
         Ok(self.described(x))
     }
 
-    /// Computes the derivatives of all [parameters of the model](Model::parameters) (rows) in those of the hardware (columns), by dual numbers.
+    /// Computes the derivatives of all [parameters of the model](Model::parameters) (rows) in the design parameters (columns), by dual numbers.
     ///
-    /// With the gradient g of anything in the parameters of the model at `x`, that in sizes and densities is Jᵀ g. Points of contact, which move with links and are no parameters of the model,
-    /// are not among its rows: for these there is [`Contacts::with_hardware`](crate::contact::Contacts::with_hardware).
+    /// For a gradient g in the parameters of the model at `x`, the gradient in sizes and densities is Jᵀ g. Contact points move with links, but are
+    /// not parameters of the model: for these use [`Contacts::with_hardware`](crate::contact::Contacts::with_hardware).
     ///
     /// * `x` – all parameters, each positive
     ///

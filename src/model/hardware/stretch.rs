@@ -22,7 +22,7 @@ pub(crate) struct Stretch<T> {
     /// Factors along the axes of the shape.
     factors: [T; 3],
     capsule: Option<Capsule<T>>,
-    /// Factor of what is round in all directions.
+    /// Factor of balls.
     ball: T,
 }
 
@@ -34,7 +34,7 @@ struct Capsule<T> {
 }
 
 impl<T: Scalar> Stretch<T> {
-    /// * `ratios` – each size beside what it was, in the order of [`dimensions_of`](super::dimension::dimensions_of)
+    /// * `ratios` – ratio of each size to its original value, in the order of [`dimensions_of`](super::dimension::dimensions_of)
     pub(super) fn new(X_LG: Transform<f64>, shape: &Geometry, ratios: &[T]) -> Self {
         let (factors, capsule) = match *shape {
             Geometry::Box { .. } | Geometry::Mesh { .. } => {
@@ -86,7 +86,7 @@ impl<T: Scalar> Stretch<T> {
         squares.fold(T::zero(), |sum, x| sum + x).sqrt()
     }
 
-    /// Factor of the radius of what is round about a unit vector in the link: the mean of those of two directions across.
+    /// Factor of the radius of a shape that is round about a unit vector in the link: the mean of those of two perpendicular directions.
     pub(crate) fn across(&self, axis_L: &Vector3<f64>) -> T {
         let a = rotate_back(&self.X_LG.rotation, axis_L);
         // The axis of the shape that is least along it.

@@ -1,4 +1,4 @@
-//! Joining robots, and adding frames and bodies.
+//! Attaching robots, and adding frames and bodies.
 
 use std::collections::HashSet;
 
@@ -14,14 +14,13 @@ impl ModelBuilder {
     /// Attaches another robot: its root link is welded to a frame of this one, by a fixed joint called
     /// `{prefix}attachment`.
     ///
-    /// All names of the other robot get the prefix. Its gravity and the motion of its base are left out. Name clashes
-    /// are errors; nothing changes then.
+    /// All names of the other robot get the prefix. Its gravity and the motion of its base are ignored. Name clashes are errors and leave this robot unchanged.
     ///
     /// * `frame` – a link or an added frame of this robot
     /// * `pose` – pose of the other robot's root link in that frame
     ///
     /// # Errors
-    /// If there is no such frame, a name clashes, or the other robot has no single root.
+    /// If there is no such frame, a name clashes, or the other robot does not have exactly one root.
     ///
     /// # Examples
     /// ```
@@ -143,7 +142,7 @@ fn unique<'a>(element: &str, names: impl Iterator<Item = &'a String>) -> Result<
 }
 
 impl Model<f64> {
-    /// The robot with another one welded to a frame; see [`ModelBuilder::attach`].
+    /// Returns the robot with another one welded to a frame; see [`ModelBuilder::attach`].
     ///
     /// # Errors
     /// As there.
@@ -160,7 +159,7 @@ impl Model<f64> {
             .build()?)
     }
 
-    /// The robot with one more frame, at a pose in a frame or link that there is.
+    /// Returns the robot with an additional frame, at a pose in an existing frame or link.
     ///
     /// # Errors
     /// If there is no such frame, or the name is taken.
@@ -184,7 +183,7 @@ impl Model<f64> {
         Ok(builder.add_frame(name, link, placement * *pose).build()?)
     }
 
-    /// The robot with one more link, on a joint of its own.
+    /// Returns the robot with an additional link on an additional joint.
     ///
     /// # Errors
     /// If a name is taken, the joint's parent does not exist, or the link is not the joint's child.

@@ -1,4 +1,4 @@
-//! Other masses and inertias for links.
+//! Editing masses and inertias of links.
 
 use std::collections::HashSet;
 
@@ -20,7 +20,7 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Gives a link another inertia, in its own frame about its origin.
+    /// Sets the inertia of a link, in its own frame about its origin.
     ///
     /// # Errors
     /// If there is no such link.
@@ -52,8 +52,7 @@ impl ModelBuilder {
 }
 
 impl Model<f64> {
-    /// The robot with another mass of a link, kg: as of another density, so that its inertia changes in proportion and its centre
-    /// of mass stays.
+    /// Returns the robot with another mass of a link, kg. It scales the density: the inertia changes in proportion and the centre of mass is unchanged.
     ///
     /// # Errors
     /// If there is no such link, it has no mass yet, or the mass is not positive.
@@ -70,7 +69,7 @@ impl Model<f64> {
         Ok(self.to_builder().set_link_mass(link, mass)?.build()?)
     }
 
-    /// The robot with another inertia of a link; see [`ModelBuilder::set_link_inertia`].
+    /// Returns the robot with another inertia of a link; see [`ModelBuilder::set_link_inertia`].
     ///
     /// # Errors
     /// As there, and if the mass is negative.

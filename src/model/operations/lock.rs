@@ -1,4 +1,4 @@
-//! Locking joints: fewer degrees of freedom, every link and frame stays.
+//! Locking joints: fewer degrees of freedom, with all links and frames.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -39,7 +39,7 @@ impl ModelBuilder {
                 });
             }
         }
-        self.lock_followers(&mut locked);
+        self.lock_mimic_joints(&mut locked);
         for (&joint, q) in &locked {
             let spec = &mut self.joints[joint];
             let name = std::mem::take(&mut spec.name);
@@ -96,7 +96,7 @@ impl ModelBuilder {
     }
 
     /// Adds the joints that follow locked ones, directly or by others, where those put them.
-    fn lock_followers(&self, locked: &mut HashMap<usize, Vec<f64>>) {
+    fn lock_mimic_joints(&self, locked: &mut HashMap<usize, Vec<f64>>) {
         let mut followers: HashMap<&str, Vec<usize>> = HashMap::new();
         for (i, joint) in self.joints.iter().enumerate() {
             if let Some(leader) = self.leader(joint) {
@@ -141,28 +141,28 @@ fn locked_pose(joint: &JointSpec, q: &[f64]) -> Transform<f64> {
 }
 
 impl Model<f64> {
-    /// The robot with joints locked at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
+    /// Returns the robot with joints locked at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
     ///
     /// Its dynamics are those of the whole robot with these joints held.
-    /// Limits, damping, friction and the like are removed with it. A joint that follows a locked one is locked where
-    /// that puts it; one that is locked itself no longer follows.
+    /// Limits, damping and friction of these joints are removed. A mimic joint of a locked leader is locked at the resulting position; a locked mimic
+    /// joint no longer follows its leader.
     ///
-    /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
+    /// * `positions` – names of joints, each with its configuration, of length `nq` of its kind (rad, m, unit quaternion)
     ///
     /// # Errors
-    /// If a name is unknown or double, a configuration has the wrong length, or the rest is not a model.
+    /// If a name is unknown or duplicate, a configuration has the wrong length, or the result is not a valid model.
     pub fn with_locked_joints(&self, positions: &[(&str, &[f64])]) -> Result<Self, EditError> {
         Ok(self.to_builder().lock_joints(positions)?.build()?)
     }
 
-    /// The robot with some joints; all others are locked, at the given positions or else at the neutral one (zeros, identity).
+    /// Returns the robot with only some joints; all others are locked at the given positions, or at the neutral one (zeros, identity).
     ///
-    /// A joint that follows a kept one keeps following it.
+    /// Mimic joints of kept joints remain.
     ///
     /// * `positions` – as in [`with_locked_joints`](Self::with_locked_joints)
     ///
     /// # Errors
-    /// As there; and if a kept joint is to be locked, itself or by what it follows.
+    /// As there; and if a kept joint, or its leader, is also to be locked.
     ///
     /// # Examples
     /// ```

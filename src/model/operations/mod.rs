@@ -1,7 +1,7 @@
-//! Operations on a description: lock joints, join robots, add parts, change masses, scale.
+//! Operations on a description: lock joints, attach robots, add parts, change masses, scale.
 //!
-//! Each works on a [`ModelBuilder`] in place; each has a twin on [`Model`](super::Model) that builds a new one. Nothing
-//! is removed but the freedom of joints.
+//! Each operation changes a [`ModelBuilder`] in place; a corresponding function of [`Model`](super::Model) builds a new model. Operations remove
+//! nothing except degrees of freedom.
 
 mod attach;
 mod edit;

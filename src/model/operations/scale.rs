@@ -100,7 +100,7 @@ fn scale_travel(joint: &mut JointSpec, factor: f64) {
 }
 
 impl Model<f64> {
-    /// The robot with all lengths s times as long and all densities ρ times as high, whatever the shapes are (or whether there are any).
+    /// Returns the robot with all lengths scaled by s and all densities by ρ, for all shapes, and also without shapes.
     ///
     /// | quantity | factor |
     /// |---|---|
@@ -110,8 +110,8 @@ impl Model<f64> {
     /// | masses | ρ s³ |
     /// | first moments | ρ s⁴ |
     /// | rotational inertias | ρ s⁵ |
-    /// | ratio of a prismatic joint that follows a revolute one (and the inverse the other way) | s |
-    /// | gravity, angles, efforts, damping, friction, rotor inertias, stiffness: what belongs to motors and springs | 1 |
+    /// | ratio of a prismatic mimic joint of a revolute leader (the inverse for the reverse case) | s |
+    /// | gravity, angles, efforts, damping, friction, rotor inertias, stiffness | 1 |
     ///
     /// # Errors
     /// If a factor is not positive.

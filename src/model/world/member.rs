@@ -1,4 +1,4 @@
-//! A member of a world: its parts under their names in the world, and the joint that holds them.
+//! A member of a world: its parts with their names in the world, and its joint.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -29,7 +29,7 @@ pub(super) struct Member {
 }
 
 impl Member {
-    /// A robot whose names get a prefix; it floats if it does so by itself and is not to be held.
+    /// A robot whose names get a prefix; it floats if its model floats and it is not mounted.
     pub(super) fn robot(
         model: &Model,
         prefix: &str,
@@ -42,7 +42,7 @@ impl Member {
         let floating = format!("{prefix}{FLOATING_BASE}");
         let floats = stand == Stand::InWorld && model.has_floating_base();
         own_base(&mut parts, floats.then_some(&floating));
-        // A link `world` above a floating robot stays, and what is fixed to it floats.
+        // A link `world` above a floating robot is fixed, and links fixed to it float.
         let is_apart = floats && model.link_names()[0] == WORLD;
         if is_apart {
             float_below(&mut parts, &root, &floating);
@@ -111,7 +111,7 @@ impl Member {
     }
 }
 
-/// A single link that stands.
+/// A single fixed link.
 fn alone(link: LinkSpec) -> ModelBuilder {
     let mut parts = ModelBuilder::new(&link.name).with_base(Base::Fixed);
     parts.add_link(link);
@@ -133,7 +133,7 @@ fn own_base(parts: &mut ModelBuilder, joint: Option<&String>) {
     }
 }
 
-/// Puts a frame that floats between a link that stands and what is fixed to it.
+/// Inserts a floating frame between a fixed link and the links fixed to it.
 fn float_below(parts: &mut ModelBuilder, standing: &str, floating: &str) {
     for joint in &mut parts.joints {
         if joint.parent == standing {

@@ -1,4 +1,4 @@
-//! Worlds: robots and objects in one model, each under a name of its own.
+//! Worlds: robots and objects in one model, with unique names.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -17,10 +17,10 @@ use crate::spatial::Transform;
 use member::{Member, Stand};
 pub use object::Object;
 
-/// Collects robots and objects, then [builds](Self::build) one [`Model`] of them.
+/// Collects robots and objects, then [builds](Self::build) one [`Model`].
 ///
-/// The model is an ordinary one: a tree with the world as its fixed root. Simulators, derivatives, batches and recordings take it as any other. Its mass
-/// matrix has a block for each member that is not mounted on another one.
+/// The result is an ordinary model: a tree with the world as its fixed root, for all simulators, derivatives, batches and recordings. Its mass matrix
+/// has a block for each member that is not mounted on another one.
 ///
 /// | member | names in the model | joint on the world |
 /// |---|---|---|
@@ -28,11 +28,12 @@ pub use object::Object;
 /// | robot with a floating base | likewise | floating, `{prefix}floating_base` |
 /// | object | link `{name}` | floating or fixed, `{name}` |
 ///
-/// Members are ordered by prefix and name: the model, and every bit that is computed of it, does not depend on the order in which they were added.
+/// Members are ordered by prefix and name: the model and all results do not depend on the order of addition.
 ///
-/// A floating joint on the world is [passive](super::JointSpec::passive), it takes no input. Its configuration is the pose relative to the one at which the
-/// member was added, so in the [neutral](Model::neutral) configuration everything is where it was put.
-/// [`State::set_free_pose`](crate::State::set_free_pose) takes the pose in the world. [`State::carried`](crate::State::carried) takes a state to a world with other members.
+/// A floating joint on the world is [passive](super::JointSpec::passive): it has no input. Its configuration is relative to the pose at which the
+/// member was added, so in the [neutral](Model::neutral) configuration all members are at their initial poses.
+/// [`State::set_free_pose`](crate::State::set_free_pose) sets a pose in the world. [`State::carried`](crate::State::carried) transfers a state to a
+/// world with other members.
 ///
 /// # Examples
 /// ```
@@ -82,14 +83,13 @@ impl World {
         self
     }
 
-    /// Adds a robot, or all members of another world. Its base is fixed or floats as it does in `model`.
+    /// Adds a robot, or all members of another world. Its base is fixed or floating as in `model`.
     ///
-    /// * `prefix` – stands before the name of every link, joint and frame; ends in a separator by custom: `left/`
+    /// * `prefix` – prefix of the names of all links, joints and frames; by convention it ends in a separator: `left/`
     /// * `X_WL` – pose of the root link in the world; the initial one if the base floats
     ///
     /// # Errors
-    /// If there is a member of this prefix, or the pose is not finite or not a rotation. Clashes of names that prefixes do not prevent are found by
-    /// [`build`](Self::build).
+    /// If there is a member of this prefix, or the pose is not finite or not a rotation. [`build`](Self::build) reports other name clashes.
     pub fn add(
         &mut self,
         model: &Model,
@@ -99,13 +99,13 @@ impl World {
         self.insert(prefix, Member::robot(model, prefix, Stand::InWorld, X_WL))
     }
 
-    /// Adds a robot that is fixed to a frame of another member, its base held there even if it floats in `model`.
+    /// Adds a robot and fixes its base to a frame of another member, even if the base floats in `model`.
     ///
-    /// * `frame` – link or frame with its prefix, as in `table` or `left/tool`; it may be added later
+    /// * `frame` – link or frame with its prefix, for example `table` or `left/tool`; it may be added later
     /// * `X_FL` – pose of the root link in that frame
     ///
     /// # Errors
-    /// As for [`add`](Self::add); an unknown frame, and members that hold one another, are found by [`build`](Self::build).
+    /// As for [`add`](Self::add); [`build`](Self::build) reports an unknown frame, and members that are mounted on each other in a cycle.
     ///
     /// # Examples
     /// ```
@@ -166,15 +166,15 @@ impl World {
     /// Builds the model, in time linear in the number of links.
     ///
     /// # Errors
-    /// If a name is there twice, a frame to be mounted on is unknown, members hold one another in a circle, or gravity is not finite.
+    /// If a name is duplicate, a mounting frame is unknown, members are mounted on each other in a cycle, or gravity is not finite.
     pub fn build(&self) -> Result<Model, EditError> {
         Ok(self.to_builder()?.build()?)
     }
 
-    /// The description of the model, to be changed before it is built.
+    /// Returns the description of the model, for changes before it is built.
     ///
     /// # Errors
-    /// If a frame to be mounted on is unknown.
+    /// If a mounting frame is unknown.
     pub fn to_builder(&self) -> Result<ModelBuilder, EditError> {
         let mut parts = ModelBuilder::new(&self.name)
             .with_source(format!("world \"{}\"", self.name))

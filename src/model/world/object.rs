@@ -8,7 +8,7 @@ use crate::model::hardware::solid_of;
 use crate::model::{Collision, Geometry, LinkSpec, Mass, MeshSolids, Visual};
 use crate::spatial::{Inertia, Transform};
 
-/// Properties of an object that do not depend on its shape: whether it is free, its mass, where it is, its colour.
+/// Properties of an object that do not depend on its shape: free or fixed, mass, pose, colour.
 ///
 /// # Examples
 /// ```
@@ -30,7 +30,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// An object that moves freely, homogeneous, at the origin of the world.
+    /// A free homogeneous object at the origin of the world.
     pub fn free(mass: Mass) -> Self {
         Self {
             kind: JointKind::Floating,
@@ -39,7 +39,7 @@ impl Object {
         }
     }
 
-    /// An object that is fixed to the world, at its origin.
+    /// An object fixed to the world, at its origin.
     pub fn fixed() -> Self {
         Self {
             kind: JointKind::Fixed,
@@ -51,9 +51,9 @@ impl Object {
         }
     }
 
-    /// An object that is fixed to a frame of another member, as in `left/tool`.
+    /// An object fixed to a frame of another member, for example `left/tool`.
     ///
-    /// * `mass` – its part in the inertia of what carries it; zero kilograms for an object that is only to touch and to show
+    /// * `mass` – its mass, which adds to the inertia of that member; zero kilograms for an object with shapes only
     pub fn fixed_to(frame: impl Into<String>, mass: Mass) -> Self {
         Self {
             mass: Some(mass),
@@ -62,21 +62,21 @@ impl Object {
         }
     }
 
-    /// Sets the pose in the world, of an object that is fixed to a frame in that frame; of a free object it is the initial one.
+    /// Sets the pose in the world, or in the frame to which the object is fixed; for a free object it is the initial pose.
     #[must_use]
     pub fn at(mut self, pose: Transform<f64>) -> Self {
         self.placement = pose;
         self
     }
 
-    /// Sets the colour that pages and pictures show: red, green, blue, opacity in 0..1.
+    /// Sets the colour in the HTML viewer and in pictures: red, green, blue, opacity in 0..1.
     #[must_use]
     pub fn with_color(mut self, color: [f64; 4]) -> Self {
         self.color = Some(color);
         self
     }
 
-    /// Lets gravity not act on the object.
+    /// Switches off gravity for the object.
     #[must_use]
     pub fn without_gravity(mut self) -> Self {
         self.has_gravity = false;
@@ -88,8 +88,8 @@ impl World {
     /// Adds a box with full edge lengths `size`, m, centred at the origin of its link.
     ///
     /// # Errors
-    /// If there is a member of this name, or a size, the mass, the pose or the colour is not finite, of a wrong sign or no rotation. A free object needs a
-    /// positive mass.
+    /// If a member of this name exists, if a size, the mass, the pose or the colour is not finite or has the wrong sign, or if the pose has no
+    /// rotation matrix. A free object needs a positive mass.
     pub fn add_box(
         &mut self,
         name: &str,
@@ -127,7 +127,7 @@ impl World {
         self.add_shape(name, shape, object, &mut NoFiles)
     }
 
-    /// Adds a capsule about z, centred at the origin of its link; radius, and length of the cylinder between the half balls, in m.
+    /// Adds a capsule about z, centred at the origin of its link; radius, and length of the cylinder without the hemispheres, in m.
     ///
     /// # Errors
     /// As for [`add_box`](Self::add_box).
@@ -142,12 +142,12 @@ impl World {
         self.add_shape(name, shape, object, &mut NoFiles)
     }
 
-    /// Adds an object of any shape, to touch and to show, in the frame of its link.
+    /// Adds an object of any shape, with visual and collision shape, in the frame of its link.
     ///
-    /// * `meshes` – solids of meshes, for the inertia of one; `World::add_mesh` reads them from files
+    /// * `meshes` – source of mesh inertias; `World::add_mesh` reads them from files
     ///
     /// # Errors
-    /// As for [`add_box`](Self::add_box); if the mesh of an object with mass is not found, not read or not closed.
+    /// As for [`add_box`](Self::add_box); if the mesh of an object with mass is missing, unreadable or not closed.
     pub fn add_shape(
         &mut self,
         name: &str,

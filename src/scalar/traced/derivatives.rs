@@ -31,14 +31,14 @@ impl<'a> Chosen<'a> {
 
 impl Graph {
     /// Returns a graph of the Jacobians of some outputs in some inputs: `dy_dx` for the output `y` and the input `x`,
-    /// with a row for each number of `y`. It has the inputs of this one.
+    /// with a row for each entry of `y`. It has the inputs of this graph.
     ///
-    /// Inputs that no output depends on together move together, as do outputs that share no input; whichever takes
-    /// fewer sweeps is done, forward or in reverse. The chain rule on operations does not know what physics knows: the
-    /// derivatives along the tree in [`dynamics`](crate::dynamics), traced, take fewer operations.
+    /// Inputs are seeded together if no output depends on more than one of them, and outputs if they share no input. The mode with fewer sweeps is
+    /// used, forward or reverse. The chain rule on operations ignores the structure of the physics: the traced derivatives along the tree in
+    /// [`dynamics`](crate::dynamics) take fewer operations.
     ///
     /// # Errors
-    /// If there is no input or output of a name.
+    /// If there is no input or output with this name.
     ///
     /// # Examples
     /// ```
@@ -69,14 +69,14 @@ impl Graph {
         }))
     }
 
-    /// Returns a graph of the gradient of an output that is one number, in some inputs: `dy_dx` for the output `y` and
-    /// the input `x`, of the shape of `x`. It costs a few times what the output costs, whatever the number of inputs.
+    /// Returns a graph of the gradient of a scalar output in some inputs: `dy_dx` for the output `y` and the input `x`, of the shape of `x`. It costs
+    /// a small multiple of the output, independent of the number of inputs.
     ///
     /// # Errors
-    /// If there is no input or output of a name.
+    /// If there is no input or output with this name.
     ///
     /// # Panics
-    /// If the output is not one number.
+    /// If the output is not a scalar.
     pub fn gradient(&self, output: &str, inputs: &[&str]) -> Result<Self, UnknownName> {
         let (y, first) = self.output(output)?;
         assert_eq!(y.len(), 1, "a gradient is that of an output of one number");
@@ -89,14 +89,14 @@ impl Graph {
         }))
     }
 
-    /// Returns a graph of products of weights with the Jacobian, x̄ = (∂y/∂x)ᵀ ȳ: it has an input `y_weight` more for
-    /// each output `y`, of its shape, and an output `x_weight` for each of some inputs.
+    /// Returns a graph of products of weights with the Jacobian, x̄ = (∂y/∂x)ᵀ ȳ: it has an additional input `y_weight` for each output `y`, of its
+    /// shape, and an output `x_weight` for each of some inputs.
     ///
     /// # Errors
-    /// If there is no input of a name.
+    /// If there is no input with this name.
     ///
     /// # Panics
-    /// If there is an input of the name of a weight already.
+    /// If an input has the name of a weight.
     pub fn adjoint(&self, inputs: &[&str]) -> Result<Self, UnknownName> {
         let x = Chosen::new(inputs, |name| self.input(name))?;
         Ok(self.derived(|t, all| {
@@ -136,7 +136,7 @@ impl Graph {
         }
     }
 
-    /// Entries of the Jacobian, column after column: a dual number with one direction for each colour of inputs.
+    /// Entries of the Jacobian, column by column: a dual number with one direction for each colour of inputs.
     fn by_forward_sweeps(
         &self,
         sparsity: &Sparsity,
@@ -185,7 +185,7 @@ impl Graph {
     }
 }
 
-/// Declares the blocks of a Jacobian, column after column, as outputs.
+/// Declares the blocks of a Jacobian, column by column, as outputs.
 fn declare(t: &mut Tracer, entries: &[Traced], y: &Chosen<'_>, x: &Chosen<'_>) {
     let height = y.indices.len();
     let mut row = 0;

@@ -9,33 +9,33 @@ pub struct EvaluationScratch<T> {
     slots: Vec<T>,
 }
 
-/// Error for inputs at which a condition does not hold that a graph takes for granted.
+/// Error for inputs that violate a condition of a graph.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the graph takes for granted that {condition}, which does not hold at these inputs")]
 pub struct BrokenCondition {
-    /// Its place among the conditions of the graph, from 0.
+    /// Its index among the conditions of the graph, from 0.
     pub index: usize,
     /// The condition in words.
     pub condition: String,
 }
 
 impl Graph {
-    /// Memory to evaluate the graph over a scalar.
+    /// Makes memory to evaluate the graph over a scalar.
     pub fn scratch<T: Scalar>(&self) -> EvaluationScratch<T> {
         EvaluationScratch {
             slots: vec![T::zero(); self.program.slots],
         }
     }
 
-    /// Computes the outputs, one after the other. Allocates.
+    /// Computes all outputs in sequence. Allocates.
     ///
-    /// * `inputs` – the numbers of all inputs, one input after the other
+    /// * `inputs` – entries of all inputs in sequence
     ///
     /// # Errors
-    /// If a condition does not hold that the graph takes for granted.
+    /// If the inputs violate a condition of the graph.
     ///
     /// # Panics
-    /// If there is another number of inputs.
+    /// If the number of entries is wrong.
     pub fn evaluate<T: Scalar>(&self, inputs: &[T]) -> Result<Vec<T>, BrokenCondition> {
         let mut out = vec![T::zero(); self.n_outputs()];
         self.evaluate_into(inputs, &mut self.scratch(), &mut out)?;
@@ -44,13 +44,13 @@ impl Graph {
 
     /// [`evaluate`](Self::evaluate) without allocation, except for an error.
     ///
-    /// * `outputs` – output, the numbers of all outputs; also where a condition does not hold
+    /// * `outputs` – output, entries of all outputs; also filled if a condition is violated
     ///
     /// # Errors
-    /// If a condition does not hold that the graph takes for granted, in any lane.
+    /// If the inputs violate a condition of the graph, in any lane.
     ///
     /// # Panics
-    /// If an argument has another size than the graph gives it.
+    /// If an argument has the wrong size.
     pub fn evaluate_into<T: Scalar>(
         &self,
         inputs: &[T],

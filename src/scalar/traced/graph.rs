@@ -1,4 +1,4 @@
-//! The graph: nodes in the order in which they are evaluated.
+//! The graph: nodes in the order of evaluation.
 
 use std::fmt;
 
@@ -11,8 +11,7 @@ use crate::error::UnknownName;
 
 /// A computation as a graph of operations on numbers; [`trace`](super::trace) makes one.
 ///
-/// Constants come first, then the inputs, then operations, each after its operands, in an order in which few results
-/// are needed at once.
+/// Constants come first, then inputs, then operations, each after its operands, in an order with few simultaneously alive results.
 #[derive(Clone, Debug)]
 pub struct Graph {
     inputs: Vec<Port>,
@@ -24,16 +23,16 @@ pub struct Graph {
     origin: Option<Origin>,
 }
 
-/// Of which robot a graph is.
+/// The robot of a graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// Name of the robot.
     pub name: String,
-    /// A number that differs, in all likelihood, between any two robots, and between one before and after a change.
+    /// Fingerprint of the robot: with high probability different for another robot or after a change.
     pub fingerprint: u64,
 }
 
-/// Numbers of nodes, by what they compute.
+/// Numbers of nodes by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Constants.
@@ -44,7 +43,7 @@ pub struct Counts {
     pub sums: usize,
     /// Products.
     pub products: usize,
-    /// Products with a sum, which are one instruction on many machines.
+    /// Fused multiply-adds, which are one instruction on many CPUs.
     pub fused_products: usize,
     /// Quotients and square roots.
     pub divisions: usize,
@@ -55,7 +54,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Nodes that compute something.
+    /// Number of operations: nodes without constants and inputs.
     pub fn operations(&self) -> usize {
         let simple = self.sums + self.products + self.fused_products;
         simple + self.divisions + self.functions + self.selections
@@ -107,27 +106,27 @@ impl Graph {
         self
     }
 
-    /// The robot of which the graph was recorded, if known.
+    /// The robot of the graph, if known.
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
     }
 
-    /// The inputs, in the order of their numbers.
+    /// The inputs in order.
     pub fn inputs(&self) -> &[Port] {
         &self.inputs
     }
 
-    /// The outputs, in the order of their numbers.
+    /// The outputs in order.
     pub fn outputs(&self) -> &[Port] {
         &self.outputs
     }
 
-    /// Number of numbers of all inputs.
+    /// Number of entries of all inputs.
     pub fn n_inputs(&self) -> usize {
         self.inputs.iter().map(Port::len).sum()
     }
 
-    /// Number of numbers of all outputs.
+    /// Number of entries of all outputs.
     pub fn n_outputs(&self) -> usize {
         self.results.len()
     }
@@ -138,7 +137,7 @@ impl Graph {
         &self.nodes
     }
 
-    /// The node of each number of the outputs.
+    /// The node of each entry of the outputs.
     #[doc(hidden)]
     pub fn results(&self) -> &[NodeId] {
         &self.results
@@ -149,7 +148,7 @@ impl Graph {
         &self.conditions
     }
 
-    /// Largest number of results of operations that are needed at once, besides inputs and constants.
+    /// Maximum number of simultaneously alive results of operations, without inputs and constants.
     #[doc(hidden)]
     pub fn live_values(&self) -> usize {
         self.program.live_values()
@@ -180,18 +179,18 @@ impl Graph {
         out
     }
 
-    /// The input of a name, with the index of its first number among all inputs.
+    /// The input of this name, with the index of its first entry among all inputs.
     ///
     /// # Errors
-    /// If there is none.
+    /// If there is no input with this name.
     pub fn input(&self, name: &str) -> Result<(&Port, usize), UnknownName> {
         find(&self.inputs, name).ok_or_else(|| self.unknown("input", name, &self.inputs))
     }
 
-    /// The output of a name, with the index of its first number among all outputs.
+    /// The output of this name, with the index of its first entry among all outputs.
     ///
     /// # Errors
-    /// If there is none.
+    /// If there is no output with this name.
     pub fn output(&self, name: &str) -> Result<(&Port, usize), UnknownName> {
         find(&self.outputs, name).ok_or_else(|| self.unknown("output", name, &self.outputs))
     }

@@ -1,4 +1,4 @@
-//! The number that is recorded.
+//! The traced number.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -16,12 +16,11 @@ thread_local! {
     static RECORDINGS: RefCell<Vec<Recording>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A number that records what is done with it: a constant, or a node of the graph that [`trace`](super::trace) makes.
+/// A number that records its operations: a constant, or a node of the graph of [`trace`](super::trace).
 ///
-/// See the [module](super). Two are equal if they are the same constant or the same node; [`is_zero`](Zero::is_zero)
-/// says whether one is the constant 0.
+/// See the [module](super). Two numbers are equal if they are the same constant or the same node; [`is_zero`](Zero::is_zero) is true for the constant 0 only.
 ///
-/// A number belongs to the trace in which it was made, on one thread; constants belong everywhere.
+/// A number belongs to its trace, on one thread; constants belong to all traces.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Traced(Kind);
 

@@ -2,12 +2,12 @@
 
 use crate::scalar::Scalar;
 
-/// The place of a node in a list of nodes.
+/// The index of a node in a list of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub(crate) u32);
 
 impl NodeId {
-    /// The place, from 0.
+    /// The index, from 0.
     #[doc(hidden)]
     pub fn index(self) -> usize {
         self.0 as usize
@@ -20,10 +20,10 @@ impl From<usize> for NodeId {
     }
 }
 
-/// Operation that computes a node, from operands of type `I`: nodes of a graph, or whatever they were replaced by.
+/// Operation of a node, with operands of type `I`: nodes of a graph, or their replacements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operation<I = NodeId> {
-    /// A number, by its bits.
+    /// A constant, by its bits.
     Constant(u64),
     /// An entry of the inputs, counted over all of them.
     Input(u32),
@@ -37,7 +37,7 @@ pub enum Operation<I = NodeId> {
     Mul(I, I),
     /// a / b
     Div(I, I),
-    /// a b + c, rounded once where the target has such an instruction
+    /// a b + c, rounded once if the target has such an instruction
     MulAdd(I, I, I),
     /// a b − c, likewise
     MulSub(I, I, I),
@@ -61,7 +61,7 @@ pub enum Operation<I = NodeId> {
     Acos(I),
     /// tanh a
     Tanh(I),
-    /// The third if the first is less than the second, else the fourth.
+    /// The third operand if the first is less than the second, otherwise the fourth.
     SelectLt(I, I, I, I),
 }
 

@@ -1,8 +1,8 @@
-//! Names and shapes of what goes into a graph and what comes out.
+//! Names and shapes of the inputs and outputs of a graph.
 
 use std::fmt;
 
-/// An input or an output of a graph: a number, a vector, or a matrix, column after column.
+/// An input or an output of a graph: a number, a vector, or a matrix in column-major order.
 ///
 /// # Examples
 /// ```
@@ -34,7 +34,7 @@ impl Port {
         Self::matrix(name, 1, 1)
     }
 
-    /// A vector of so many numbers.
+    /// A vector of the given length.
     pub fn vector(name: impl Into<String>, rows: usize) -> Self {
         Self::matrix(name, rows, 1)
     }
@@ -49,14 +49,14 @@ impl Port {
         }
     }
 
-    /// Says in which units the numbers are, in words for readers of generated code.
+    /// Sets the units of the entries, as a comment in generated code.
     #[must_use]
     pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
         self
     }
 
-    /// Number of numbers.
+    /// Number of entries.
     pub fn len(&self) -> usize {
         self.rows * self.columns
     }

@@ -14,15 +14,14 @@ use Operation::{
     Add, Constant, Cos, Div, Input, Mul, MulAdd, MulSub, Neg, NegMulAdd, SelectLt, Sin, Sub,
 };
 
-/// Assumption of a graph: that a number is at most a limit. Where it is not, the outputs are not those of the
-/// computation that was recorded.
+/// Condition of a graph: a number is at most a limit. If it is violated, the outputs differ from the recorded computation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
     /// The number.
     pub node: NodeId,
-    /// Its largest value.
+    /// Its upper limit.
     pub limit: f64,
-    /// Meaning of that, in words.
+    /// Its meaning, as text.
     pub condition: String,
 }
 

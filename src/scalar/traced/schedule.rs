@@ -1,7 +1,7 @@
 //! The order in which nodes are evaluated.
 //!
 //! Two orders are tried: that in which they were recorded, and that in which they are first needed when the outputs are
-//! asked for one after the other, of the operands of a node the one with the deeper expression first [Sethi, Ullman
+//! asked for in sequence, of the operands of a node the one with the deeper expression first [Sethi, Ullman
 //! 1970]. The one with fewer results alive at once is taken.
 
 use super::operation::{NodeId, Operation};
@@ -12,7 +12,7 @@ pub(super) struct Schedule {
     pub(super) places: Vec<NodeId>,
 }
 
-/// Orders the nodes that are wanted: constants, then all inputs, then operations.
+/// Orders the nodes that are requested: constants, then all inputs, then operations.
 pub(super) fn schedule(nodes: &[Operation], wanted: &[NodeId], n_inputs: usize) -> Schedule {
     let live = needed(nodes, wanted);
     let recorded: Vec<usize> = (0..nodes.len())

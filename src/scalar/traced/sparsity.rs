@@ -9,7 +9,7 @@ const WORD: usize = u64::BITS as usize;
 /// A set of inputs for each output.
 pub(super) struct Sparsity {
     words: usize,
-    /// Row after row.
+    /// Row by row.
     bits: Vec<u64>,
 }
 
@@ -41,7 +41,7 @@ impl Sparsity {
         }
     }
 
-    /// Whether an output depends on an input, by their places among those that were asked for.
+    /// Whether an output depends on an input, by their places among those that were requested.
     pub(super) fn depends(&self, output: usize, input: usize) -> bool {
         self.bits[output * self.words + input / WORD] >> (input % WORD) & 1 != 0
     }

@@ -1,4 +1,4 @@
-//! Tracing: a computation on numbers that record it.
+//! Tracing of computations.
 
 use super::graph::Graph;
 use super::number::{Traced, Tracing};
@@ -14,10 +14,10 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// Declares an input and returns its numbers, of a matrix column after column.
+    /// Declares an input and returns its entries, in column-major order.
     ///
     /// # Panics
-    /// If there is an input of that name.
+    /// If an input of that name exists.
     pub fn input(&mut self, port: Port) -> Vec<Traced> {
         let name = &port.name;
         assert!(
@@ -30,10 +30,10 @@ impl Tracer {
         numbers.map(Traced::input).collect()
     }
 
-    /// Declares an output, of a matrix column after column.
+    /// Declares an output, in column-major order.
     ///
     /// # Panics
-    /// If there is an output of that name, or it has another number of entries.
+    /// If an output of that name exists, or the number of entries is wrong.
     pub fn output<'a>(&mut self, port: Port, numbers: impl IntoIterator<Item = &'a Traced>) {
         let name = &port.name;
         assert!(
@@ -55,11 +55,10 @@ impl Tracer {
 /// Records a computation as a [`Graph`].
 ///
 /// The result of `work` depends only on its inputs and on constants, which are folded: parameters of a robot, a time
-/// step. Nodes without effect on an output are left out. The same computation gives the same graph, on any machine with the same
-/// mathematical functions.
+/// step. Nodes without effect on an output are dropped. The same computation gives the same graph, on all machines with the same mathematical functions.
 ///
 /// # Panics
-/// If `work` decides on the [value](Scalar::value) of a number that depends on an input, with the place.
+/// If `work` reads the [value](Scalar::value) of a number that depends on an input; the message contains the location.
 ///
 /// # Examples
 /// ```

@@ -23,7 +23,7 @@ use crate::scalar::{Dual, Over, Scalar};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuator<P = f64> {
-    /// A servo, whose target is the input; without one the input is the force of the motor.
+    /// A servo. Its target is the input; without a servo the input is the motor force.
     pub servo: Option<Servo<P>>,
     /// The motor's torque–speed curve.
     pub torque_speed: Option<TorqueSpeed<P>>,
@@ -46,7 +46,7 @@ numbers! { pub struct Actuator {
     velocity: part(VelocityLimit),
 } }
 
-/// A motor without curve and limits on a joint without friction and stops. Derived, it would ask for a default of the scalar.
+/// A motor without curve and limits on a joint without friction and stops. A derived implementation would require a default of the scalar.
 impl<P> Default for Actuator<P> {
     fn default() -> Self {
         Self {
@@ -81,7 +81,7 @@ impl<P: Scalar> Actuator<P> {
         );
     }
 
-    /// The force on the coordinate at position `q`, velocity `v` and input `u`; friction is that of the smoothed law.
+    /// Computes the force on the coordinate at position `q`, velocity `v` and input `u`, with the smoothed friction law.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
         let mut tau = self.motor(Some(q), v, u);
         self.add_brakes(self.friction.as_ref(), v, &mut tau);

@@ -8,28 +8,28 @@ use crate::scalar::{Over, Scalar};
 pub struct CoulombFriction<P = f64> {
     /// f, N·m or N.
     pub force: P,
-    /// `v_s` of the smoothed law, rad/s or m/s: at this speed 71 % of the force act. Smaller holds better at rest (under a force τ = r f it creeps at
-    /// `v_s` r / √(1 − r²)) and makes the joint stiffer against small motion: steps of Runge and Kutta must be shorter than about 2 I `v_s` / f with an
-    /// inertia I, those of the other integrators need not.
+    /// `v_s` of the smoothed law, rad/s or m/s: at this speed 71 % of the force acts. A smaller value holds better at rest: under a force τ = r f the
+    /// joint creeps at `v_s` r / √(1 − r²). It also makes the joint stiffer against small motion: with an inertia I, Runge–Kutta steps must be
+    /// shorter than about 2 I `v_s` / f; the other integrators have no such limit.
     pub slip_velocity: P,
-    /// Law of the force.
+    /// Law of the friction force.
     pub law: FrictionLaw,
 }
 
 /// Law of dry friction between rest and motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionLaw {
-    /// Stick and slip. Over a step the force τ is that with which |τ| ≤ f, and
+    /// Stick and slip. Over a step the force τ satisfies |τ| ≤ f, and
     ///
     /// > v⁺ = 0,  or  τ = −f where v⁺ > 0,  or  τ = f where v⁺ < 0
     ///
-    /// for the velocity v⁺ = v + Δt v̇ after it: a joint at rest stays exactly there until more than f acts on it. Derivatives are those of the joint
-    /// that is held, or that of one that slides under a constant force; where it starts or stops sliding, those of one side.
+    /// for the velocity v⁺ = v + Δt v̇ after the step. A joint at rest stays exactly at rest until more than f acts on it. Derivatives are those of a
+    /// joint that is held or that slides under a constant force; at the transition they are those of one side.
     ///
-    /// Both methods of Euler simulate it. At an instant, with Runge and Kutta's method and with the implicit midpoint rule the force is that of the
-    /// [smoothed](Self::Smoothed) law, which [`Simulator::remarks`](crate::Simulator::remarks) says.
+    /// Both Euler methods simulate it. Runge–Kutta, the implicit midpoint rule and evaluations at an instant use the [smoothed](Self::Smoothed) law
+    /// instead; [`Simulator::remarks`](crate::Simulator::remarks) reports this.
     Exact,
-    /// τ = −f v / √(v² + `v_s²`), smooth through rest, where it creeps.
+    /// τ = −f v / √(v² + `v_s²`), smooth through rest. A loaded joint creeps.
     Smoothed,
 }
 
@@ -43,7 +43,7 @@ numbers! { pub struct CoulombFriction {
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
 impl<P: Scalar> CoulombFriction<P> {
-    /// Friction that holds, of a force f in N·m or N. The slip velocity of integrators that smooth it is 0.01 rad/s or m/s.
+    /// Friction that holds a joint at rest, with the force f in N·m or N. Integrators that smooth it use a slip velocity of 0.01 rad/s or m/s.
     pub fn exact(force: P) -> Self {
         Self {
             law: FrictionLaw::Exact,

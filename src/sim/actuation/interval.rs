@@ -3,7 +3,7 @@
 use crate::numbers::{each_lane, numbers};
 use crate::scalar::Scalar;
 
-/// All numbers from a lower to an upper end.
+/// A closed interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<P = f64> {
     /// The lower end.

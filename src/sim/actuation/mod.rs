@@ -1,20 +1,20 @@
 //! Actuation between the input and the force on a joint: the motor, friction, limits.
 //!
-//! For each velocity coordinate, with the input u (0 where there is none), in this order:
+//! For each velocity coordinate, with the input u (0 for a coordinate without input), in this order:
 //!
 //! > τ = E(C(G(q, v, u), v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
 //!
-//! | part | what it is |
+//! | part | meaning |
 //! |---|---|
-//! | G | the input itself, or what a servo makes of it: n (g u + b − `k_p` n q − `k_v` n v) with u within its range |
+//! | G | the input itself, or the servo force n (g u + b − `k_p` n q − `k_v` n v) with u within its range |
 //! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
 //! | E | the effort limit and the range of the servo's motor: within ±`τ_limit` and n times that range |
 //! | F | dry friction: stick and slip, at most f; or smoothed, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
 //! | L | position limits: a spring and damper beyond each end, which push back only |
 //! | S | the velocity limit: a damper for the speed beyond it |
 //!
-//! Motor and effort limit what the motor gives, not what friction and stops do. All parts are differentiable in q, v, u and in their
-//! own numbers; where a limit is just reached, the derivative is that of the inner side.
+//! Torque–speed curve and effort limit bound the motor force only, not friction or joint limits. All parts are differentiable in q, v, u and in their
+//! parameters; exactly at a limit, the derivative is that of the inner side.
 
 mod actuator;
 mod coulomb_friction;
@@ -57,7 +57,7 @@ pub struct Actuation<P = f64> {
 numbers! { pub struct Actuation { actuators: part(Actuator), structure: kept() } }
 
 /// Response time of a stop or a speed limit where the file gives only its place, s: a joint that hits a stop at speed v goes about
-/// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
+/// v times this beyond it. Runge–Kutta steps of twice this and longer are unstable.
 const DEFAULT_RESPONSE_TIME: f64 = 0.01;
 
 impl Actuation<f64> {
@@ -69,12 +69,13 @@ impl Actuation<f64> {
         }
     }
 
-    /// Actuation that the description states for each joint: limits of effort, position and velocity, and Coulomb friction.
+    /// The actuation in the robot description of each joint: limits of effort, position and velocity, and Coulomb friction.
     ///
-    /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
-    /// joint feels at the neutral configuration while the others are free, and so is the speed limit. Friction is [exact](FrictionLaw::Exact), that of
-    /// planar and floating joints smoothed; the slip velocity is 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
-    /// step resolves, which only [`RungeKutta4`](crate::Integrator::RungeKutta4) minds: the other integrators take them at the end of the step.
+    /// Descriptions do not give the stiffness of joint limits. Joint and speed limits are critically damped here, with a response time of 10 ms for
+    /// the inertia that the joint feels at the neutral configuration while the other joints are free. Friction is [exact](FrictionLaw::Exact), and
+    /// smoothed for planar and floating joints; the slip velocity is 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) replaces these values.
+    /// On light links they are far stiffer than a step resolves. This matters only for [`RungeKutta4`](crate::Integrator::RungeKutta4): the other
+    /// integrators evaluate these forces at the end of the step.
     pub fn from_model(model: &Model) -> Self {
         let mut out = Self::ideal(model);
         let inverse = mass_matrix_inverse(model, model.neutral().as_slice());
@@ -103,16 +104,16 @@ impl Actuation<f64> {
         out
     }
 
-    /// Gives the coordinates of a joint an actuator.
+    /// Sets the actuator of a joint's coordinates.
     ///
     /// # Errors
     /// If the model has no joint of that name.
     ///
     /// # Panics
-    /// If the actuators are those of another robot, the joint follows another one, position limits or a position gain are given to a joint of several degrees of freedom, or
-    /// exact friction to a planar or floating one. If a number makes no sense:
-    /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
-    /// threshold, a lower end above the upper one, of ranges too. If there is a torque–speed curve beside a servo with gains.
+    /// If the actuators belong to another robot, or the joint is a mimic joint. If a joint of several degrees of freedom gets position limits or a
+    /// position gain, or a planar or floating joint gets exact friction. If a parameter is negative or not finite (an effort limit may be infinite),
+    /// a slip velocity is 0, a maximum speed is not above its threshold, or the lower end of a limit or range is above the upper end. If a
+    /// torque–speed curve is combined with a servo that has gains.
     pub fn with_actuator(
         mut self,
         model: &Model,
@@ -153,10 +154,10 @@ impl<P: Scalar> Actuation<P> {
         &self.actuators
     }
 
-    /// Other numbers in the same parts: over dual numbers, for derivatives in them.
+    /// The same actuation with other parameters: over dual numbers, for derivatives in the parameters.
     ///
     /// # Panics
-    /// If there are not as many actuators, or a number makes no sense, as in [`with_actuator`](Self::with_actuator).
+    /// If the number of actuators is wrong, or a parameter is out of range as in [`with_actuator`](Self::with_actuator).
     pub fn with_actuators<Q: Over<P>>(&self, actuators: &[Actuator<Q>]) -> Actuation<Q> {
         assert_eq!(
             actuators.len(),
@@ -171,7 +172,7 @@ impl<P: Scalar> Actuation<P> {
     }
 
     /// # Panics
-    /// If they are those of another robot.
+    /// If they belong to another robot.
     pub(super) fn check(&self, model: &Model<P>) {
         self.structure.check(model, "the actuators");
     }

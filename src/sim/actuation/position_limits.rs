@@ -1,17 +1,17 @@
-//! Stops at the ends of joints.
+//! Joint limits.
 
 use crate::contact::HuntCrossley;
 use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 
-/// Stops at the ends of a joint.
+/// Position limits of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionLimits<P = f64> {
     /// Least position, rad or m.
     pub lower: Option<P>,
     /// Largest position, rad or m.
     pub upper: Option<P>,
-    /// The force of a stop, for depth and rate of going beyond it.
+    /// The force of a joint limit, as a function of the depth beyond the limit and its rate.
     pub stop: HuntCrossley<P>,
 }
 

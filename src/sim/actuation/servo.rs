@@ -4,14 +4,15 @@ use super::interval::Interval;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
-/// Motor with a control loop of its own, whose input u is a target: an angle, a speed, or whatever its gains make of it.
+/// Motor with its own control loop. The input u is its target: a position, a velocity, or a combination set by the gains.
 ///
 /// At the position q and the velocity v of its joint, with the gear ratio n, the force on the joint is
 ///
 /// > τ = n (g u + b − `k_p` n q − `k_v` n v),
 ///
-/// with u within its range and the force of the motor, τ / n, within its own. The effort limit of its [`Actuator`](super::Actuator) bounds τ, too. Steps of Euler take position and velocity of their end, q + Δt v⁺ and v⁺, which is
-/// stable whatever the gains are: A and B are those of this step. Runge and Kutta's method and the implicit midpoint rule take it as any other force.
+/// with u within its range and the force of the motor, τ / n, within its own. The effort limit of its [`Actuator`](super::Actuator) also bounds τ.
+/// Euler steps use position and velocity at the end of the step, q + Δt v⁺ and v⁺, which is stable for all gains; A and B are those of this step.
+/// Runge–Kutta and the implicit midpoint rule treat the servo force like any other force.
 ///
 /// | servo | constructor | u |
 /// |---|---|---|
@@ -43,11 +44,11 @@ pub struct Servo<P = f64> {
     pub gain: P,
     /// b, force of the motor without input, N·m or N.
     pub bias: P,
-    /// `k_p`, N·m/rad or N/m of the motor. Steps take a negative one, which drives away, at their start.
+    /// `k_p`, N·m/rad or N/m of the motor. A negative gain, which drives away from the target, is evaluated at the start of the step.
     pub position_gain: P,
-    /// `k_v`, N·m·s/rad or N·s/m of the motor. Steps take a negative one at their start.
+    /// `k_v`, N·m·s/rad or N·s/m of the motor. A negative gain is evaluated at the start of the step.
     pub velocity_gain: P,
-    /// Least and largest input: one beyond is taken as if it were the end, in steps and in their derivatives, which at an end are those of the inner side.
+    /// Least and largest input. Steps and their derivatives clamp the input to this range; at an end the derivatives are those of the inner side.
     pub input_range: Option<Interval<P>>,
     /// Least and largest force of the motor before the gear, N·m or N.
     pub force_range: Option<Interval<P>>,
@@ -90,12 +91,12 @@ impl<P: Scalar> Servo<P> {
         }
     }
 
-    /// [`position`](Self::position) with the `k_v` = 2 ζ √(`k_p` I) of a damping ratio ζ.
+    /// [`position`](Self::position) with `k_v` = 2 ζ √(`k_p` I) for a damping ratio ζ.
     ///
     /// * `kp` – N·m/rad or N/m, not negative
     /// * `ratio` – ζ, 1 for critical damping
-    /// * `inertia` – I that the joint feels, kg·m² or kg: 1 / (M⁻¹)ₖₖ of [`mass_matrix_inverse`](crate::dynamics::mass_matrix_inverse) where the other
-    ///   joints are free
+    /// * `inertia` – the inertia I that the joint feels, kg·m² or kg: 1 / (M⁻¹)ₖₖ of [`mass_matrix_inverse`](crate::dynamics::mass_matrix_inverse) if
+    ///   the other joints are free
     pub fn position_with_damping_ratio(kp: P, ratio: P, inertia: P) -> Self {
         Self::position(kp, ratio * (kp * inertia).sqrt() * 2.0)
     }

@@ -1,4 +1,4 @@
-//! Servos that act on several joints at once, along a tendon.
+//! Servos on tendons, which act on several joints at once.
 
 use super::actuator::Actuator;
 use super::servo::Servo;
@@ -7,10 +7,10 @@ use crate::model::{Model, Structure};
 use crate::numbers::{Domain, numbers};
 use crate::scalar::{Over, Scalar, is_more_than_values};
 
-/// A servo on a tendon that is fixed to joints, with an input of its own: its length is Σ cᵢ qᵢ, and its force F on each joint cᵢ F.
+/// A servo on a tendon that is fixed to joints, with its own input. The tendon length is Σ cᵢ qᵢ; a tendon force F acts with cᵢ F on joint i.
 ///
-/// With one joint it is a further servo of that joint. Steps of Euler take the force of their end, whose gains are not diagonal: it is found by a solver, with
-/// all other forces of rows. Without gains it needs none.
+/// On a tendon of one joint it is an additional servo of that joint. Euler steps use the force at the end of the step. Its gains are not diagonal, so
+/// the constraint solver finds it together with the other constraint forces. A servo without gains needs no solver.
 ///
 /// # Examples
 /// ```
@@ -68,10 +68,10 @@ impl TendonServo<f64> {
     /// * `servo` – its force along the tendon: q and v of a [`Servo`] are length and rate
     ///
     /// # Errors
-    /// If the model has no joint of a name.
+    /// If the model has no joint with this name.
     ///
     /// # Panics
-    /// If there is no joint, one has several degrees of freedom or follows another, or a number makes no sense, as for
+    /// If the list of joints is empty, a joint has several degrees of freedom or is a mimic joint, or a parameter is out of range as in
     /// [`Actuation::with_actuator`](super::Actuation::with_actuator).
     pub fn new(
         model: &Model,
@@ -103,7 +103,7 @@ impl TendonServo<f64> {
     /// * `limit` – N·m or N, behind the gear
     ///
     /// # Panics
-    /// If it is negative or not a number.
+    /// If it is negative or NaN.
     #[must_use]
     pub fn with_effort(mut self, limit: f64) -> Self {
         self.actuator.effort = Some(limit);
@@ -171,7 +171,7 @@ impl<P: Scalar> TendonServo<P> {
     }
 
     /// # Panics
-    /// If it is that of another robot.
+    /// If it belongs to another robot.
     pub(crate) fn check(&self, model: &Model<P>) {
         self.structure.check(model, "the servos of tendons");
     }

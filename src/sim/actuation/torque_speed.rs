@@ -3,14 +3,14 @@
 use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 
-/// Torque–speed curve of a motor: the torque that it has at each speed, symmetric in both.
+/// Torque–speed curve of a motor: the available torque at each speed, symmetric in torque and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueSpeed<P = f64> {
     /// `τ_max`, N·m or N.
     pub torque: P,
-    /// `ω_th`, up to which there is all of it, rad/s or m/s.
+    /// `ω_th`, the speed up to which the full torque is available, rad/s or m/s.
     pub threshold: P,
-    /// `ω_max`, from which on there is none; larger than `ω_th`.
+    /// `ω_max`, the speed at which the torque is zero, rad/s or m/s; larger than `ω_th`.
     pub maximum: P,
 }
 

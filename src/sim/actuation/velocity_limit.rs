@@ -1,14 +1,14 @@
-//! Limits of speed.
+//! Speed limits.
 
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
-/// A damper that acts on what is too fast.
+/// Speed limit: a damper that acts on the speed beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityLimit<P = f64> {
-    /// Speed from which on it acts, rad/s or m/s.
+    /// Speed above which the damper acts, rad/s or m/s.
     pub speed: P,
-    /// Force by excess of speed, N·m·s/rad or N·s/m.
+    /// Force per excess speed, N·m·s/rad or N·s/m.
     pub damping: P,
 }
 

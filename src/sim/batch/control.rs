@@ -1,16 +1,16 @@
-//! Context of a batch control law: the step, the time and the states in the lanes that it acts on.
+//! Context of a batch controller: the step, the time and the states in its lanes.
 
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::scalar::Lanes;
 
-/// Which step of which states the input is for.
+/// The step and the states for which an input is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchMoment {
     /// Index of the step, from 0.
     pub step: usize,
     /// Time at its start, s.
     pub time: f64,
-    /// Index of the state in each lane. Lanes that fill up the last group repeat the last index.
+    /// Index of the state in each lane. Unused lanes of the last group repeat the last index.
     pub indices: [usize; BATCH_WIDTH],
 }
 
@@ -31,7 +31,7 @@ impl BatchMoment {
         }
     }
 
-    /// Picks a number for each lane by the index of its state.
+    /// Fills each lane with a number that depends on the index of its state.
     ///
     /// # Examples
     /// ```

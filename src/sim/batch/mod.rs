@@ -1,14 +1,13 @@
 //! Many states of one robot, or of many variants of it, simulated at once.
 //!
-//! The states stand side by side in the lanes of a [`BatchScalar`], one group of [`BATCH_WIDTH`] after the other, and the very
-//! [`Simulator::step_into`] that steps one state steps each group: nothing of the physics is written here. Groups share nothing,
-//! so they are spread over the cores.
+//! The states occupy the lanes of a [`BatchScalar`], in groups of [`BATCH_WIDTH`]. [`Simulator::step_into`], which steps a single state, also steps
+//! each group: this module contains no physics. Groups share no data and run on all cores.
 //!
-//! A lane goes through the same operations in the same order as a single number does. So every state comes out with the very bits that a
-//! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
-//! happens to the others. The last group is filled up with copies of the last state.
+//! A lane performs the same operations in the same order as a single number. So each state is bit-identical to the result of a single [`Simulator`],
+//! independent of its position in the batch, of the number of states and threads, and of the other states. Copies of the last state fill the last
+//! group.
 //!
-//! Where the CPU has no registers for lanes, each state of a group goes through the code of one state.
+//! On a CPU without vector registers for lanes, the code for a single state steps the states one by one.
 
 mod control;
 mod environments;

@@ -1,4 +1,4 @@
-//! Readings of sensors, row by row in the caller's memory.
+//! Sensor readings, row by row in the caller's memory.
 
 use crate::scalar::{Over, Scalar};
 use crate::sim::sensors::{SensorScratch, Sensors};

@@ -10,7 +10,7 @@ use crate::model::Structure;
 use crate::sim::state::State;
 use crate::sim::status::{RolloutStatus, SolverFailure};
 
-/// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
+/// The trajectories of a batch. Each ends at its last finite state. The default has no trajectories.
 #[derive(Clone, Debug, Default)]
 pub struct BatchRollout {
     /// Time between two states, s.
@@ -36,11 +36,11 @@ struct Trajectories<'a> {
 
 impl BatchSimulator {
     /// Takes `steps` steps from each of the initial states; `control(moment, states, u)` sets the input of the states in the lanes of one
-    /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
+    /// group (u starts at zero). Several threads call it, and a thread finishes all steps of a group before the next group.
     ///
-    /// A trajectory stops at the first input or state that is not finite, or faster than the [bound](crate::Simulator::with_divergence_bound),
-    /// and says so in its status; the others go on. Where all states together would need more memory than the [limit](crate::memory), all stop before
-    /// the first step.
+    /// A trajectory stops at the first input or state that is not finite, or exceeds the [divergence bound](crate::Simulator::with_divergence_bound),
+    /// and its status reports this; the other trajectories continue. If all states together would need more memory than the [limit](crate::memory),
+    /// all trajectories stop before the first step.
     ///
     /// # Panics
     /// If the states are not as many as the simulator was made for, or if one has the wrong length.
@@ -67,8 +67,8 @@ impl BatchSimulator {
         out
     }
 
-    /// [`rollout`](Self::rollout) into the memory of another rollout, which one of as many states and steps uses again: to write to
-    /// memory for the first time takes longer than to step a small robot.
+    /// [`rollout`](Self::rollout) into the memory of an earlier rollout, which is reused if the numbers of states and steps are equal. The first
+    /// write to new memory takes longer than a step of a small robot.
     ///
     /// # Panics
     /// If the states are not as many as the simulator was made for, or if one has the wrong length.
@@ -112,12 +112,12 @@ impl BatchSimulator {
         });
     }
 
-    /// [`rollout`](Self::rollout) with inputs that are given beforehand.
+    /// [`rollout`](Self::rollout) with given inputs.
     ///
-    /// * `inputs` – those of one state after the other, each step by step, length `len` × `steps` × `nu` (N·m or N)
+    /// * `inputs` – inputs of all steps of the first state, then of the next state, and so on, length `len` × `steps` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for.
+    /// If the number of states or inputs is wrong.
     pub fn rollout_inputs(
         &mut self,
         initial: &[State],
@@ -233,7 +233,7 @@ impl BatchRollout {
         self.groups[i / BATCH_WIDTH].solver_failures()[i % BATCH_WIDTH]
     }
 
-    /// Number of states of a trajectory: one more than steps were taken.
+    /// Number of states of a trajectory: one more than its steps.
     ///
     /// # Panics
     /// If there is no such trajectory.
@@ -246,7 +246,7 @@ impl BatchRollout {
         }
     }
 
-    /// All states of a trajectory as rows of their numbers (q, v, state of contact), one after the other.
+    /// All states of a trajectory, one row (q, v, contact state) per state.
     ///
     /// # Panics
     /// If there is no such trajectory.
@@ -257,9 +257,9 @@ impl BatchRollout {
         &self.numbers[start..start + length]
     }
 
-    /// The memory of all trajectories, for who wants to keep it without a copy: that of trajectory `i` begins at `i` × (steps + 1) × (nq + nv +
-    /// numbers of a state of contact), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
-    /// trajectory, means nothing.
+    /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv + length of the contact state);
+    /// its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). The content of later rows, and after the last trajectory, is
+    /// unspecified.
     #[doc(hidden)]
     pub fn into_numbers(self) -> Vec<f64> {
         self.numbers
@@ -281,7 +281,7 @@ impl BatchRollout {
         &self.row(i, k)[self.nq..self.nq + self.nv]
     }
 
-    /// The state of contact of trajectory `i` after `k` steps.
+    /// The contact state of trajectory `i` after `k` steps.
     ///
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.

@@ -1,4 +1,4 @@
-//! Steps of a batch.
+//! The simulator of a batch.
 
 use super::group::Group;
 use super::one_by_one::OneByOne;
@@ -88,17 +88,17 @@ type StepGroup = fn(
     reason = "a count, none of which is rare"
 )]
 impl BatchSimulator {
-    /// A simulator of `len` states of one robot, on all cores.
+    /// Makes a simulator of `len` states of one robot, on all cores.
     pub fn new(simulator: Simulator, len: usize) -> Self {
         Self::of(simulator, None, len)
     }
 
-    /// A simulator of one state of each variant of a robot: same structure, other masses, lengths, damping, gravity and so on
-    /// (domain randomisation). All else is that of `simulator`: time step, integrator, actuation, contact models and their points, terrain,
-    /// constraints. All models must resemble its model.
+    /// Makes a simulator of one state per variant of a robot (domain randomisation). Variants have the same structure and other masses, lengths,
+    /// damping, gravity and so on. Time step, integrator, actuation, contact models and points, terrain and constraints are those of `simulator`. All
+    /// models must have the structure of its model.
     ///
     /// # Errors
-    /// If a model differs from that of the simulator in more than numbers; the error names the model and the first difference.
+    /// If the structure of a model differs from that of the simulator's model; the error names the model and the first difference.
     ///
     /// # Examples
     /// ```
@@ -210,11 +210,12 @@ impl BatchSimulator {
         out.with_threads(available_threads())
     }
 
-    /// Uses at most this many threads of rayon's pool; one needs no pool. Without the feature `parallel` there is always one.
-    /// Results do not depend on it.
+    /// Uses at most this many threads of rayon's pool. One thread needs no pool. Without the feature `parallel` there is always one thread. Results
+    /// do not depend on the number of threads.
     ///
-    /// Unless the program has made rayon's global pool, its threads get stacks of 8 MiB (or what the variable `RUST_MIN_STACK` says): without
-    /// optimisation steps of batches may need more than the 2 MiB of other threads, pools that programs make among them.
+    /// Unless the program has made rayon's global pool, its threads get stacks of 8 MiB, or of the size in the variable `RUST_MIN_STACK`. In builds
+    /// without optimisation, steps of batches may need more than the 2 MiB that other threads have by default, including those of pools that the
+    /// program makes.
     ///
     /// # Panics
     /// If it is zero.
@@ -227,8 +228,8 @@ impl BatchSimulator {
         self
     }
 
-    /// Steps the states one by one, through the code of one state, as is done by itself where the CPU has no
-    /// [registers for lanes](crate::Lanes::is_supported). Results do not depend on it.
+    /// Steps the states one by one with the code for a single state. This is automatic on a CPU without [registers for
+    /// lanes](crate::Lanes::is_supported). Results do not depend on it.
     #[must_use]
     pub fn with_states_one_by_one(mut self) -> Self {
         self.side_by_side = false;
@@ -246,7 +247,7 @@ impl BatchSimulator {
         self.len
     }
 
-    /// The most threads that are used.
+    /// The maximum number of threads.
     pub fn threads(&self) -> usize {
         self.workers.len()
     }
@@ -271,7 +272,7 @@ impl BatchSimulator {
         self.simulator.nu()
     }
 
-    /// Puts states into lanes, to be stepped. Allocates. States from outside should be [checked](State::check) before.
+    /// Packs states into lanes. Allocates. [Check](State::check) states from outside the program first.
     ///
     /// # Panics
     /// If there are not as many as the simulator was made for, or if one has the wrong length.
@@ -280,16 +281,15 @@ impl BatchSimulator {
         BatchStates::new(&self.simulator, states)
     }
 
-    /// Advances all states by one time step, each with its own input held constant. One thread allocates nothing; to hand work
-    /// to several, rayon may.
+    /// Advances all states by one time step, each with its own input held constant. With one thread it does not allocate; with several threads rayon may.
     ///
-    /// A state whose input or next state is not finite, or whose next state is faster than the
-    /// [bound](Simulator::with_divergence_bound), stops and says so, see [`BatchStates::status`]; the others go on.
+    /// A state whose input or next state is not finite, or whose next state exceeds the [divergence bound](Simulator::with_divergence_bound), stops,
+    /// and [`BatchStates::status`] reports this; the other states continue.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If the states are of another robot, or if states or inputs are not as many as the simulator was made for.
+    /// If the states belong to another robot, or the number of states or inputs is wrong.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
         self.step_times(states, inputs, 1);
     }

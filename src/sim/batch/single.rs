@@ -1,6 +1,6 @@
 //! A batch in single precision.
 //!
-//! Functions that step are marked to be inlined, so that programs that use them compile the physics on this scalar, and others do not.
+//! Functions that step are marked `#[inline]`: only programs that use them compile the physics for this scalar.
 
 use super::groups::Groups;
 use super::worker::Worker;
@@ -10,34 +10,34 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::status::{RolloutStatus, SolverFailure};
 
-/// States that a batch in single precision steps side by side: twice as many as one in double precision, in the same registers.
+/// Number of states in a group in single precision: twice that of double precision, in the same registers.
 pub const SINGLE_WIDTH: usize = 2 * BATCH_WIDTH;
 
 /// The scalar of a batch in single precision.
 pub type SingleScalar = SingleLanes<SINGLE_WIDTH>;
 
-/// Steps many states of one robot at once in single precision, with the very [`Simulator::step_into`] that steps one in double.
+/// Steps many states of one robot at once in single precision, with the same [`Simulator::step_into`] as in double precision.
 ///
-/// For work that takes many steps and few digits: sampling, reinforcement learning, first guesses. [`BatchSimulator`](super::BatchSimulator) has all
-/// digits, trajectories and variants of a robot.
+/// For work that needs many steps and few digits: sampling, reinforcement learning, initial guesses. [`BatchSimulator`](super::BatchSimulator) has
+/// double precision, trajectories and variants of a robot.
 ///
-/// # How far off states are
-/// Joint forces and accelerations of an arm, a quadruped and a humanoid are within 6e-7 of the largest one at the same state. Of motions, in steps of
-/// 1 ms, the largest difference from [`Simulator`] in any coordinate (rad or m, rad/s or m/s), relative to the largest of them at that time, or to
-/// one, as the test `single_precision` finds it and bounds it by three to seven times as much:
+/// # Accuracy At equal states, the errors of joint forces and accelerations of an arm, a quadruped and a humanoid are within 6e-7 of the largest
+/// value. The table shows motions with steps of 1 ms: the largest difference from [`Simulator`] in any coordinate (rad or m, rad/s or m/s), relative
+/// to the largest coordinate at that time, or to one. The test `single_precision` measures these values and bounds them at three to seven times as
+/// much:
 ///
 /// | motion | after one step | within 1,000 steps |
 /// |---|---|---|
 /// | 7-joint arm, held by springs and dampers of its motors | 2e-7 | 4e-6 |
-/// | the same without motors, which falls and whirls | 3e-8 | 0.07 |
+/// | the same without motors, falling and rotating fast | 3e-8 | 0.07 |
 /// | quadruped in the air | 3e-8 | 9e-6 |
-/// | box that slides on relaxed rigid ground and stops | 3e-9 | 5e-7 |
+/// | box that slides on regularised rigid ground and stops | 3e-9 | 5e-7 |
 /// | the same on soft ground | 3e-9 | 1e-6 |
 /// | the same on rigid ground | 2e-8 | 2e-5 |
 ///
-/// Chaotic motions, as that of the arm that falls, part after a while in any precision, in this one sooner.
+/// Chaotic motions, such as that of the falling arm, diverge after some time in any precision, and sooner in single precision.
 ///
-/// The depth of a contact is a difference of heights: at 1 m above the origin it has a rounding of 1e-7 m, against a stiff spring.
+/// The depth of a contact is a difference of heights: at 1 m above the origin its rounding error is 1e-7 m, multiplied by the stiffness of the contact.
 ///
 /// # Examples
 /// ```
@@ -100,7 +100,7 @@ impl SingleBatch {
     }
 
     /// Advances all states by one time step, each with its own input held constant. A state whose input or next state is not finite, or whose next
-    /// state is faster than the [bound](Simulator::with_divergence_bound), stops where it is, see [`status`](Self::status); the others go on.
+    /// state is faster than the [bound](Simulator::with_divergence_bound), stops at its last state, see [`status`](Self::status); the other states continue.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///
@@ -134,7 +134,7 @@ impl SingleBatch {
         group.lane(lane)
     }
 
-    /// `Completed` while all steps were taken; else why and at which step, counted from 0 from the making of the batch, a state stopped.
+    /// `Completed` if all steps were taken; otherwise the reason and the step at which the state stopped, counted from 0 since the batch was made.
     ///
     /// # Panics
     /// If there is no such state.

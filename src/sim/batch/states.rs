@@ -7,7 +7,7 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::status::{RolloutStatus, SolverFailure};
 
-/// Many states, side by side in lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
+/// Many states, packed into lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
 #[derive(Clone, Debug)]
 pub struct BatchStates {
     /// Structure of the robot that they are of.
@@ -46,7 +46,7 @@ impl BatchStates {
         (0..self.groups.len).map(|i| self.state(i)).collect()
     }
 
-    /// Writes the numbers of all states row by row, each as [`State::copy_to_slice`] does: q, v and the state of contact. Does not allocate.
+    /// Writes all states row by row, in the format of [`State::copy_to_slice`]: q, v and the contact state. Does not allocate.
     ///
     /// * `out` – output, length `len` × the length of a state
     ///
@@ -62,8 +62,8 @@ impl BatchStates {
         }
     }
 
-    /// `Completed` while all steps were taken; else why and at which step a state stopped. The index of a step counts from 0, from
-    /// the making of the batch. Stopped states stay where they are until they are [`set`](Self::set).
+    /// `Completed` if all steps were taken; otherwise the reason and the step at which the state stopped, counted from 0 since the batch was made.
+    /// Stopped states keep their values until they are [`set`](Self::set).
     ///
     /// # Panics
     /// If there is no such state.
@@ -128,7 +128,7 @@ impl BatchStates {
         }
     }
 
-    /// The lanes of each group, with all coordinates: for control laws over [`BatchScalar`]. Lanes past the last state repeat it.
+    /// The states of each group in lanes, for controllers over [`BatchScalar`]. Lanes past the last state repeat it.
     #[doc(hidden)]
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &State<BatchScalar>> {
         self.groups.all.iter().map(|group| &group.state)

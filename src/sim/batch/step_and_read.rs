@@ -1,6 +1,6 @@
-//! Steps of a batch with what sensors read in them.
+//! Steps of a batch with sensor readings.
 //!
-//! Instantiated by programs that call it, not with the library.
+//! Compiled only in programs that call it.
 
 use super::group::Group;
 use super::readout::Readout;
@@ -18,9 +18,9 @@ use crate::sim::state::State;
 type Rows<'a> = (&'a mut Group<BatchScalar, BATCH_WIDTH>, &'a mut [f64]);
 
 impl BatchSimulator {
-    /// [`step`](Self::step), and what sensors read in it: [`Sensors::read_step_into`] of each state, bit for bit. Allocates a little.
+    /// [`step`](Self::step) with sensor readings, bit-identical to [`Sensors::read_step_into`] of each state. Allocates a little memory.
     ///
-    /// A state that has stopped is read as if it took the step that it does not take; its readings may not be finite.
+    /// Sensors of a stopped state are evaluated as if the state took the step; the readings may not be finite.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     /// * `out` – output: the readings of one state after the other, length `len` × [`Sensors::len`]

@@ -1,4 +1,4 @@
-//! Actuators that act on places instead of joints.
+//! Actuators that act on attachment frames instead of joints.
 
 use nalgebra::Vector3;
 
@@ -8,9 +8,9 @@ use crate::numbers::{Each, Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
 
-/// A wrench on a place of a robot times an entry of the input: a thruster, a rotor, a push.
+/// A wrench at an attachment frame, scaled by one entry of the input: a thruster, a rotor, a push.
 ///
-/// It needs no joint, so that it moves a floating base as well as any link. Its inputs come after those of the joints, see
+/// It needs no joint, so it can act on a floating base or any other link. Its input follows those of the joints, see
 /// [`Simulator::with_frame_actuators`](crate::Simulator::with_frame_actuators).
 ///
 /// # Examples
@@ -50,14 +50,14 @@ numbers! { pub struct FrameActuator {
 } }
 
 impl FrameActuator<f64> {
-    /// A wrench on a place times the input.
+    /// A wrench at an attachment frame, scaled by the input.
     ///
     /// * `wrench` – force and moment per unit of input (N and N·m per unit)
-    /// * `representation` – *body* for what is mounted on the robot, *mixed* for what pushes along the axes of the world; see
+    /// * `representation` – *body* for a device mounted on the robot, *mixed* for a push along world axes; see
     ///   [`ExternalForce`](super::ExternalForce)
     ///
     /// # Panics
-    /// If a number is not finite, or the wrench is zero.
+    /// If an entry is not finite, or the wrench is zero.
     pub fn new(
         name: impl Into<String>,
         place: Anchor,
@@ -80,16 +80,16 @@ impl FrameActuator<f64> {
         }
     }
 
-    /// A thruster, whose input is its thrust, N: a force along an axis that is fixed to the place, and the reaction to its rotor about that axis.
+    /// A thruster. Its input is the thrust, N: a force along an axis fixed to the attachment frame, and the reaction torque of its rotor about that axis.
     ///
-    /// The arm about the centre of mass is where the place is: [`Anchor::moved`] puts it beside a frame.
+    /// The lever arm follows from the origin of the attachment frame: [`Anchor::moved`] offsets it from a link or frame.
     ///
-    /// * `direction` – of the force on the robot, in the axes of the place; of any length but zero
+    /// * `direction` – of the force on the robot, in the axes of the attachment frame; any length except zero
     /// * `torque_ratio` – moment on the robot about the direction per thrust, N·m/N: positive for a rotor that turns left-handed about it, 0 for
     ///   a nozzle
     ///
     /// # Panics
-    /// If the direction has no length, or a number is not finite.
+    /// If the direction is zero, or an argument is not finite.
     pub fn thruster(
         name: impl Into<String>,
         place: Anchor,
@@ -108,10 +108,10 @@ impl FrameActuator<f64> {
         Self::new(name, place, wrench, Representation::Body)
     }
 
-    /// Six actuators, one for each coordinate of a force on a place (N; N·m): any push or tug at all, as it changes with time.
+    /// Six actuators, one for each coordinate of a wrench at an attachment frame (N; N·m): an arbitrary push that changes with time.
     ///
-    /// They are called `<name>.fx`, `.fy`, `.fz`, `.nx`, `.ny`, `.nz`. The closure of a rollout sets them like all inputs; a controller that must
-    /// not use them is designed on a simulator without.
+    /// They are called `<name>.fx`, `.fy`, `.fz`, `.nx`, `.ny`, `.nz`. The closure of a rollout sets them like all inputs. To keep a controller from
+    /// using them, design it on a simulator without them.
     ///
     /// # Examples
     /// ```
@@ -136,8 +136,8 @@ impl FrameActuator<f64> {
         })
     }
 
-    /// Limits what the actuator gives: an input beyond is taken as if it were the limit, in steps and in their derivatives, which at a limit are those of
-    /// the inner side. [`Simulator::effort_bounds`](crate::Simulator::effort_bounds) hands the limits to an optimiser.
+    /// Limits the input. Steps and their derivatives clamp it to the limits; at a limit the derivatives are those of the inner side.
+    /// [`Simulator::effort_bounds`](crate::Simulator::effort_bounds) returns the limits for an optimiser.
     ///
     /// * `lower`, `upper` – in the unit of the input; infinite for none
     ///
@@ -157,8 +157,8 @@ impl FrameActuator<f64> {
 }
 
 impl FrameActuator<f64> {
-    /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
+    /// Passes the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
+    pub(super) fn each_derivative<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
         let bounded = self.bounded(u);
         for unit in unit_forces::<T>() {
             each(unit.scaled(bounded));
@@ -187,27 +187,27 @@ impl<P: Scalar> FrameActuator<P> {
         &self.name
     }
 
-    /// Place at which it acts.
+    /// Attachment frame at which it acts.
     pub fn place(&self) -> &Anchor<P> {
         &self.place
     }
 
-    /// Representation of the wrench: the meaning of its numbers while the place moves.
+    /// Representation of the wrench: the axes and point of its coordinates while the attachment frame moves.
     pub fn representation(&self) -> Representation {
         self.representation
     }
 
-    /// The least input that acts; `None` without limits.
+    /// Lower limit of the input; `None` without limits.
     pub fn lower(&self) -> Option<P> {
         self.lower
     }
 
-    /// The largest input that acts; `None` without limits.
+    /// Upper limit of the input; `None` without limits.
     pub fn upper(&self) -> Option<P> {
         self.upper
     }
 
-    /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, the wrench, limits.
+    /// Passes each parameter with its name to `each`: origin and rotation of its attachment frame, the wrench, limits.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         each_place(&mut self.place, each);
         Numbers::each_number(self, each);

@@ -1,4 +1,4 @@
-//! Forces on places of a robot that come from outside.
+//! External forces on a robot.
 
 use super::function::{ForceFunction, Function};
 use super::{check_finite, each_place, unit_forces};
@@ -7,13 +7,13 @@ use crate::numbers::{Each, Numbers, numbers};
 use crate::scalar::{Cast, Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, Transform};
 
-/// A force on a place of a robot, constant or a function of how the place moves.
+/// A force at an attachment frame, constant or a function of the motion of that frame.
 ///
-/// The representation says what the numbers mean while the place moves: *body*: along its axes, and turning with them; *mixed*: along
-/// the axes of the world, through the origin of the place; *inertial*: along the axes of the world, about the world's origin, so that a line of
-/// action stays where it is.
+/// The representation defines the coordinates of the force while the frame moves. *Body*: along the axes of the frame, rotating with them. *Mixed*:
+/// along world axes, through the origin of the frame. *Inertial*: along world axes, about the world origin, so the line of action is fixed in the
+/// world.
 ///
-/// A force that changes with time, set by a closure, is an input: see [`FrameActuator::wrench`](super::FrameActuator::wrench).
+/// A force that changes with time is an input, set by the closure of a rollout: see [`FrameActuator::wrench`](super::FrameActuator::wrench).
 ///
 /// # Examples
 /// ```
@@ -51,10 +51,10 @@ numbers! { pub struct ExternalForce {
 numbers! { enum Kind { Constant(force: part(Force)), Function(function: part(Function)) } }
 
 impl ExternalForce<f64> {
-    /// A constant force on a place (N, and N·m about the origin that the representation says).
+    /// A constant force at an attachment frame (N, and N·m about the origin of the representation).
     ///
     /// # Panics
-    /// If a number is not finite.
+    /// If an entry is not finite.
     pub fn constant(place: Anchor, force: Force<f64>, representation: Representation) -> Self {
         check_finite("an external force", &force);
         Self {
@@ -64,12 +64,12 @@ impl ExternalForce<f64> {
         }
     }
 
-    /// A force that follows pose and velocity of a place. Its derivatives are part of those of a step.
+    /// A force that depends on pose and velocity of its attachment frame. Derivatives of a step include its derivatives.
     ///
-    /// It is that of the start of a step, with every integrator but Runge and Kutta's: drag of a coefficient c on a mass m wants steps below 2 m / c.
+    /// All integrators except Runge–Kutta evaluate it at the start of a step: drag with coefficient c on a mass m needs steps shorter than 2 m / c.
     ///
-    /// * `representation` – of the velocity that the function is given, and of the force that it returns
-    /// * `parameters` – handed on to the function; see [`with_parameters`](Self::with_parameters)
+    /// * `representation` – of the velocity that the function receives, and of the force that it returns
+    /// * `parameters` – passed to the function; see [`with_parameters`](Self::with_parameters)
     ///
     /// # Panics
     /// If there are more than [`MAX_FORCE_PARAMETERS`](super::MAX_FORCE_PARAMETERS) parameters.
@@ -88,8 +88,8 @@ impl ExternalForce<f64> {
 }
 
 impl ExternalForce<f64> {
-    /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope<T: Scalar>(
+    /// Passes the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
+    pub(super) fn each_derivative<T: Scalar>(
         &self,
         pose: &Transform<T>,
         V: &Motion<T>,
@@ -97,18 +97,18 @@ impl ExternalForce<f64> {
     ) {
         match &self.kind {
             Kind::Constant(_) => unit_forces().into_iter().for_each(each),
-            Kind::Function(function) => function.each_slope(pose, V, each),
+            Kind::Function(function) => function.each_derivative(pose, V, each),
         }
     }
 }
 
 impl<P: Scalar> ExternalForce<P> {
-    /// Place at which it acts.
+    /// Attachment frame at which it acts.
     pub fn place(&self) -> &Anchor<P> {
         &self.place
     }
 
-    /// Representation of the force: the meaning of its numbers while the place moves.
+    /// Representation of the force: the axes and point of its coordinates while the attachment frame moves.
     pub fn representation(&self) -> Representation {
         self.representation
     }
@@ -129,7 +129,7 @@ impl<P: Scalar> ExternalForce<P> {
         }
     }
 
-    /// Another constant force on the same place in the same representation: over dual numbers, for derivatives in the force.
+    /// Returns another constant force at the same attachment frame in the same representation: over dual numbers, for derivatives in the force.
     #[must_use]
     pub fn with_force<Q: Over<P>>(&self, force: Force<Q>) -> ExternalForce<Q> {
         ExternalForce {
@@ -141,7 +141,7 @@ impl<P: Scalar> ExternalForce<P> {
     /// Returns the force with other parameters of its function: over dual numbers, for derivatives in them.
     ///
     /// # Panics
-    /// If it is no function, or if there are not as many.
+    /// If it is not a function, or the number of parameters is wrong.
     #[must_use]
     pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> ExternalForce<Q> {
         let Kind::Function(function) = &self.kind else {
@@ -153,14 +153,14 @@ impl<P: Scalar> ExternalForce<P> {
         }
     }
 
-    /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, then a constant force or the parameters of a
+    /// Passes each parameter with its name to `each`: where its place is in its frame and by how much it is turned, then a constant force or the parameters of a
     /// function.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         each_place(&mut self.place, each);
         Numbers::each_number(self, each);
     }
 
-    /// The force in its representation, where the place has a pose in the world and a velocity in the same representation.
+    /// The force in its representation, for a pose of the attachment frame in the world and a velocity in the same representation.
     pub(super) fn force_at<T: Over<P>>(&self, pose: &Transform<T>, V: &Motion<T>) -> Force<T> {
         match &self.kind {
             Kind::Constant(force) => force.lift(),

@@ -1,4 +1,4 @@
-//! Forces as a user's function.
+//! Forces given by user functions.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
-/// A force that follows how a place moves, written over the scalar.
+/// A force as a function of the motion of an attachment frame, generic over the scalar.
 ///
 /// # Examples
 /// ```
@@ -42,13 +42,12 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// ```
 ///
 /// # Limitations
-/// First and second derivatives only: third ones panic with a message that says so. A [`Traced`](crate::scalar::Traced) number records what the
-/// function does, with all derivatives.
+/// First and second derivatives only: third derivatives panic with a message. [`Traced`](crate::scalar::Traced) numbers record the function with all derivatives.
 pub trait ForceFunction: Send + Sync + 'static {
-    /// The force on the place (N, and N·m about the origin of its representation).
+    /// Computes the force at the attachment frame (N, and N·m about the origin of its representation).
     ///
-    /// * `pose` – of the place in the world
-    /// * `velocity` – of the place in the world, in the representation that the force has too (m/s, rad/s)
+    /// * `pose` – of the attachment frame in the world
+    /// * `velocity` – of the attachment frame in the world, in the representation of the force (m/s, rad/s)
     /// * `parameters` – those that the force was made with
     fn force<T: Scalar>(
         &self,
@@ -58,10 +57,10 @@ pub trait ForceFunction: Send + Sync + 'static {
     ) -> Force<T>;
 }
 
-/// The most parameters of a function.
+/// Maximum number of parameters of a function.
 pub const MAX_FORCE_PARAMETERS: usize = 8;
 
-/// Entries of pose and velocity of a place.
+/// Entries of pose and velocity of an attachment frame.
 const PLACE: usize = TRANSFORM_ENTRIES + SPATIAL;
 
 /// All that a function depends on.
@@ -71,7 +70,7 @@ const DIRECTIONS: usize = PLACE + MAX_FORCE_PARAMETERS;
 #[derive(Clone, Copy, Debug)]
 struct Jet {
     force: [f64; SPATIAL],
-    /// Of each coordinate in each entry of the place, then in each parameter.
+    /// Of each coordinate in each entry of the attachment frame, then in each parameter.
     slopes: [[f64; DIRECTIONS]; SPATIAL],
 }
 
@@ -86,7 +85,7 @@ trait ErasedForce: Send + Sync {
 
     fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature;
 
-    /// The function of place and parameters, for numbers without values.
+    /// The function of attachment frame and parameters, for numbers without values.
     fn graph(&self, parameters: usize) -> Graph;
 }
 
@@ -103,7 +102,7 @@ impl<F: ForceFunction> ErasedForce for F {
         }
     }
 
-    /// Row by row: the slopes along one direction, each with its derivatives.
+    /// Row by row: the derivatives along one direction, each with its derivatives.
     fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature {
         let mut out = [[[0.0; DIRECTIONS]; DIRECTIONS]; SPATIAL];
         for row in 0..PLACE + parameters.len() {
@@ -183,8 +182,8 @@ impl Function<f64> {
 }
 
 impl Function<f64> {
-    /// Hands the derivative of the force in each parameter to `each`.
-    pub(super) fn each_slope<T: Scalar>(
+    /// Passes the derivative of the force in each parameter to `each`.
+    pub(super) fn each_derivative<T: Scalar>(
         &self,
         pose: &Transform<T>,
         velocity: &Motion<T>,
@@ -228,10 +227,10 @@ impl<P: Scalar> Function<P> {
     }
 
     /// Values from the function, derivatives by the chain rule:  F(x) + Σ ∂F/∂xᵢ ξᵢ + ½ Σ ∂²F/∂xᵢ∂xⱼ ξᵢ ξⱼ  with ξ = x − value of x, lane by lane.
-    /// Numbers without values go through what the function does with them, with all their derivatives.
+    /// Numbers without values pass through the function with all their derivatives.
     ///
     /// # Panics
-    /// If derivatives of a higher order are asked for.
+    /// If derivatives of a higher order are requested.
     fn at<T: Scalar>(&self, x: &[T; DIRECTIONS]) -> [T; SPATIAL] {
         if const { !T::HAS_VALUES } {
             let (used, graph) = self.recorded();
@@ -249,7 +248,7 @@ impl<P: Scalar> Function<P> {
         out
     }
 
-    /// The numbers that the function depends on, and what it does with them.
+    /// The arguments of the function, and its result.
     fn recorded(&self) -> (usize, Graph) {
         let parameters = self.parameters.len();
         (PLACE + parameters, self.function.graph(parameters))

@@ -1,16 +1,16 @@
-//! Forces on places of a robot: external ones, and actuators that are not at a joint, such as thrusters.
+//! Forces at attachment frames: external forces, and actuators that are not at a joint, such as thrusters.
 //!
-//! Each is a term Jᵀ F of the equation of motion, where F is a force on a place ([`Anchor`]: a link or frame, or a point beside it) in a
-//! [`Representation`]:
+//! Each is a term Jᵀ F of the equation of motion, where F is a force at an attachment frame ([`Anchor`]: a link or frame, with an optional offset) in
+//! a [`Representation`]:
 //!
 //! | term | F |
 //! |---|---|
 //! | [`ExternalForce::constant`] | constant: a load, a steady wind |
-//! | [`ExternalForce::function`] | a function of pose and velocity of the place: drag, a tether, buoyancy |
-//! | [`FrameActuator`] | a wrench times an entry of the input: a thruster, or a push that changes with time |
+//! | [`ExternalForce::function`] | a function of pose and velocity of the attachment frame: drag, a tether, buoyancy |
+//! | [`FrameActuator`] | a wrench scaled by an entry of the input: a thruster, or a push that changes with time |
 //!
-//! F, and how it follows pose, velocity and input, is defined here only; steps, their Jacobians and recordings take the force on the body
-//! from [`FrameTerm::body_force`].
+//! Only this module defines F as a function of pose, velocity and input; steps, their Jacobians and recordings get the force on the body from
+//! [`FrameTerm::body_force`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -70,7 +70,7 @@ pub(crate) enum FrameTerm<'a, P> {
     Force(&'a ExternalForce<P>),
     Actuator {
         actuator: &'a FrameActuator<P>,
-        /// Which of the inputs of frame actuators is its own.
+        /// Index of its input among those of frame actuators.
         input: usize,
     },
 }
@@ -90,7 +90,7 @@ impl<P: Scalar> FrameTerm<'_, P> {
         }
     }
 
-    /// Its place among the inputs of frame actuators, if it has one.
+    /// Index of its input among those of frame actuators, if it has one.
     pub(crate) fn input(&self) -> Option<usize> {
         match self {
             Self::Force(_) => None,
@@ -104,7 +104,7 @@ impl<P: Scalar> FrameTerm<'_, P> {
         self.representation() == Representation::Body && !is_function
     }
 
-    /// The force on the body that carries the place, in the body (N, N·m about its origin).
+    /// The force on the body of the attachment frame, in the body (N, N·m about its origin).
     ///
     /// * `X_WB`, `V_B` – pose of the body, and its velocity in the body
     /// * `u` – its own entry of the input; of no meaning to a term without one
@@ -123,7 +123,7 @@ impl<P: Scalar> FrameTerm<'_, P> {
         X_BA.force(&self.representation().force_to_body(&X_WA, &F))
     }
 
-    /// Pose of the place in the world and its velocity in the representation.
+    /// Pose of the attachment frame in the world and its velocity in the representation.
     fn place_motion<T: Over<P>>(
         &self,
         X_BA: &Transform<P>,
@@ -138,8 +138,8 @@ impl<P: Scalar> FrameTerm<'_, P> {
 }
 
 impl FrameTerm<'_, f64> {
-    /// Hands the derivative of the [force](Self::body_force) on the body in each number of the term but those of its place to `each`, in their order.
-    pub(crate) fn each_slope<T: Scalar>(
+    /// Passes the derivative of the [force](Self::body_force) on the body in each parameter, except those of its attachment frame, to `each`, in order.
+    pub(crate) fn each_derivative<T: Scalar>(
         &self,
         X_BA: &Transform<f64>,
         X_WB: &Transform<T>,
@@ -153,8 +153,8 @@ impl FrameTerm<'_, f64> {
             each(X_BA.force(&representation.force_to_body(&X_WA, &F)));
         };
         match self {
-            Self::Actuator { actuator, .. } => actuator.each_slope(u, &mut on_body),
-            Self::Force(force) => force.each_slope(&X_WA, &V_A, &mut on_body),
+            Self::Actuator { actuator, .. } => actuator.each_derivative(u, &mut on_body),
+            Self::Force(force) => force.each_derivative(&X_WA, &V_A, &mut on_body),
         }
     }
 }
@@ -164,7 +164,7 @@ const AXES: [[&str; 3]; 2] = [["fx", "fy", "fz"], ["nx", "ny", "nz"]];
 
 numbers! { struct Force { linear: Finite((AXES[0])), angular: Finite((AXES[1])) } }
 
-/// Numbers of a place: coordinates of its origin, then components of its turn.
+/// Parameters of an attachment frame: coordinates of its origin, then components of its rotation.
 pub(crate) const PLACE_NUMBERS: usize = SPATIAL;
 
 fn each_place<P: Scalar>(place: &mut Anchor<P>, each: &mut Each<'_, P>) {
@@ -178,7 +178,7 @@ fn unit_forces<T: Scalar>() -> [Force<T>; SPATIAL] {
     std::array::from_fn(|k| Force::from_array(std::array::from_fn(|i| unit(i, k))))
 }
 
-/// Refuses a place that no force moves.
+/// Refuses an attachment frame that is fixed to the world.
 ///
 /// # Panics
 /// If it belongs to another robot, or is fixed to the world.
@@ -197,7 +197,7 @@ pub(super) fn check<P: Scalar>(what: &str, place: &Anchor<P>, model: &Model<P>) 
     );
 }
 
-/// Refuses numbers that are no force.
+/// Refuses a wrench that is not finite.
 fn check_finite(what: &str, force: &Force<f64>) {
     let numbers = force.to_array();
     assert!(

@@ -10,8 +10,7 @@
 use crate::scalar::{Linear, Scalar};
 use crate::sim::integrators::tree_lu::TreeLu;
 
-/// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well
-/// above rounding, and below the pivots of rows that differ at all.
+/// Pivot of S, relative to its diagonal entry, below which a row is redundant: well above rounding, and below the pivots of independent rows.
 const REDUNDANT: f64 = 1e-10;
 
 /// The same, relative to the largest diagonal entry: rows that nothing moves, as those across the plane of a linkage, are rounding, which S squares.
@@ -21,11 +20,11 @@ const NOISE: f64 = 1e-26;
 #[derive(Clone, Debug)]
 pub(super) struct Bilateral<T> {
     nv: usize,
-    /// J, row after row, `nv` numbers each.
+    /// J, row by row, `nv` numbers each.
     jacobian: Vec<T>,
-    /// N⁻¹ Gᵀ, column after column.
+    /// N⁻¹ Gᵀ, column by column.
     response: Vec<T>,
-    /// Row after row: the ratios below the diagonal, what is left on and above it.
+    /// Row by row: the factors below the diagonal, the remainder on and above it.
     factors: Vec<T>,
     /// Reciprocals of the diagonal after elimination; zero for redundant rows.
     reciprocals: Vec<T>,
@@ -54,7 +53,7 @@ impl<T: Scalar> Bilateral<T> {
         self.reciprocals.len()
     }
 
-    /// J, row after row.
+    /// J, row by row.
     pub(super) fn jacobian(&self) -> &[T] {
         &self.jacobian
     }
@@ -81,7 +80,7 @@ impl<T: Scalar> Bilateral<T> {
         self.forces = forces;
     }
 
-    /// Takes the factors of N, J, and G, each row after row.
+    /// Takes the factors of N, J, and G, each row by row.
     pub(super) fn factorize(&mut self, factor: &TreeLu<T>, jacobian: &[T], along: &[T]) {
         let (nv, n) = (self.nv.max(1), jacobian.len() / self.nv.max(1));
         self.jacobian.clear();
@@ -108,11 +107,11 @@ impl<T: Scalar> Bilateral<T> {
 
     /// S = L U
     ///
-    /// * `noise` – what a pivot of rounding may be
+    /// * `noise` – bound of a pivot that is rounding only
     fn eliminate(&mut self, noise: T) {
         let n = self.count();
         let S = &mut self.factors;
-        // The diagonal as it was stays in the reciprocals until its turn comes.
+        // The reciprocals contain the original diagonal until they are computed.
         (0..n).for_each(|k| self.reciprocals[k] = S[k * (n + 1)]);
         for k in 0..n {
             let (left, one) = (S[k * (n + 1)], T::one());

@@ -1,4 +1,4 @@
-//! Motion of one joint by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
+//! Motion of a single joint, on dual numbers: in its position or an offset from it, and in another offset or velocity.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! Motion of all joints: velocities change by an acceleration over one time, a kick, and positions move on at them for another one, a drift. A step of Euler has the same time
+//! Motion of all joints: velocities change by an acceleration over one time, a kick, and positions move on at them for another one, a drift. An Euler step has the same time
 //! for both.
 
 use nalgebra::Vector3;
@@ -57,7 +57,7 @@ pub(super) struct KickDrift<'a, T: Scalar> {
 }
 
 /// Sums of the gradient of motions.
-pub(super) struct MotionSlopes<'a, T> {
+pub(super) struct MotionGradientSum<'a, T> {
     /// In the acceleration.
     pub(super) a: &'a mut [T],
     /// In parameters of the model, with their places; empty where they are not wanted.
@@ -69,7 +69,7 @@ pub(super) struct MotionSlopes<'a, T> {
 
 impl<T: Scalar> KickDrift<'_, T> {
     /// Turns the weights λ of the end, in tangent directions of q and then of v, into those of the start, and adds the gradient in all else.
-    pub(super) fn pull(&self, lambda: &mut [T], out: &mut MotionSlopes<'_, T>) {
+    pub(super) fn pull(&self, lambda: &mut [T], out: &mut MotionGradientSum<'_, T>) {
         let (by_q, rest) = lambda.split_at_mut(self.model.nv());
         let by_v = &mut rest[..by_q.len()];
         for (id, body) in self.model.independent_with_ids() {
@@ -88,7 +88,7 @@ impl<T: Scalar> KickDrift<'_, T> {
         body: &Body<f64>,
         by_q: T,
         by_v: &mut T,
-        out: &mut MotionSlopes<'_, T>,
+        out: &mut MotionGradientSum<'_, T>,
     ) {
         let (k, Times { kick, drift }) = (body.v, self.times);
         *by_v += by_q * drift.re;
@@ -106,7 +106,7 @@ impl<T: Scalar> KickDrift<'_, T> {
         body: &Body<f64>,
         by_q: &mut [T],
         by_v: &mut [T],
-        out: &mut MotionSlopes<'_, T>,
+        out: &mut MotionGradientSum<'_, T>,
     ) {
         let Self {
             from, a, to, times, ..

@@ -8,7 +8,7 @@ use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::integrator::Integrator;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Declares the list: memory of one method out of all, and the traits of a method, which go to that one.
 macro_rules! list_integrators {
@@ -100,7 +100,7 @@ macro_rules! list_integrators {
                 simulator: &Simulator,
                 at: &StepPoint<'_, T>,
                 adjoint: &[T],
-                out: &mut StepSlopes<'_, T>,
+                out: &mut StepGradientSum<'_, T>,
             ) {
                 match self {
                     $(Self::$method(own) => own.add_gradient(simulator, at, adjoint, out),)*

@@ -8,11 +8,11 @@ use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// A step.
 pub(crate) trait Step<T: Scalar> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     fn new<P: Scalar>(simulator: &Simulator<P>) -> Self;
 
     /// Takes a step with the input `u` held. Evaluations of the acceleration leave what they find in `found`.
@@ -51,7 +51,7 @@ pub(crate) struct StepColumns<'a, T> {
 
 /// The Jacobians of a step.
 pub(crate) trait Pushforward<T: Differentiable> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     fn new(simulator: &Simulator, calls: Calls) -> Self;
 
     /// Writes A and B.
@@ -63,9 +63,9 @@ pub(crate) trait Pushforward<T: Differentiable> {
     );
 }
 
-/// The gradient of a weighted sum of the numbers of the next state.
+/// The gradient of a weighted sum of the next state's entries.
 pub(crate) trait Pullback<T: Scalar> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     fn new(simulator: &Simulator, calls: Calls) -> Self;
 
     /// Adds the gradient of λᵀ x⁺.
@@ -76,6 +76,6 @@ pub(crate) trait Pullback<T: Scalar> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     );
 }

@@ -2,15 +2,15 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `euler` | the step of Euler, semi-implicit or implicit in velocity, with impacts at their time |
+//! | `euler` | the Euler step, semi-implicit or linearly implicit, with isolated impacts |
 //! | `runge_kutta_4` | the classical method of fourth order |
 //! | `implicit_midpoint` | the implicit midpoint rule, which keeps energy |
 //! | `acceleration` | the acceleration at which all terms balance, which the first two evaluate |
 //! | `kick_drift` | motion of all joints in which velocities change over one time and positions over another one |
-//! | `half_step` | velocity forces of the middle of a step of Euler |
-//! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
-//! | `joint_tangents` | derivatives of the motion of one joint by itself |
-//! | `bilateral` | equations of motion with rows that forces hold |
+//! | `half_step` | velocity forces in the middle of an Euler step |
+//! | `balance` | derivatives of the balance of forces at a given acceleration |
+//! | `joint_tangents` | derivatives of the motion of a single joint |
+//! | `bilateral` | equations of motion with bilateral rows |
 //! | `tree_lu` | factors of matrices that have the zeros of the tree and no symmetry |
 //! | `method` | the traits of a method |
 //! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |

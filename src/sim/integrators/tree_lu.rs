@@ -24,7 +24,7 @@ pub(super) struct TreeLu<T> {
 }
 
 impl<T: Scalar> TreeLu<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let Ancestors { lists, starts, .. } = Ancestors::of(model);
         Self {
@@ -34,7 +34,7 @@ impl<T: Scalar> TreeLu<T> {
         }
     }
 
-    /// Factorises the matrix that `fill` writes; what stands there before is of no use.
+    /// Factorises the matrix that `fill` writes; previous entries are overwritten.
     pub(super) fn factorize(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
         let A = &mut self.factors;
         fill(A);

@@ -1,4 +1,4 @@
-//! Remarks on limits of position and speed of joints in Runge and Kutta's method, joint by joint.
+//! Remarks on limits of position and speed of joints in the Runge–Kutta method, joint by joint.
 //!
 //! The other integrators take them at the end or in the middle of the step, where they are stable at any step.
 

@@ -1,12 +1,12 @@
-//! Remarks on a simulator: time steps that are too long, and laws that an integrator replaces.
+//! Remarks on a simulator: time steps that are too long, and friction laws that an integrator replaces.
 //!
 //! | module | content |
 //! |---|---|
-//! | `remark` | the remarks, and their text |
+//! | `remark` | the remarks and their text |
 //! | `soft_contact` | impacts of points of soft contact |
-//! | `limits` | joint limits and speed limits in Runge and Kutta's method |
+//! | `limits` | joint limits and speed limits in the Runge–Kutta method |
 //! | `friction` | dry friction that an integrator smooths |
-//! | `spring_damper` | longest stable steps of these |
+//! | `spring_damper` | longest stable steps of springs and dampers |
 //!
 //! Remarks that need Jacobians are in [`linearize`](crate::linearize).
 

@@ -11,11 +11,11 @@ pub(super) const SPEED: f64 = 1.0;
 /// Steps of an impact below which it is called short.
 pub(super) const FEW_STEPS: f64 = 10.0;
 
-/// Motion of a robot that decays or vibrates by itself about a pose.
+/// A natural mode: motion of a robot about a pose that decays or vibrates without external forces.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NaturalMode {
-    /// Name of the joint with the largest part of its kinetic energy, numbered where it has several coordinates, as in
+    /// Name of the joint with the largest share of the kinetic energy, numbered if it has several coordinates, as in
     /// [`Simulator::tangent_names`](crate::Simulator::tangent_names).
     pub joint: String,
     /// Frequency, Hz; 0 for a motion that decays without vibrating.
@@ -53,30 +53,30 @@ impl NaturalMode {
     }
 }
 
-/// Remark on a simulator that works as it is, though hardly as meant. It is a sentence as text.
+/// Remark on a valid simulator whose result is probably not intended. `Display` writes it as a sentence.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SimulatorRemark {
-    /// The step is too long for soft contact at the start of the step, as all integrators but that implicit in velocity take it: what lands is thrown up
-    /// again, and what lies on a slope chatters.
+    /// The step is too long for soft contact that is evaluated at the start of the step (all integrators except implicit velocity): landing bodies
+    /// are thrown up again, and bodies on a slope chatter.
     UnstableSoftContact {
-        /// Link with the point of contact that is worst.
+        /// Link with the contact point that is worst.
         link: String,
         /// The longest step that is stable there in an impact at 1 m/s, s.
         longest: f64,
         /// The time step, s.
         time_step: f64,
     },
-    /// An impact lasts a few steps only: it takes energy in steps that are implicit in velocity, and derivatives through it scatter.
+    /// An impact lasts only a few steps: linearly implicit steps lose energy in it, and derivatives through it scatter.
     ShortImpact {
-        /// Link with the point of contact that is worst.
+        /// Link with the contact point that is worst.
         link: String,
         /// How long an impact at 1 m/s lasts there, without damping, s.
         duration: f64,
         /// The time step, s.
         time_step: f64,
     },
-    /// A small motion of the robot about the pose, which decays or vibrates, grows in steps of this length: it diverges, or chatters.
+    /// A natural mode of the robot about the pose grows in steps of this length: it diverges or chatters.
     UnstableMode {
         /// The first motion that grows when steps get longer.
         mode: NaturalMode,
@@ -87,28 +87,28 @@ pub enum SimulatorRemark {
         /// An integrator with which none grows in steps of this length, if there is one.
         stable: Option<Integrator>,
     },
-    /// A period of a vibration of the robot about the pose has less than ten steps. Both methods of Euler damp it: at ten steps a period, 20 %
-    /// of the amplitude of a joint on a spring is left after one period. The implicit midpoint rule keeps its amplitude and makes it slower.
+    /// A period of a vibration of the robot about the pose has less than ten steps. Both Euler methods damp it: at ten steps per period, 20 % of the
+    /// amplitude of a joint on a spring remains after one period. The implicit midpoint rule keeps the amplitude and lowers the frequency.
     UnresolvedMode {
         /// The fastest vibration.
         mode: NaturalMode,
         /// The time step, s.
         time_step: f64,
     },
-    /// Coriolis and centrifugal forces turn the motion of the robot by too large an angle in a step: energy changes by 1 % and more in a turn.
+    /// Coriolis and centrifugal forces rotate the motion of the robot by too large an angle in a step: energy changes by 1 % or more per revolution.
     UnresolvedRotation {
-        /// Joint whose motion they turn most, numbered where it has several coordinates.
+        /// Joint with the fastest rotation of its motion, numbered if it has several coordinates.
         joint: String,
-        /// How fast they turn it, rad/s.
+        /// Rate of that rotation, rad/s.
         rate: f64,
-        /// The longest step in which the change of energy is about 1 % in a turn, s.
+        /// The longest step with an energy change of about 1 % per revolution, s.
         longest: f64,
         /// The time step, s.
         time_step: f64,
         /// An integrator with which it is less in steps of this length, if there is one.
         better: Option<Integrator>,
     },
-    /// Dry friction that is to hold is smoothed, as the integrator has no rows for it: a joint that it should hold creeps.
+    /// The integrator smooths dry friction that should hold: a joint under load creeps.
     SmoothedFriction {
         /// Joint with such friction: the one with the largest slip velocity.
         joint: String,
@@ -117,7 +117,7 @@ pub enum SimulatorRemark {
         /// The integrator that smooths it.
         integrator: Integrator,
     },
-    /// The step of Runge and Kutta is too long for a limit of a joint, which is a spring and damper: a joint that gets there is thrown back, or diverges.
+    /// The Runge–Kutta step is too long for a joint limit, which is a spring and damper: a joint that reaches it is thrown back, or diverges.
     UnstableLimit {
         /// Joint whose limit of position or speed is worst.
         joint: String,

@@ -43,7 +43,7 @@ impl SpringDamper {
         4.0 * mass / (damper + (damper * damper + 4.0 * mass * spring).sqrt())
     }
 
-    /// The longest stable step of Runge and Kutta's method, s.
+    /// The longest stable step of the Runge–Kutta method, s.
     ///
     /// A step multiplies a motion e^(λ t) by R(Δt λ), the series of the exponential function up to the fourth power. All steps at which |R| = 1
     /// first have |Δt λ| < 4.

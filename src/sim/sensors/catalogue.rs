@@ -1,4 +1,4 @@
-//! The list of sensors of a robot, with the layout of the vector that they read.
+//! The list of sensors of a robot, with the layout of their reading vector.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::numbers::Domain;
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
 
-/// The sensors of a robot, which read one vector.
+/// The sensors of a robot; all readings form one vector.
 ///
 /// # Examples
 /// ```
@@ -58,10 +58,10 @@ pub(super) struct Placed {
 }
 
 impl Sensors {
-    /// The sensors of a model, each with a name, in the order of what they read. They belong to the robot and to its variants, which differ in numbers only.
+    /// Makes the sensors of a model, each with a name, in the order of their readings. They fit the robot and its variants of equal structure.
     ///
     /// # Panics
-    /// If two have the same name; if a joint or frame is not one of the model; if a direction is zero, or a range or a field is not finite.
+    /// If two have the same name; if the model does not have a joint or frame; if a direction is zero, or a range or a field is not finite.
     pub fn new<N: Into<String>>(
         model: &Model,
         sensors: impl IntoIterator<Item = (N, Sensor)>,
@@ -131,28 +131,28 @@ impl Sensors {
         self.bodies = (0..model.n_bodies()).filter(|&i| needed[i]).collect();
     }
 
-    /// Number of numbers that are read.
+    /// Number of values read.
     pub fn len(&self) -> usize {
         self.channels.len()
     }
 
-    /// Whether there is nothing to read.
+    /// Whether there are no readings.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty()
     }
 
-    /// Name of each number that is read: that of its sensor, with `.x`, `.qw`, `.fx` and so on where it reads several.
+    /// Name of each reading: that of its sensor, with `.x`, `.qw`, `.fx` and so on if the sensor has several readings.
     pub fn names(&self) -> Vec<&str> {
         let names = self.channels.iter();
         names.map(|channel| channel.name.as_str()).collect()
     }
 
-    /// Unit of each number that is read; empty for numbers without one.
+    /// Unit of each reading; empty for dimensionless readings.
     pub fn units(&self) -> Vec<&'static str> {
         self.channels.iter().map(|channel| channel.unit).collect()
     }
 
-    /// Place of a sensor's numbers in the vector; `None` if there is no sensor of the name.
+    /// Range of a sensor's readings in the vector; `None` if there is no sensor of this name.
     pub fn range(&self, name: &str) -> Option<Range<usize>> {
         let found = self.all.iter().find(|placed| placed.name == name);
         found.map(|placed| placed.range.clone())

@@ -1,4 +1,4 @@
-//! Forces that act on bodies from outside the tree: of contact, on frames, of constraints between anchors.
+//! Forces on bodies from outside the tree: contact forces, forces on frames, and forces of constraints between attachment frames.
 
 use crate::constraint::{CarrierMotion, Constraint};
 use crate::dynamics::Kinematics;
@@ -55,7 +55,7 @@ fn each_constraint_force<P: Scalar, T: Over<P>>(
         return;
     };
     let constraints = at.simulator.constraints();
-    let solved = balance.rows().first_forces(at.simulator.held_rows());
+    let solved = balance.rows().first_forces(at.simulator.bilateral_rows());
     let mut forces = found.terms.constraints.forces(at, solved).into_iter();
     for constraint in constraints {
         let mut own = forces.by_ref().take(Constraint::rows(constraint));

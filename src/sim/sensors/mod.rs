@@ -1,17 +1,17 @@
 //! Sensors: readings of the step just taken, as a function over the scalar.
 //!
 //! A step from the state x = (q, v) under the input u finds an acceleration v̇ and the forces of contact and constraints. A reading is a function
-//! y = g(q, v, v̇, forces) of these: it belongs to the *start* of the step, and to the forces that act over it, as in other simulators. So an accelerometer
-//! knows the input at once, and an encoder shows where the joint is before the step. A step of Euler has one acceleration; with
-//! [`RungeKutta4`](super::Integrator::RungeKutta4) and [`ImplicitMidpoint`](super::Integrator::ImplicitMidpoint) the readings take that of the state, and
-//! evaluate it.
+//! y = g(q, v, v̇, forces) of these: it belongs to the *start* of the step and to the forces over the step, as in other simulators. So an
+//! accelerometer responds to the input at once, and an encoder shows the joint position before the step. An Euler step has one acceleration; with
+//! [`RungeKutta4`](super::Integrator::RungeKutta4) and [`ImplicitMidpoint`](super::Integrator::ImplicitMidpoint) the readings use the acceleration at
+//! the state, which is evaluated for them.
 //!
 //! | question | function | cost |
 //! |---|---|---|
 //! | which sensors? | [`Sensor`], [`Sensors::new`] | |
 //! | what do they read in the step just taken? | [`Sensors::read_step_into`] | a few per cent of a step with encoders and inertial units; inverse dynamics for force and torque |
-//! | and without a step? | [`Sensors::read`] | that of its acceleration besides |
-//! | C and D, beside A and B? | [`Sensors::linearize`] | one acceleration over dual numbers for every four directions |
+//! | and without a step? | [`Sensors::read`] | additionally the acceleration of a step |
+//! | C and D of the observation? | [`Sensors::linearize`] | one acceleration over dual numbers for every four directions |
 //! | noise, bias, quantisation, rate, delay? | [`SensorNoise`], [`NoisySensors`] | O(readings) |
 //!
 //! Noise is a layer on readings, not a part of the differentiable function.

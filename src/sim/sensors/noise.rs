@@ -1,4 +1,4 @@
-//! Imperfections of sensors: a layer on readings, with a seed for each state.
+//! Sensor noise and other imperfections: a layer on readings, with a seed for each state.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -11,25 +11,25 @@ use crate::error::UnknownName;
 use crate::memory;
 use crate::numbers::Domain;
 
-/// Imperfections of a sensor. By default there are none.
+/// Imperfections of a sensor. The default has none.
 ///
-/// A sample is taken every [`period`](Self::period), and is  y + bias + noise,  rounded to the resolution, within ± the limit. It is read after the delay,
-/// until the next one is.
+/// A sample is taken every [`period`](Self::period), and is  y + bias + noise,  rounded to the resolution and clamped to ± the limit. The reading is
+/// this sample, from its delay until that of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
     /// Standard deviation of the independent noise of each sample, in the unit of the reading.
     pub white: f64,
     /// Standard deviation of the bias at the start, in the unit of the reading.
     pub bias: f64,
-    /// Standard deviation of the change of the bias over a second, a random walk: unit of the reading by √s.
+    /// Standard deviation of the change of the bias over one second (random walk): unit of the reading per √s.
     pub bias_walk: f64,
-    /// Distance between two values that can be read, in the unit of the reading; 0 for all values.
+    /// Quantisation step, in the unit of the reading; 0 for none.
     pub resolution: f64,
     /// Largest absolute value, in the unit of the reading; infinite by default.
     pub limit: f64,
-    /// Time between two samples, s; 0 for one in each step. Rounded to steps, on the average exactly.
+    /// Time between two samples, s; 0 for one in each step. Each interval is a whole number of steps; the average is exact.
     pub period: f64,
-    /// Time until a sample is read, s; rounded to steps. Until the first one arrives, it is read at once.
+    /// Delay between sample and reading, s; rounded to steps. Until the first delayed sample arrives, samples are read without delay.
     pub delay: f64,
 }
 
@@ -63,8 +63,7 @@ impl SensorNoise {
     }
 }
 
-/// Sensors with imperfections, for one state: what they have sampled, and their random numbers. The same seed gives the same readings, whatever other states
-/// and sensors there are.
+/// Sensors with imperfections, for one state: their samples and random numbers. The same seed gives the same readings, independent of other states and sensors.
 ///
 /// # Examples
 /// ```
@@ -113,7 +112,7 @@ const SEED_STRIDE: u64 = 0x9E37_79B9_7F4A_7C15;
 const MOST_DELAY: f64 = 1e9;
 
 impl NoisySensors {
-    /// Sensors without imperfections, to be given some.
+    /// Makes sensors without imperfections; [`with_noise`](Self::with_noise) adds them.
     ///
     /// * `time_step` – time between two samples, s: that of the simulator, or of the control
     /// * `seed` – of the random numbers of one state
@@ -133,13 +132,13 @@ impl NoisySensors {
         out
     }
 
-    /// Sets the imperfections of a sensor, of each of its numbers alike, and starts them anew.
+    /// Sets the imperfections of all readings of a sensor, and restarts them.
     ///
     /// # Errors
     /// If there is no sensor of the name.
     ///
     /// # Panics
-    /// If a number is negative or not finite, or if the delay needs more [memory](crate::memory) than the limit.
+    /// If a value is negative or not finite, or if the delay needs more [memory](crate::memory) than the limit.
     pub fn with_noise(mut self, name: &str, noise: SensorNoise) -> Result<Self, UnknownName> {
         noise.check();
         let range = self.sensors.find(name)?;
@@ -154,7 +153,7 @@ impl NoisySensors {
         Ok(self)
     }
 
-    /// Starts anew, with the random numbers of a seed.
+    /// Restarts with the random numbers of a seed.
     pub fn reset(&mut self, seed: u64) {
         for (k, channel) in (1..).zip(&mut self.channels) {
             let own = seed ^ SEED_STRIDE.wrapping_mul(k);
@@ -165,7 +164,7 @@ impl NoisySensors {
         }
     }
 
-    /// Takes the exact readings of a step, and writes those with imperfections. Does not allocate.
+    /// Converts the exact readings of a step to readings with imperfections. Does not allocate.
     ///
     /// * `exact`, `out` – length [`Sensors::len`]
     ///

@@ -1,4 +1,4 @@
-//! The distance that a range finder reads: along a ray to shapes and to the terrain.
+//! The reading of a range finder: the distance along a ray to shapes and terrain.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

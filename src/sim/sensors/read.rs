@@ -43,7 +43,7 @@ impl<T: Scalar> SensorScratch<T> {
 }
 
 impl Sensors {
-    /// The readings of a step from `state` under the input `u` (length `nu`; N·m or N), which is evaluated but not taken. Allocates.
+    /// Computes the readings of a step from `state` under the input `u` (length `nu`; N·m or N); the step is evaluated, not taken. Allocates.
     ///
     /// Differentiable in state and input, and over a simulator [cast](Simulator::cast) to dual numbers in its parameters.
     ///
@@ -86,10 +86,10 @@ impl Sensors {
         scratch.found = Some(found);
     }
 
-    /// The readings of the step that [`Simulator::step_into`] has just taken with `step`, from `state` under the input `u`. Does not allocate after the first
-    /// call, but for force–torque sensors of robots with constraints.
+    /// Computes the readings of the step that [`Simulator::step_into`] has just taken with `step`, from `state` under the input `u`. Does not
+    /// allocate after the first call, except for force–torque sensors of robots with constraints.
     ///
-    /// With a step of Euler the acceleration and the forces are those that the step has left in its memory; with other integrators they are evaluated.
+    /// With an Euler step the acceleration and the forces are those that the step has left in its memory; with other integrators they are evaluated.
     ///
     /// * `state`, `u` – the state *before* the step, and its input
     /// * `out` – output, length [`len`](Self::len)

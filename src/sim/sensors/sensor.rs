@@ -1,26 +1,26 @@
-//! The kinds of sensors, and names and units of what they read.
+//! The kinds of sensors, with names and units of their readings.
 
 use crate::joint::JointKind;
 use crate::model::{FrameId, JointId, Model};
 use crate::scalar::Scalar;
 use crate::spatial::Representation;
 
-/// A sensor of a robot. Where several numbers are read, they are in the order that is said.
+/// A sensor of a robot. Sensors with several readings state their order.
 ///
 /// Axes and origin of a sensor on a frame are those of the frame; links are frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sensor {
-    /// An encoder: the position of a joint, rad or m; of joints with several coordinates all numbers of q. A mimic joint shows its own position.
+    /// An encoder: the position of a joint, rad or m; of joints with several coordinates all coordinates q. A mimic joint shows its own position.
     JointPosition(JointId),
-    /// The velocity of a joint, rad/s or m/s; of joints with several coordinates all numbers of v. A mimic joint shows its own velocity.
+    /// The velocity of a joint, rad/s or m/s; of joints with several coordinates all coordinates v. A mimic joint shows its own velocity.
     JointVelocity(JointId),
-    /// A torque sensor at the output of a joint's gear: the force that the joint transmits along its axes, N·m or N. It holds that of motor, spring,
-    /// damper, friction and limit together, less what accelerates the rotor.
+    /// A torque sensor at the output of a joint's gear: the force that the joint transmits along its axes, N·m or N. It is the sum of motor, spring,
+    /// damper, friction and limit forces, less the force that accelerates the rotor.
     JointForce(JointId),
     /// A gyroscope: the angular velocity of a frame, along its axes (3), rad/s.
     Gyro(FrameId),
-    /// An accelerometer: the acceleration of the origin of a frame less gravity, along its axes (3), m/s². At rest it reads 9.81 upward.
+    /// An accelerometer: the acceleration of the origin of a frame minus gravity, along its axes (3), m/s². At rest it reads 9.81 upward.
     Accelerometer(FrameId),
     /// A magnetometer: a field that is constant in the world, along the axes of a frame (3), in the unit of the field.
     Magnetometer {
@@ -46,11 +46,11 @@ pub enum Sensor {
         /// Axes and origin.
         representation: Representation,
     },
-    /// A force–torque sensor between the link of a frame and the link that carries that one, whether a joint or nothing moves between them: the force and
-    /// torque that hold the link, on it (6), along the axes of the frame about its origin, N and N·m. A link on the world is carried by the world.
+    /// A force–torque sensor between the link of a frame and its parent link, connected by a joint or fixed: the force and torque on the link from
+    /// its parent (6), along the axes of the frame about its origin, N and N·m. The parent of a root link is the world.
     ///
-    /// Contact and forces on frames act on the link that they name. Forces of tendons, couplers and joint limits act along joints. Where links
-    /// fixed to one another are one body, the share of each follows from its inertia in the description.
+    /// Contact forces and forces on frames act on their link. Forces of tendons, couplers and joint limits act along joints. If fixed links form one
+    /// body, the share of each follows from its inertia in the description.
     Wrench(FrameId),
     /// A touch sensor: the sum of the normal forces of contact on the link of a frame, N.
     Touch(FrameId),
@@ -58,9 +58,9 @@ pub enum Sensor {
     ContactForce(FrameId),
     /// A range finder: the distance from the origin of a frame to the terrain, or to the nearest shape of another body, along a direction, m.
     ///
-    /// It sees boxes, spheres, cylinders and capsules for collision, and the terrain of the simulator's contacts; not meshes. Heights that are not those of a
-    /// plane are searched in 128 steps along the ray, so that a narrower ridge may be missed; below the ground it reads 0. The derivative is that at the
-    /// surface that is hit.
+    /// It sees boxes, spheres, cylinders and capsules for collision, and the terrain of the simulator's contacts; not meshes. On terrain that is not
+    /// a plane it searches 128 steps along the ray, so it may miss narrower ridges; below the ground it reads 0. The derivative is that at the
+    /// surface it hits.
     RangeFinder {
         /// The frame.
         frame: FrameId,

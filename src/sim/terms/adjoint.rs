@@ -1,18 +1,20 @@
-//! The sink of a gradient: forces and rows are weighted, and the sweep along the tree takes derivatives in motions of bodies to the joints.
+//! The sink of a gradient: weights forces and rows, and propagates derivatives in motions of bodies to the joints by the sweep along the tree.
 //!
-//! The sum is  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F) + λᵀ y + νᵀ Δm  at fixed accelerations and forces of rows, with the changes Δm of the state of contact.
+//! The sum is  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F) + λᵀ y + νᵀ Δm  at fixed accelerations and forces of rows, with the changes Δm of the contact state.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
 use super::jacobian::BRISTLE;
-use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
+use super::local::{BodyDerivatives, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
 use super::place::PlaceSlopes;
-use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
-use super::weights::{SlopeWeights, StepSlopes};
+use super::sink::{
+    ActingPlace, BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own, Sink,
+};
+use super::weights::{StepGradientSum, TermWeights};
 use crate::constraint::CarrierMotion;
 use crate::contact::Contacts;
-use crate::dynamics::{EnergySlopes, Kinematics, Sweep, world_acceleration};
+use crate::dynamics::{EnergyGradientSum, Kinematics, Sweep, world_acceleration};
 use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
@@ -22,7 +24,7 @@ use crate::spatial::{Force, Motion, SPATIAL};
 /// Working memory of an [`AdjointSink`].
 #[derive(Clone, Debug)]
 pub(crate) struct AdjointMemory<T: Scalar> {
-    /// Diagonal beside M, and its weights by Delassus diagonals.
+    /// Implicit damping diagonal, and its weights through Delassus diagonals.
     resistance: Vec<OfCoordinate<T>>,
     pub(super) by_resistance: Vec<T>,
     /// For contact models that depend on the Delassus diagonal.
@@ -33,7 +35,7 @@ pub(crate) struct AdjointMemory<T: Scalar> {
 }
 
 impl<T: Scalar> AdjointMemory<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let contacts = simulator.contacts();
@@ -50,16 +52,16 @@ impl<T: Scalar> AdjointMemory<T> {
 
 /// The sink that weights derivatives of terms.
 pub(crate) struct AdjointSink<'a, 'b, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
-    pub(super) weights: &'a SlopeWeights<'a, T>,
-    /// Between its passes, with the motions W that the rates μ give to bodies; it looks along ã where there are rows.
+    pub(super) at: &'a DerivativePoint<'a, T>,
+    pub(super) weights: &'a TermWeights<'a, T>,
+    /// Between its passes, with the motions W of bodies for the rates μ; with rows it uses ã.
     pub(super) sweep: &'a mut Sweep<T>,
     pub(super) memory: &'a mut AdjointMemory<T>,
-    pub(super) out: &'a mut StepSlopes<'b, T>,
+    pub(super) out: &'a mut StepGradientSum<'b, T>,
     carried: Carried<T>,
 }
 
-/// Derivatives in the motion of a body of what has been taken since the last turn to it, all forces on it, in it.
+/// Derivatives in the motion of the current body of all terms since it was selected, as forces on it, in the body.
 #[derive(Clone, Copy)]
 struct Carried<T> {
     /// `None` is the world.
@@ -76,11 +78,11 @@ struct Carried<T> {
 impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
     /// Starts from a sweep between its passes.
     pub(crate) fn new(
-        at: &'a SlopePoint<'a, T>,
-        weights: &'a SlopeWeights<'a, T>,
+        at: &'a DerivativePoint<'a, T>,
+        weights: &'a TermWeights<'a, T>,
         sweep: &'a mut Sweep<T>,
         memory: &'a mut AdjointMemory<T>,
-        out: &'a mut StepSlopes<'b, T>,
+        out: &'a mut StepGradientSum<'b, T>,
     ) -> Self {
         memory.resistance.fill(OfCoordinate::from(0.0));
         memory.by_resistance.fill(T::zero());
@@ -95,7 +97,7 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
         }
     }
 
-    /// Adds what is known only when all has been taken.
+    /// Adds the parts that are known only after all terms.
     pub(crate) fn finish(&mut self) {
         let weighted = self
             .memory
@@ -124,7 +126,7 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
         }
     }
 
-    /// Adds those in what is a term's own.
+    /// Adds the derivatives in a term's own parameters.
     fn add_own(&mut self, x: &OfBody<T>, own: &Own) {
         match own {
             Own::Nothing => {}
@@ -179,7 +181,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
     /// −W · F: that J follows the pose is the part of inverse dynamics, which takes forces as fixed to their bodies.
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own) {
         let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
-        let sum = SlopeWeights::force(force, &W);
+        let sum = TermWeights::force(force, &W);
         self.add(&sum);
         self.add_own(&sum, &own);
         let F = part(force, |x| x.re);
@@ -231,7 +233,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
         let Some((delassus, balance)) = parts.filter(|_| !weight.is_zero()) else {
             return;
         };
-        let mut slopes = EnergySlopes {
+        let mut slopes = EnergyGradientSum {
             q: &mut *self.out.q,
             parameters: &mut *self.out.parameters,
         };
@@ -257,7 +259,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
 impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T> {
@@ -313,7 +315,7 @@ impl<T: Scalar> Carried<T> {
         }
     }
 
-    /// In a small motion of a place on the body, which is that of the body under what stays: X⁻¹ M changes by X⁻¹ (M × ξ).
+    /// In a small motion of an attachment frame on the body, equal to that of the body under the rest: X⁻¹ M changes by X⁻¹ (M × ξ).
     fn turned(&self) -> Force<T> {
         let CarrierMotion { V, bias, U, .. } = &self.motion;
         let of_rates = V.cross_force(&self.by_V) + bias.cross_force(&self.by_bias);
@@ -322,7 +324,7 @@ impl<T: Scalar> Carried<T> {
     }
 }
 
-/// Motion of a body, or of the world, in a sweep between its passes. The acceleration has that of the world beside it.
+/// Motion of a body, or of the world, in a sweep between its passes. The acceleration includes that of the world (gravity).
 fn motion_in<T: Scalar>(
     sweep: &Sweep<T>,
     model: &Model,

@@ -1,4 +1,4 @@
-//! What stands beside bounded forces while a solver finds other ones: mass matrix and forces of the first round.
+//! Data beside bounded forces while a solver finds other forces: mass matrix and forces of the first round.
 
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ impl<T: Scalar> Beside<T> {
         })
     }
 
-    /// The force that it takes to move a coordinate at an acceleration, beside those of rows.
+    /// The force for an acceleration of a coordinate, without those of rows.
     pub(super) fn needed(&self, k: usize, a: &[T], balance: &Balance<T>) -> T {
         let entries = a.iter().enumerate();
         let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {

@@ -1,17 +1,15 @@
-//! Joint forces with a bound that a step finds: dry friction that holds, and servos whose motors have limits.
+//! Bounded joint forces over a step: dry friction that holds, and servos with motor limits.
 //!
-//! Each is a line in the acceleration a of its coordinate within a bound b,  τ = Π(p − r a)  with the projection Π on [−b, b]. That of friction is as steep as
-//! can be,
+//! Each is a line in the acceleration a of its coordinate within a bound b,  τ = Π(p − r a)  with the projection Π on [−b, b]. For friction the line is vertical,
 //!
 //! > v⁺ = 0,  or  τ = −b where v⁺ > 0,  or  τ = b where v⁺ < 0,
 //!
-//! so that a joint that sticks has the acceleration −v / Δt, and one that slides a constant force. That of a servo has the slope of its gains at the end of
-//! the step; it counts from the middle of the servo's limits, which acts beside it.
+//! so a sticking joint has the acceleration −v / Δt, and a sliding joint a constant force. For a servo the slope of the line is given by its gains at
+//! the end of the step; the force is relative to the middle of the servo's limits, which acts in addition.
 //!
-//! An active set says which forces are on their line, and which at which bound. Those on their line stand beside M. Forward dynamics then
-//! shows which break their law: those go over to another piece of it, until none does. Since M is positive definite there is one solution, which
-//! block pivots mostly find in one or two rounds, and pivots one by one always. Beside other forces that a solver finds, it is the solver that shows it
-//! (`bounded_rows.rs`).
+//! An active set contains the forces on their line and those at a bound. Forces on their line are added to M. Forward dynamics then shows which
+//! forces violate their law; these switch to another piece, until none does. M is positive definite, so there is one solution; block pivots usually
+//! find it in one or two rounds, and single pivots always do. With other forces in a solver, the solver finds the pieces (`bounded_rows.rs`).
 //!
 //! # References
 //! [Júdice & Pires 1994].
@@ -89,7 +87,7 @@ pub(super) struct Bounded<T> {
     pub(super) piece: T,
 }
 
-/// Forces beside which bounded ones act, and what resists beside M, by coordinates.
+/// Other forces, and the implicit damping diagonal, by coordinate.
 #[derive(Clone, Copy)]
 pub(super) struct Given<'a, T> {
     pub(super) tau: &'a [T],
@@ -97,14 +95,14 @@ pub(super) struct Given<'a, T> {
     pub(super) bodies: &'a [Force<T>],
 }
 
-/// Resistance of a joint that sticks, kg or kg·m²: beside it the inertia of any robot is rounding. It holds as well as an infinite one, of which there are no
-/// derivatives.
+/// Implicit damping of a sticking joint, kg or kg·m²: the inertia of any robot is negligible beside it. It holds as well as an infinite value, which
+/// has no derivatives.
 const HELD: f64 = 1e25;
 /// Least resistance of a servo, kg or kg·m²: it moves nothing, and a row has it for a compliance.
 const LEAST: f64 = 1e-12;
-/// Speed up to which a joint is first taken to stick, rad/s or m/s. It changes the number of rounds, not what they find.
+/// Speed up to which a joint is initially assumed to stick, rad/s or m/s. It changes the number of rounds, not the result.
 const SLOW: f64 = 1e-9;
-/// What a force on its line may be beyond its bound, as a part of that: rounding of forces that are larger by some powers of ten does not make a joint slide.
+/// Relative tolerance of a force beyond its bound: rounding of much larger forces must not make a joint slide.
 const BEYOND: f64 = 1e-9;
 /// The same after some rounds, which rounding in single precision may need.
 const FAR_BEYOND: f64 = 1e-5;
@@ -345,7 +343,7 @@ impl<T: Scalar> BoundedForces<T> {
         }
     }
 
-    /// Joints that stick have the acceleration that stops them, to the last bit.
+    /// Sticking joints get exactly the acceleration that stops them.
     pub(super) fn stop(&self, a: &mut [T]) {
         let half = T::constant(0.5);
         for (site, own) in self.all().filter(|(site, _)| site.holds()) {

@@ -1,8 +1,8 @@
-//! Bounded forces beside others that a solver finds.
+//! Bounded forces together with forces of a solver.
 //!
-//! The pieces of their laws are changed in few rounds of the whole solution, with what is on its line beside M: mostly the first guess holds, and the
-//! problem of the solver is no larger than without them. Where it does not, all are rows with a bounded force. So they are from the start beside
-//! laws of contact that depend on the Delassus diagonal, which what stands beside M changes, and while a step is recorded.
+//! The pieces of their laws are changed in few rounds of the whole solution, with forces on their line added to M. Usually the first guess is
+//! correct, and the problem of the solver is not larger than without them. Otherwise all become rows with a bounded force. They are rows from the
+//! start with contact models that depend on the Delassus diagonal, which the addition to M changes, and while a step is recorded.
 
 use nalgebra::DMatrix;
 

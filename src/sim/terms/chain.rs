@@ -1,4 +1,4 @@
-//! The joints between a body and the world: how they move it, and how that motion turns when they move on.
+//! The joints between a body and the world: their motion of the body, and its derivatives.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -26,7 +26,7 @@ pub(super) struct Turns<T> {
 }
 
 impl<T: Scalar> Turns<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(super) fn new(model: &Model) -> Self {
         let most = most_coordinates(model);
         Self {
@@ -42,7 +42,7 @@ pub(super) fn most_coordinates(model: &Model) -> usize {
 }
 
 impl<T: Scalar> Chain<T> {
-    /// Memory for a model.
+    /// Makes memory for a model.
     pub(super) fn new(model: &Model) -> Self {
         Self {
             coordinates: Vec::with_capacity(most_coordinates(model)),
@@ -117,7 +117,7 @@ impl<T: Scalar> Chain<T> {
         bias
     }
 
-    /// Hands the joints from the body to the world to `each`.
+    /// Passes the joints from the body to the world to `each`.
     fn each_joint(&self, model: &Model, v: &[T], each: &mut dyn FnMut(ChainJoint<'_, T>)) {
         let mut rest = &self.coordinates[..];
         for &(body, n) in &self.joints {
@@ -148,7 +148,7 @@ struct ChainJoint<'a, T> {
 }
 
 impl<T: Scalar> ChainJoint<'_, T> {
-    /// Hands each motion along which axes turn, and by how much with its derivatives in the rates of the joint, to `each`.
+    /// Passes each motion along which axes turn, and by how much with its derivatives in the rates of the joint, to `each`.
     fn each_turning(
         &self,
         model: &Model,
@@ -163,7 +163,7 @@ impl<T: Scalar> ChainJoint<'_, T> {
         }
     }
 
-    /// Derivative of what the turning takes in one rate of the joint.
+    /// Derivative of the rotation term in one rate of the joint.
     fn turning_by_rate(&self, model: &Model, v: &[T], l: usize) -> Motion<T> {
         let mut sum = Motion::zero();
         self.each_turning(model, v, |S, x| sum += S * x.eps[l]);

@@ -4,14 +4,14 @@
 //!
 //! > ID(q, v, a) = τ + Jᵀ f,  and the laws for  y = J ã − w + R f,
 //!
-//! where ã is a with the turning of axes that carry linear velocities, and w and R are what the laws ask. At fixed f, the first says how a
-//! changes, and with it how y does; then the solver says how the forces follow, and the first how a does: the implicit function theorem
-//! twice.
+//! where ã is a with the rotation of axes of linear velocities, and w and R are reference and compliance of the laws. At fixed f, the first equation
+//! gives the change of a, and so of y; then the solver gives the change of the forces, and the first equation the final change of a: the implicit
+//! function theorem twice.
 //!
-//! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
+//! It uses half factors, M = Lᵀ D L, in which J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use super::weights::StepSlopes;
+use super::weights::StepGradientSum;
 use crate::dynamics::{Blocks, ParameterSlots};
 use crate::joint::{Joint as _, MAX_NV};
 use crate::model::manifold::v_range;
@@ -40,9 +40,9 @@ impl<T: Scalar> RowColumns<T> {
         }
     }
 
-    /// ã, and what its turning changes in y = J ã; the rest of ∂y is to be added.
+    /// ã, and its contribution to y = J ã through rotating axes; the rest of ∂y is added later.
     ///
-    /// * `jacobian` – J, row after row
+    /// * `jacobian` – J, row by row
     pub(crate) fn start(
         &mut self,
         model: &Model,
@@ -57,7 +57,7 @@ impl<T: Scalar> RowColumns<T> {
         add_turning(model, v, jacobian, &mut self.columns);
     }
 
-    /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
+    /// From the derivatives of the balance at fixed forces to −∂a and ∂f.
     pub(crate) fn solve(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -106,7 +106,7 @@ pub(crate) fn turned_into<T: Scalar>(model: &Model, v: &[T], a: &[T], out: &mut 
     }
 }
 
-/// Hands each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
+/// Passes each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
 /// joint, to `each`.
 pub(crate) fn each_turning<T: Scalar>(
     body: &Body<f64>,
@@ -156,7 +156,7 @@ pub(crate) fn add_weighted_turning<T: Scalar>(
     v: &[T],
     by_seen: &[T],
     slots: &ParameterSlots,
-    out: &mut StepSlopes<'_, T>,
+    out: &mut StepGradientSum<'_, T>,
 ) {
     for (id, body) in model.independent_with_ids() {
         each_turning(body, v, |k, x| {

@@ -1,6 +1,6 @@
 //! Kinematic constraints: rows whose forces hold loops closed, rigidly, as springs, or with bounded forces.
 
-use super::held_row::HeldRow;
+use super::bilateral_row::BilateralRow;
 use super::term::Term;
 use crate::cone::Block;
 use crate::constraint::{ConstraintRow, ConstraintRows};
@@ -20,14 +20,14 @@ pub(crate) struct Constraints<T> {
 
 impl<T: Scalar> Constraints<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let (rows, nv) = (simulator.held_rows(), simulator.model().nv());
+        let (rows, nv) = (simulator.bilateral_rows(), simulator.model().nv());
         Self {
             rows: ConstraintRows::new(rows, nv),
             next_v: Vec::with_capacity(nv),
         }
     }
 
-    /// J, row after row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
+    /// J, row by row, and r and R of each with which  J a = r − R f  holds the rows along the velocity of the start of a step.
     pub(in crate::sim) fn along_start<D: Scalar>(
         &self,
         dt: D,
@@ -37,8 +37,8 @@ impl<T: Scalar> Constraints<T> {
     {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| {
-            let HeldRow { rest, compliance } = HeldRow::of(row, Some(row.bias), dt);
-            // Rows that may give way do not hold this motion.
+            let BilateralRow { rest, compliance } = BilateralRow::of(row, Some(row.bias), dt);
+            // Rows that may yield do not hold this motion.
             let bounded = row.largest_force.map(|_| T::constant(f64::INFINITY));
             (-(rest + row.turning), bounded.unwrap_or(compliance))
         });
@@ -64,7 +64,7 @@ impl<T: Scalar> Constraints<T> {
         rows.map(|(row, &f)| spring(row).unwrap_or(f)).collect()
     }
 
-    /// Adds the forces of springs as they are at the state.
+    /// Adds the forces of springs at the state.
     fn add_springs(&self, tau: &mut [T]) {
         let jacobian = self.rows.jacobian.chunks_exact(tau.len().max(1));
         for (row, jacobian) in self.rows().iter().zip(jacobian) {
@@ -132,7 +132,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         rows.push_dense(self.rows.rows.len(), &self.rows.jacobian);
         for (r, row) in self.rows.rows.iter().enumerate() {
             let after = at.half_step.map(|_| self.rows.bias_after(r));
-            let held = HeldRow::of(row, after, dt);
+            let held = BilateralRow::of(row, after, dt);
             rows.push_reference(-held.rest, held.compliance);
         }
         for constraint in constraints {

@@ -6,10 +6,10 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::chain::{Chain, most_coordinates};
-use super::local::{BodySlopes, FURTHER, OfCoordinate, RATE};
+use super::local::{BodyDerivatives, FURTHER, OfCoordinate, RATE};
 use super::sink::{BodyRow, Normal};
 use crate::dynamics::{
-    Blocks, EnergySlopes, EnergySweep, Pushed, Rates, Sweep, each_kinetic_slope,
+    Blocks, EnergyGradientSum, EnergySweep, Pushed, Rates, Sweep, each_kinetic_derivative,
 };
 use crate::model::Model;
 use crate::scalar::Scalar;
@@ -34,7 +34,7 @@ pub(super) struct DelassusColumns<T> {
     response: Vec<T>,
     momenta: Vec<(Motion<T>, Force<T>)>,
     turns: Vec<Motion<T>>,
-    /// ∂d/∂q; the part of dampers beside M is not in it.
+    /// ∂d/∂q, without the part of the implicit damping diagonal.
     by_q: Vec<T>,
 }
 
@@ -65,7 +65,7 @@ impl<T: Scalar> DelassusColumns<T> {
         by_q.fill(T::zero());
         if normal.with_mass {
             let poses = balance.motions().0;
-            each_kinetic_slope(model, poses, s, &mut self.momenta, |k, _, slope| {
+            each_kinetic_derivative(model, poses, s, &mut self.momenta, |k, _, slope| {
                 by_q[k] += slope;
             });
             by_q.iter_mut().for_each(|x| *x = *x * -2.0);
@@ -89,7 +89,7 @@ impl<T: Scalar> DelassusColumns<T> {
         }
     }
 
-    /// Adds what rows change with d by dampers beside M, in v.
+    /// Adds the derivatives of rows with d through the implicit damping diagonal, in v.
     pub(super) fn add_dampers_to(
         &self,
         rows: &[BodyRow<T>],
@@ -136,7 +136,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of d of a row, times a weight, in q and parameters; what stands beside M gets weights of its own. Returns the motions of the bodies
+    /// Adds the gradient of d of a row, times a weight, in q and parameters; matrices that are added to M get separate weights. Returns the motions of the bodies
     /// at the rates s, times −weight.
     ///
     /// * `sweep` – after its pass outward
@@ -146,7 +146,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         diagonal: &WeightedDiagonal<'_, T>,
         normal: &Normal<'_, T>,
         sweep: &Sweep<T>,
-        out: &mut EnergySlopes<'_, T>,
+        out: &mut EnergyGradientSum<'_, T>,
         by_resistance: &mut [T],
     ) -> [Motion<T>; 2] {
         let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);

@@ -5,14 +5,14 @@
 //!
 //! > (M + Δt C + Δt² K) a = τ − h − Δt K v,
 //!
-//! a diagonal beside the mass matrix, which forward dynamics takes as it takes armature.
+//! a diagonal added to the mass matrix, which forward dynamics treats like armature.
 
 use std::marker::PhantomData;
 
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{CoordinateSink, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{CoordinateSink, DerivativePoint, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Passive, each_passive};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuator, OfActuator};
@@ -43,7 +43,7 @@ pub(super) struct Driven<L> {
 struct Drive<L> {
     /// Along the coordinate at a = 0.
     force: L,
-    /// Δt d + Δt² k, which stands beside M; `None` where the force is that of the state.
+    /// The implicit damping diagonal Δt d + Δt² k; `None` if the force is that of the state.
     resistance: Option<L>,
 }
 
@@ -83,7 +83,7 @@ impl<L: Scalar> Drive<L> {
         }
     }
 
-    /// What an actuator gives over a step at a = 0, and what it resists with, without bounded forces.
+    /// Force of an actuator over a step at a = 0, and its implicit damping, without bounded forces.
     #[inline]
     fn of_actuator<A: Scalar>(actuator: &Actuator<A>, at: Driven<L>, dt: L) -> (L, L)
     where
@@ -121,7 +121,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
     }
 }
 
-/// The force of each coordinate whose input is in its place, and what stands beside M.
+/// The force of each coordinate for its input, and the implicit damping diagonal.
 #[inline(always)]
 fn drive_all<P: Scalar, T: Over<P>>(
     at: &EvaluationPoint<'_, P, T>,
@@ -174,10 +174,10 @@ impl<T: Scalar> DriveSlopes<T> {
         }
     }
 
-    /// Hands each coordinate with its input and what drives it to `each`.
+    /// Passes each coordinate with its input and actuator to `each`.
     fn each_driven(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         mut each: impl FnMut(usize, Option<usize>, &Passive<f64>, Option<&Actuator>, Driven<T>),
     ) {
         let point = at.point;
@@ -204,14 +204,14 @@ impl<L: Scalar> Drive<L> {
 }
 
 /// The step at whose end a damper that there could be would act; `None` at an instant.
-fn step_of<T: Scalar>(at: &SlopePoint<'_, T>) -> Option<f64> {
+fn step_of<T: Scalar>(at: &DerivativePoint<'_, T>) -> Option<f64> {
     (!at.point.is_instant).then(|| at.point.dt())
 }
 
-impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for DriveSlopes<T> {
     type Term = Drives<T>;
 
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, _: &Drives<T>, out: &mut S) {
+    fn emit_forces<S: Sink<T>>(&mut self, at: &DerivativePoint<'_, T>, _: &Drives<T>, out: &mut S) {
         self.find_inputs(at.point.simulator);
         let dt = (!at.point.is_explicit()).then(|| at.point.dt());
         self.each_driven(at, |k, input, passive, actuator, x| {
@@ -224,7 +224,12 @@ impl<T: Scalar> TermSlopes<T> for DriveSlopes<T> {
         });
     }
 
-    fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, _: &Drives<T>, out: &mut Numbers<'_, T>) {
+    fn emit_numbers(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        _: &Drives<T>,
+        out: &mut Numbers<'_, T>,
+    ) {
         self.each_driven(at, |k, _, passive, actuator, x| {
             let mut sum = out.sum(None);
             let fixed = x.map(OfCoordinate::constant_of);

@@ -1,7 +1,7 @@
 //! External forces and frame actuators, which act on bodies.
 //!
 //! Each force depends on the pose and the velocity of its body and on one input. For its derivatives, one evaluation on dual numbers in these
-//! directions tells all, and the joints that carry the body do the rest.
+//! directions is sufficient; the joints of the body propagate them.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -9,8 +9,8 @@ use std::marker::PhantomData;
 
 use super::local::{FURTHER, OfBody, seeded_pose, seeded_velocity};
 use super::numbers::Numbers;
-use super::sink::{ActingPlace, Own, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{ActingPlace, DerivativePoint, Own, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::constraint::Mounted;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Dual, Over, Scalar};
@@ -24,7 +24,7 @@ use crate::spatial::{Motion, Transform};
 /// The term, with the motions that its forces follow.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameForces<T> {
-    /// `None` where no force asks how its body moves.
+    /// `None` if no force depends on the motion of its body.
     kinematics: Option<Box<Kinematics<T>>>,
     /// `true` if there are forces.
     any: bool,
@@ -87,14 +87,14 @@ impl<T: Scalar> FrameForceSlopes<T> {
 }
 
 /// The entry of the input of a term; zero for one without.
-fn input_of<T: Scalar>(term: &FrameTerm<'_, f64>, at: &SlopePoint<'_, T>) -> T {
+fn input_of<T: Scalar>(term: &FrameTerm<'_, f64>, at: &DerivativePoint<'_, T>) -> T {
     let u = at.point.simulator.frame_inputs(at.point.u);
     term.input().map_or(T::zero(), |input| u[input])
 }
 
-/// Hands each term, with its index and place, to `each`.
+/// Passes each term, with its index and attachment frame, to `each`.
 fn each_mounted<T: Scalar>(
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     mut each: impl FnMut(usize, &FrameTerm<'_, f64>, &Mounted<f64>),
 ) {
     let model = at.point.model();
@@ -103,12 +103,12 @@ fn each_mounted<T: Scalar>(
     }
 }
 
-impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for FrameForceSlopes<T> {
     type Term = FrameForces<T>;
 
     fn emit_forces<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &FrameForces<T>,
         out: &mut S,
     ) {
@@ -134,7 +134,7 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
 
     fn emit_numbers(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &FrameForces<T>,
         out: &mut Numbers<'_, T>,
     ) {
@@ -147,7 +147,7 @@ impl<T: Scalar> TermSlopes<T> for FrameForceSlopes<T> {
             }
             let mut slot = self.slots.frame_terms[k].start + PLACE_NUMBERS;
             let u = input_of(force, at);
-            force.each_slope(&mounted.X_BA, &X_WB, &V_B, u, &mut |F| {
+            force.each_derivative(&mounted.X_BA, &X_WB, &V_B, u, &mut |F| {
                 out.add(&(slot..slot + 1), &[-W.power(&F)]);
                 slot += 1;
             });

@@ -1,4 +1,4 @@
-//! The sink of A and B: derivatives of forces and rows go along the joints that carry a body into columns.
+//! The sink of A and B: propagates derivatives of forces and rows along the joints of a body into columns.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -7,8 +7,10 @@ use std::ops::Range;
 use super::chain::{Chain, Turns, most_coordinates};
 use super::columns::RowColumns;
 use super::delassus::DelassusColumns;
-use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
-use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
+use super::local::{BodyDerivatives, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
+use super::sink::{
+    ActingPlace, BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own, Sink,
+};
 use crate::constraint::CarrierMotion;
 use crate::contact::ROWS;
 use crate::dynamics::{
@@ -19,10 +21,10 @@ use crate::scalar::{Differentiable, Scalar, each};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};
 
-/// Derivatives of what the acceleration balances, and the forces on bodies at which they hold.
+/// Derivatives of the balance of forces, and the forces on bodies at this point.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceColumns<T: Differentiable = f64> {
-    /// Its columns: −∂τ − ∂(Jᵀ f) in q, v, the state of contact and the input.
+    /// Its columns: −∂τ − ∂(Jᵀ f) in q, v, the contact state and the input.
     pub(crate) acceleration: AccelerationDerivatives<T>,
     /// Δt c + Δt² k of drives and joint limits whose forces are those of the end of a step; zeros where none are.
     pub(crate) resistance: Vec<OfCoordinate<T>>,
@@ -31,7 +33,7 @@ pub(crate) struct ForceColumns<T: Differentiable = f64> {
 }
 
 impl<T: Differentiable> ForceColumns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let further = simulator.n_contact() + simulator.nu();
@@ -53,19 +55,19 @@ impl<T: Differentiable> ForceColumns<T> {
 /// Working memory of a [`JacobianSink`].
 #[derive(Clone, Debug)]
 pub(crate) struct JacobianMemory<T: Differentiable> {
-    /// ∂ of changes of the state of contact over the step; of its rates at an instant.
+    /// ∂ of changes of the contact state over the step; of its rates at an instant.
     pub(crate) rates: Blocks<T>,
     /// For terms that do not know their own.
     kinematics: Kinematics<T>,
     is_placed: bool,
     /// The body that derivatives are taken in, and the one before it, on which forces may act too.
     carried: [Carried<T>; 2],
-    /// Which of them is the former.
+    /// The index of the former one.
     moving: usize,
     delassus: DelassusColumns<T>,
 }
 
-/// A body and what its motion depends on.
+/// A body and the coordinates of its motion.
 #[derive(Clone, Debug)]
 struct Carried<T> {
     /// `None` before the first.
@@ -79,7 +81,7 @@ struct Carried<T> {
 }
 
 impl<T: Differentiable> JacobianMemory<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let turns = || Vec::with_capacity(most_coordinates(model));
@@ -112,7 +114,7 @@ impl<T: Differentiable> JacobianMemory<T> {
 
 /// The sink that adds derivatives of terms to columns.
 pub(crate) struct JacobianSink<'a, T: Differentiable> {
-    at: &'a SlopePoint<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
     forces: &'a mut ForceColumns<T>,
     /// ∂y of all rows, or of those of constraints alone; with ã.
     rows: &'a mut RowColumns<T>,
@@ -124,7 +126,7 @@ pub(crate) struct JacobianSink<'a, T: Differentiable> {
 impl<'a, T: Differentiable> JacobianSink<'a, T> {
     /// Starts from columns that are zero.
     pub(crate) fn new(
-        at: &'a SlopePoint<'a, T>,
+        at: &'a DerivativePoint<'a, T>,
         forces: &'a mut ForceColumns<T>,
         rows: &'a mut RowColumns<T>,
         memory: &'a mut JacobianMemory<T>,
@@ -141,7 +143,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
         }
     }
 
-    /// First columns of the state of contact and of the input.
+    /// First columns of the contact state and of the input.
     fn first_columns(&self) -> (usize, usize) {
         let simulator = self.at.point.simulator;
         (2 * simulator.model().nv(), simulator.n_tangent())
@@ -158,7 +160,7 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
     }
 }
 
-/// The first direction of the state of contact.
+/// The first direction of the contact state.
 pub(super) const BRISTLE: usize = FURTHER + 1;
 
 impl<T: Differentiable> CoordinateSink<OfCoordinate<T>> for JacobianSink<'_, T> {
@@ -280,7 +282,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
 impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T> {
@@ -349,7 +351,7 @@ impl<T: Scalar> Carried<T> {
     }
 }
 
-/// Adds the derivatives in what is a term's own.
+/// Adds the derivatives in a term's own parameters.
 fn add_own<T: Scalar>(
     row: usize,
     x: &OfBody<T>,

@@ -1,17 +1,17 @@
 //! The list of terms.
 
+use super::bounded_derivatives::BoundedSlopes;
 use super::bounded_forces::BoundedForces;
-use super::bounded_slopes::BoundedSlopes;
-use super::constraint_slopes::ConstraintSlopes;
+use super::constraint_derivatives::ConstraintDerivatives;
 use super::constraints::Constraints;
-use super::contact::{Contact, ContactSlopes};
+use super::contact::{Contact, ContactDerivatives};
 use super::drives::{DriveSlopes, Drives};
 use super::frame_forces::{FrameForceSlopes, FrameForces};
+use super::joint_limits::{JointLimitDerivatives, JointLimits};
 use super::numbers::Numbers;
-use super::sink::{Sink, SlopePoint};
-use super::stops::{StopSlopes, Stops};
-use super::tendon_servos::{TendonServos, TendonSlopes};
-use super::term::{Term, TermSlopes};
+use super::sink::{DerivativePoint, Sink};
+use super::tendon_servos::{TendonDerivatives, TendonServos};
+use super::term::{Term, TermDerivatives};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -60,36 +60,36 @@ macro_rules! list_terms {
 
         /// The derivatives of all terms at an instant.
         #[derive(Clone, Debug)]
-        pub(crate) struct AllSlopes<T: Scalar> {
+        pub(crate) struct AllDerivatives<T: Scalar> {
             $($name: $slopes<T>,)*
         }
 
-        impl<T: Scalar> AllSlopes<T> {
+        impl<T: Scalar> AllDerivatives<T> {
             pub(crate) fn new(simulator: &Simulator) -> Self {
                 Self { $($name: $slopes::new(simulator),)* }
             }
         }
 
-        impl<T: Scalar> TermSlopes<T> for AllSlopes<T> {
+        impl<T: Scalar> TermDerivatives<T> for AllDerivatives<T> {
             type Term = Terms<T>;
 
             fn reserve_numbers(&mut self, simulator: &Simulator) {
                 $(self.$name.reserve_numbers(simulator);)*
             }
 
-            fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
+            fn emit_forces<S: Sink<T>>(&mut self, at: &DerivativePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
                 $(self.$name.emit_forces(at, &terms.$name, out);)*
             }
 
-            fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
+            fn emit_rows<S: Sink<T>>(&mut self, at: &DerivativePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
                 $(self.$name.emit_rows(at, &terms.$name, out);)*
             }
 
-            fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut Numbers<'_, T>) {
+            fn emit_numbers(&mut self, at: &DerivativePoint<'_, T>, terms: &Terms<T>, out: &mut Numbers<'_, T>) {
                 $(self.$name.emit_numbers(at, &terms.$name, out);)*
             }
 
-            fn each_rate_by_force(at: &SlopePoint<'_, T>, terms: &Terms<T>, each: &mut dyn FnMut(usize, usize, T)) {
+            fn each_rate_by_force(at: &DerivativePoint<'_, T>, terms: &Terms<T>, each: &mut dyn FnMut(usize, usize, T)) {
                 $($slopes::each_rate_by_force(at, &terms.$name, each);)*
             }
         }
@@ -97,7 +97,7 @@ macro_rules! list_terms {
 }
 
 impl<T: Scalar> Terms<T> {
-    /// Whether forces of the last step without rows are those of pieces that hold: of stops within reach, and bounded forces.
+    /// Whether the pieces of the last step without rows are valid: for joint limits within reach, and bounded forces.
     pub(crate) fn have_pieces(&self) -> bool {
         !self.stops.ends().is_empty() || !self.bounded_forces.is_empty()
     }
@@ -107,9 +107,9 @@ impl<T: Scalar> Terms<T> {
 list_terms! {
     drives: Drives, DriveSlopes;
     frame_forces: FrameForces, FrameForceSlopes;
-    constraints: Constraints, ConstraintSlopes;
-    stops: Stops, StopSlopes;
+    constraints: Constraints, ConstraintDerivatives;
+    stops: JointLimits, JointLimitDerivatives;
     bounded_forces: BoundedForces, BoundedSlopes;
-    tendon_servos: TendonServos, TendonSlopes;
-    contact: Contact, ContactSlopes;
+    tendon_servos: TendonServos, TendonDerivatives;
+    contact: Contact, ContactDerivatives;
 }

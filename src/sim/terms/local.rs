@@ -1,4 +1,4 @@
-//! Numbers with derivatives in the few directions on which a term depends where it acts: one width for a coordinate, one for a body.
+//! Numbers with derivatives in the local inputs of a term: one width for a coordinate, one for a body.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -9,7 +9,7 @@ use crate::scalar::{Dual, Scalar};
 use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
-/// A number that depends on one coordinate and its input only.
+/// A value that depends on one coordinate and its input only.
 pub(crate) type OfCoordinate<T = f64> = Dual<T, COORDINATE_DIRECTIONS>;
 
 pub(super) const COORDINATE_DIRECTIONS: usize = TIME_STEP + 1;
@@ -20,8 +20,8 @@ pub(super) const RATE: usize = 1;
 pub(super) const INPUT: usize = 2;
 pub(super) const TIME_STEP: usize = 3;
 
-/// A number that depends on one body only. Of the directions after those of its pose (a motion of the body, in the body) and of its velocity (in the
-/// body) the term decides.
+/// A value that depends on one body only. The first directions are those of its pose (a motion of the body, in the body) and of its velocity (in the
+/// body); the term defines the others.
 pub(crate) type OfBody<T = f64> = Dual<T, BODY_DIRECTIONS>;
 
 pub(super) const BODY_DIRECTIONS: usize = FURTHER + 4;
@@ -30,8 +30,8 @@ pub(super) const BODY_DIRECTIONS: usize = FURTHER + 4;
 const VELOCITY: usize = SPATIAL;
 pub(super) const FURTHER: usize = 2 * SPATIAL;
 
-/// Derivatives of a number of a body.
-pub(super) trait BodySlopes<T> {
+/// Derivatives of one quantity of a body.
+pub(super) trait BodyDerivatives<T> {
     /// In the pose: a force on the body, in the body.
     fn in_pose(&self) -> Force<T>;
 
@@ -45,7 +45,7 @@ pub(super) trait BodySlopes<T> {
     fn by_velocity(&self, V: &Motion<T>) -> T;
 }
 
-impl<T: Scalar> BodySlopes<T> for OfBody<T> {
+impl<T: Scalar> BodyDerivatives<T> for OfBody<T> {
     fn in_pose(&self) -> Force<T> {
         slopes_from(self, 0)
     }

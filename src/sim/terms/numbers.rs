@@ -1,4 +1,4 @@
-//! The gradient in the numbers that terms are made of: a term states itself over numbers with derivatives in its own, and all is weighted.
+//! The gradient in the parameters of terms: a term is evaluated over numbers with derivatives in its parameters, and its results are weighted.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -7,8 +7,8 @@ use std::ops::Range;
 use super::adjoint::{AdjointMemory, AdjointSink};
 use super::delassus::ALONG;
 use super::local::{BODY_DIRECTIONS, OfBody};
-use super::sink::{BodyRow, BodySink, CoordinateSink, Normal, Own, SlopePoint};
-use super::weights::SlopeWeights;
+use super::sink::{BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own};
+use super::weights::TermWeights;
 use crate::dynamics::{ParameterSlots, Sweep};
 use crate::model::BodyId;
 use crate::scalar::{Dual, Scalar};
@@ -17,8 +17,8 @@ use crate::spatial::{Force, Motion};
 
 /// The gradient in parameters, and the weights that all has.
 pub(crate) struct Numbers<'a, T: Scalar> {
-    at: &'a SlopePoint<'a, T>,
-    weights: &'a SlopeWeights<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
+    weights: &'a TermWeights<'a, T>,
     /// Before its pass inward.
     sweep: &'a Sweep<T>,
     memory: &'a AdjointMemory<T>,
@@ -93,24 +93,24 @@ impl<'a, T: Scalar> Numbers<'a, T> {
         seen.map_or_else(Motion::zero, |seen| seen.U)
     }
 
-    /// The gradient in the parameters of a part; `None` where it is not asked for.
+    /// The gradient in the parameters of a part; `None` if not requested.
     pub(super) fn parameters(&mut self, part: &Range<usize>) -> Option<&mut [T]> {
         self.parameters.get_mut(part.clone())
     }
 
-    /// Whether it is asked for in parameters that are not the model's.
+    /// Whether it is requested in parameters that are not the model's.
     pub(super) fn has_parts(&self) -> bool {
         self.parameters.len() > self.sweep.slots.len
     }
 
-    /// Adds a slope in the time step, the last of all parameters, where it is wanted.
+    /// Adds a derivative in the time step, the last of all parameters, where it is requested.
     pub(super) fn add_time_step(&mut self, slope: T) {
         if self.has_parts() {
             add_to_last(self.parameters, slope);
         }
     }
 
-    /// Adds slopes to the parameters of a part, as many as it has.
+    /// Adds derivatives to the parameters of a part, as many as it has.
     pub(super) fn add(&mut self, part: &Range<usize>, slopes: &[T]) {
         add_to_part(self.parameters, part, slopes, T::one());
     }
@@ -118,8 +118,8 @@ impl<'a, T: Scalar> Numbers<'a, T> {
 
 /// A weighted sum with its derivatives in some numbers.
 pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
-    at: &'a SlopePoint<'a, T>,
-    weights: &'a SlopeWeights<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
+    weights: &'a TermWeights<'a, T>,
     memory: &'a AdjointMemory<T>,
     /// The motion that the rates μ give to the body.
     pub(super) W: Motion<T>,
@@ -129,7 +129,7 @@ pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> WeightedSum<'_, T, N> {
-    /// Adds changes of numbers of the state of contact, from one on.
+    /// Adds changes of numbers of the contact state, from one on.
     pub(super) fn add_rates(&mut self, first: usize, rates: &[Dual<T, N>]) {
         self.value += self.weights.rates(first, rates);
     }
@@ -158,7 +158,7 @@ impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, _: Own) {
         let second = self.second.as_ref().filter(|(body, _)| *body == on);
         let W = second.map_or(&self.W, |(_, W)| W);
-        self.value += SlopeWeights::force(force, W);
+        self.value += TermWeights::force(force, W);
     }
 
     fn rows(&mut self, rows: &[BodyRow<T>], _: Own) {

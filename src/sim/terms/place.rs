@@ -1,4 +1,4 @@
-//! Gradient in the place that something has in a frame, and in that of the frame on its body.
+//! Gradient in the pose of an attachment frame in its frame, and of that frame on its body.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Force, Transform};
@@ -7,15 +7,15 @@ use crate::spatial::{Force, Transform};
 pub(super) struct PlaceSlopes<T> {
     /// Of the frame on its body, along the axes of the frame.
     pub(super) frame: Force<T>,
-    /// Of the place: its origin in the frame, and its turn about its own axes.
+    /// Of the attachment frame: its origin in the frame, and its rotation about its own axes.
     pub(super) place: Force<T>,
 }
 
 impl<T: Scalar> PlaceSlopes<T> {
-    /// From the derivative in a small motion of the place, seen from the body: the place moves in its frame as that moves on its body.
+    /// From the derivative in a small motion of the attachment frame, in the body: it moves in its frame as that frame moves on its body.
     ///
     /// * `frame` – pose of the frame on the body; `None` for the world itself
-    /// * `place` – pose of the place on the body
+    /// * `place` – pose of the attachment frame on the body
     pub(super) fn of(
         moved: &Force<T>,
         frame: Option<&Transform<f64>>,

@@ -1,8 +1,7 @@
-//! Sinks: the derivatives of terms go there.
+//! Sinks: destinations of the derivatives of terms.
 //!
-//! A term states its forces and rows once, over numbers with derivatives in what it depends on where it acts. Who asks decides what becomes of them:
-//! `jacobian.rs` adds them to the columns of A and B, `adjoint.rs` weights them for a gradient in the state, `numbers.rs` weights them for a gradient in the
-//! numbers that a term is made of.
+//! A term states its forces and rows once, over numbers with derivatives in its local inputs. The sink uses them: `jacobian.rs` adds them to the
+//! columns of A and B, `adjoint.rs` weights them for a gradient in the state, `numbers.rs` weights them for a gradient in the parameters of the term.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -19,27 +18,27 @@ use crate::spatial::{Force, Motion, Transform};
 
 /// Point at which terms are differentiated: an acceleration that has been found.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SlopePoint<'a, T: Scalar = f64> {
+pub(crate) struct DerivativePoint<'a, T: Scalar = f64> {
     pub(crate) point: &'a EvaluationPoint<'a, f64, T>,
     /// v̇.
     pub(crate) a: &'a [T],
     pub(crate) acting: Acting<'a, T>,
 }
 
-/// What acts at a point.
+/// Forces at an evaluation point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Acting<'a, T: Scalar = f64> {
     /// All, with the rows of a solver where there are any.
     All(Option<&'a Balance<T>>),
     /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
     Start(&'a [T]),
-    /// Gaps of contact points, in place of y of their normals. No forces.
+    /// Gaps of contact points, instead of y of their normals. No forces.
     Gaps(&'a Balance<T>),
     /// Constraints alone, of which that part of y counts that depends on the velocity after the step: that of the evaluation point. No forces.
     Ahead,
 }
 
-impl<'a, T: Scalar> SlopePoint<'a, T> {
+impl<'a, T: Scalar> DerivativePoint<'a, T> {
     /// The acceleration with all that acts.
     pub(crate) fn of_all(
         point: &'a EvaluationPoint<'a, f64, T>,
@@ -80,22 +79,22 @@ impl<'a, T: Scalar> SlopePoint<'a, T> {
     }
 }
 
-/// A sink of numbers that depend on one coordinate.
+/// A sink for values that depend on one coordinate.
 pub(crate) trait CoordinateSink<L> {
-    /// Takes a joint force at fixed accelerations, but for what resistance takes from it, and the input that it depends on.
+    /// Takes a joint force at fixed accelerations, except for what resistance takes from it, and the input that it depends on.
     fn coordinate(&mut self, k: usize, input: Option<usize>, force: L);
 
     /// Takes the derivatives of a joint force on the coordinate `k` in position and rate of the coordinate `l`.
     fn coupled(&mut self, k: usize, l: usize, force: L);
 
-    /// Takes what stands beside M: the joint force falls by it times the acceleration.
+    /// Takes the implicit damping diagonal: the joint force decreases by it times the acceleration.
     fn resistance(&mut self, k: usize, resistance: L);
 
     /// Takes y of a row at fixed forces and accelerations, and the input that it depends on.
     fn coordinate_row(&mut self, row: usize, k: usize, input: Option<usize>, y: L);
 }
 
-/// A sink of numbers that depend on one body, the one that it has been turned to.
+/// A sink for values that depend on one body, the selected one.
 pub(crate) trait BodySink<T: Scalar> {
     /// Takes a force on a body, in that body: it may be another one.
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own);
@@ -103,7 +102,7 @@ pub(crate) trait BodySink<T: Scalar> {
     /// Takes y of rows at fixed forces and accelerations.
     fn rows(&mut self, rows: &[BodyRow<T>], own: Own);
 
-    /// Takes changes over the step of numbers of the state of contact, or their rates at an instant, from one on.
+    /// Takes changes over the step of numbers of the contact state, or their rates at an instant, from one on.
     fn rates(&mut self, first: usize, rates: &[OfBody<T>]);
 
     /// Takes the friction of a block.
@@ -140,7 +139,7 @@ impl<T: Scalar> BodyRow<T> {
 pub(crate) struct Normal<'a, T: Scalar> {
     /// The bodies; `None` is the ground, or the world.
     pub(crate) on: [Option<BodyId>; 2],
-    /// Which of them the numbers are of.
+    /// Their index.
     pub(crate) side: usize,
     /// The unit force along it on that body, in it.
     pub(crate) force: Force<T>,
@@ -150,45 +149,45 @@ pub(crate) struct Normal<'a, T: Scalar> {
     pub(crate) with_mass: bool,
 }
 
-/// Meaning of the directions of a number of a body that are a term's own.
+/// Meaning of the directions that are a term's own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Own {
     Nothing,
     /// The first one: an input.
     Input(usize),
-    /// The last three: numbers of the state of contact, from one on.
+    /// The last three: numbers of the contact state, from one on.
     Contact(usize),
     /// After the first one: parameters.
     Parameters(Range<usize>),
 }
 
-/// A place on a body at which a term acts.
+/// An attachment frame at which a term acts.
 #[derive(Clone, Debug)]
 pub(crate) struct ActingPlace {
     /// The frame that carries it; `None` is the world.
     pub(crate) frame: Option<FrameId>,
     /// Pose on the body.
     pub(crate) X_BA: Transform<f64>,
-    /// Parameters of its origin in the frame, and of its turn about its own axes; empty for what has none.
+    /// Parameters of its origin in the frame, and of its rotation about its own axes; empty for none.
     pub(crate) origin: Range<usize>,
     pub(crate) turn: Range<usize>,
 }
 
 /// A sink of derivatives in the state and the input.
 pub(crate) trait Sink<T: Scalar>: CoordinateSink<OfCoordinate<T>> + BodySink<T> {
-    /// Turns to a body, or to the world: what is taken until the next call depends on it. Returns its motion.
+    /// Selects a body or the world: values until the next call depend on it. Returns its motion.
     ///
-    /// * `kinematics` – where the term knows them
+    /// * `kinematics` – if the term has them
     fn turn_to(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T>;
 
-    /// Takes the place, on the body, at which all acts that has been taken since the last turn.
+    /// Takes the attachment frame, on the body, of all values since the body was selected.
     fn place(&mut self, place: &ActingPlace);
 
-    /// Whether derivatives in parameters are asked for.
+    /// Whether derivatives in parameters are requested.
     fn wants_parameters(&self) -> bool;
 }

@@ -1,7 +1,7 @@
 //! Servos on tendons: forces on several joints, which over a step are rows if they follow the motion.
 //!
 //! A tendon of length L = Σ cᵢ qᵢ pulls with F, cᵢ F on each joint. Over a step F = p − r L̈ within bounds, as of a servo on one joint
-//! (`bounded_forces.rs`), but r stands beside M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
+//! (`bounded_forces.rs`), but r is added to M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
 
 use std::marker::PhantomData;
 
@@ -9,8 +9,8 @@ use super::bounded_forces::{Line, servo_line};
 use super::drives::Driven;
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{Acting, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{Acting, DerivativePoint, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuator, OfActuator, Pulled, TendonServo};
@@ -93,12 +93,12 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for TendonServos<T> {
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct TendonSlopes<T> {
+pub(crate) struct TendonDerivatives<T> {
     slots: PartSlots,
     of: PhantomData<T>,
 }
 
-impl<T: Scalar> TendonSlopes<T> {
+impl<T: Scalar> TendonDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             slots: PartSlots::new(simulator),
@@ -112,7 +112,7 @@ struct Found<'a, T> {
     index: usize,
     own: &'a TendonServo,
     driven: Driven<T>,
-    /// Whether a row finds its force but for the middle of its limits.
+    /// Whether a row finds its force, except for the middle of its limits.
     is_row: bool,
     /// Row, block and force, where rows act.
     row: Option<(usize, usize, T)>,
@@ -120,7 +120,7 @@ struct Found<'a, T> {
 
 /// All servos, with the forces of their rows where these act.
 fn found<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
+    at: &DerivativePoint<'a, T>,
     term: &TendonServos<T>,
 ) -> impl Iterator<Item = Found<'a, T>> {
     let (point, [first_row, first_block], mut count) = (at.point, term.first, 0);
@@ -170,26 +170,26 @@ impl<'a, T: Scalar> Found<'a, T> {
     }
 
     /// The row, over length, rate, input and the time step.
-    fn row_slopes(&self, at: &SlopePoint<'_, T>, force: T) -> OfCoordinate<T> {
+    fn row_slopes(&self, at: &DerivativePoint<'_, T>, force: T) -> OfCoordinate<T> {
         let dt = Dual::variable(T::constant(at.point.dt()), TIME_STEP);
         let line = servo_line(self.own.actuator(), self.moving(), dt);
         Self::rest(&line, force)
     }
 }
 
-/// The part of slopes that is in the input.
+/// The part of the derivatives in the input.
 fn in_input<T: Scalar>(x: &OfCoordinate<T>) -> OfCoordinate<T> {
     let mut out = *x;
     (out.eps[POSITION], out.eps[RATE]) = (T::zero(), T::zero());
     out
 }
 
-impl<T: Scalar> TermSlopes<T> for TendonSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for TendonDerivatives<T> {
     type Term = TendonServos<T>;
 
     fn emit_forces<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &TendonServos<T>,
         out: &mut S,
     ) {
@@ -207,7 +207,7 @@ impl<T: Scalar> TermSlopes<T> for TendonSlopes<T> {
 
     fn emit_rows<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &TendonServos<T>,
         out: &mut S,
     ) {
@@ -226,7 +226,7 @@ impl<T: Scalar> TermSlopes<T> for TendonSlopes<T> {
 
     fn emit_numbers(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &TendonServos<T>,
         out: &mut Numbers<'_, T>,
     ) {
@@ -239,7 +239,7 @@ impl<T: Scalar> TermSlopes<T> for TendonSlopes<T> {
     }
 }
 
-/// Weighted slopes of a servo.
+/// Weighted derivatives of a servo.
 struct Weighted<T: Scalar> {
     /// In its numbers.
     own: OfActuator<T>,
@@ -250,12 +250,12 @@ struct Weighted<T: Scalar> {
     force: T,
 }
 
-impl<T: Scalar> TendonSlopes<T> {
-    /// Slopes in the coefficients, in the numbers of the servo and in the time step, weighted.
+impl<T: Scalar> TendonDerivatives<T> {
+    /// Derivatives in the coefficients, in the numbers of the servo and in the time step, weighted.
     fn emit_numbers_of(
         &self,
         found: &Found<'_, T>,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         out: &mut Numbers<'_, T>,
     ) {
         let weighted = match found.is_row {
@@ -290,8 +290,8 @@ impl<T: Scalar> Found<'_, T> {
         (self.own.actuator().seeded(), fixed)
     }
 
-    /// Those of a force that follows from the state. Without gains it is as well that of the step's end, which slopes in gains are those of.
-    fn weighted_force(&self, at: &SlopePoint<'_, T>, out: &Numbers<'_, T>) -> Weighted<T> {
+    /// Those of a force that follows from the state. Without gains it is as well that of the step's end, which derivatives in gains are those of.
+    fn weighted_force(&self, at: &DerivativePoint<'_, T>, out: &Numbers<'_, T>) -> Weighted<T> {
         let (seeded, x) = self.seeded();
         let along = self.along(out.mu());
         let force = match at.point.is_explicit() {
@@ -316,7 +316,7 @@ impl<T: Scalar> Found<'_, T> {
     }
 
     /// Those of a row, where it acts, and of the middle of its limits.
-    fn weighted_row(&self, at: &SlopePoint<'_, T>, out: &mut Numbers<'_, T>) -> Weighted<T> {
+    fn weighted_row(&self, at: &DerivativePoint<'_, T>, out: &mut Numbers<'_, T>) -> Weighted<T> {
         let (seeded, x) = self.seeded();
         let along = self.along(out.mu());
         let middle = seeded.band::<OfActuator<T>>().0;

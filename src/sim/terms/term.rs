@@ -1,7 +1,7 @@
 //! The traits of a term: values, and derivatives.
 
 use super::numbers::Numbers;
-use super::sink::{Sink, SlopePoint};
+use super::sink::{DerivativePoint, Sink};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -34,33 +34,43 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
     fn accept(&mut self, _at: &EvaluationPoint<'_, P, T>, _balance: &mut Balance<T>) {}
 }
 
-/// Derivatives of a term at the acceleration that has been found: what it states goes to a sink. Its working memory is the implementor.
-pub(crate) trait TermSlopes<T: Scalar> {
+/// Derivatives of a term at the computed acceleration, passed to a sink. The implementor is its working memory.
+pub(crate) trait TermDerivatives<T: Scalar> {
     /// The term as it has been evaluated.
     type Term;
 
     /// Gets the memory of [`emit_numbers`](Self::emit_numbers).
     fn reserve_numbers(&mut self, _simulator: &Simulator) {}
 
-    /// States the forces that follow from the state, and changes of the state of contact that do.
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Self::Term, out: &mut S);
+    /// States the forces that follow from the state, and changes of the contact state that do.
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &Self::Term,
+        out: &mut S,
+    );
 
-    /// States the rows, with their forces, and changes of the state of contact under these.
-    fn emit_rows<S: Sink<T>>(&mut self, _at: &SlopePoint<'_, T>, _term: &Self::Term, _out: &mut S) {
+    /// States the rows, with their forces, and changes of the contact state under these.
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        _at: &DerivativePoint<'_, T>,
+        _term: &Self::Term,
+        _out: &mut S,
+    ) {
     }
 
     /// States all of that again over its own numbers.
     fn emit_numbers(
         &mut self,
-        _at: &SlopePoint<'_, T>,
+        _at: &DerivativePoint<'_, T>,
         _term: &Self::Term,
         _out: &mut Numbers<'_, T>,
     ) {
     }
 
-    /// Hands derivatives of changes of the state of contact in the forces of rows to `each(number of the state, row, slope)`.
+    /// Passes derivatives of changes of the contact state in the forces of rows to `each(state index, row, derivative)`.
     fn each_rate_by_force(
-        _at: &SlopePoint<'_, T>,
+        _at: &DerivativePoint<'_, T>,
         _term: &Self::Term,
         _each: &mut dyn FnMut(usize, usize, T),
     ) {

@@ -66,7 +66,7 @@ pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
 fn remark(left_out: LeftOut, vertices: &[[f32; 3]]) -> String {
     let (of, taken) = (left_out.of, vertices.len());
     format!(
-        "has {of} points on or near its convex hull, of which {taken}, the farthest out in their directions, stand for all in contact"
+        "has {of} points on or near its convex hull; contact uses {taken} of them, the farthest out in their directions"
     )
 }
 
@@ -95,7 +95,7 @@ fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
     Some((out, widths))
 }
 
-/// At most so many of some points, in their order: one after the other, that one without which the others reach least far in one of
+/// At most so many of some points, in their order: in sequence, that one without which the others reach least far in one of
 /// many directions. All of them, if there are not more.
 pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
     if points.len() <= most {
@@ -288,7 +288,7 @@ mod tests {
             assert!(short < 2e-3, "{radii:?}: {short:e}");
             let remark = found.remark.unwrap();
             let expected = format!(
-                "has {} points on or near its convex hull, of which {n}",
+                "has {} points on or near its convex hull; contact uses {n}",
                 count + 6
             );
             assert!(remark.starts_with(&expected), "{remark}");

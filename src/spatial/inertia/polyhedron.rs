@@ -1,4 +1,4 @@
-//! Inertia of a solid inside of a surface of triangles.
+//! Inertia of a solid bounded by triangles.
 
 use nalgebra::{Matrix4, Vector3};
 
@@ -12,13 +12,14 @@ const TETRAHEDRON: f64 = 1.0 / 6.0;
 const SECOND_MOMENT: f64 = 1.0 / 20.0;
 
 impl<P: Scalar> Inertia<P> {
-    /// A homogeneous solid inside of a closed surface of triangles, about the origin:  the sum over the tetrahedra of the triangles and the origin, with the sign of their volume.
+    /// The inertia of a homogeneous solid bounded by a closed surface of triangles, about the origin: the sum over the tetrahedra of triangles and
+    /// origin, with signed volumes.
     ///
     /// * `density` – kg/m³
-    /// * `triangles` – their corners, m, counter-clockwise as seen from outside; the other way round, all numbers have the other sign
+    /// * `triangles` – their vertices, m, counter-clockwise as seen from outside; clockwise, all results have the opposite sign
     ///
     /// # Limitations
-    /// Whether the surface is closed is not checked.
+    /// The function does not check that the surface is closed.
     ///
     /// # Examples
     /// ```

@@ -47,13 +47,13 @@ impl<P: Scalar> Inertia<P> {
         Self::centred(mass, [across, across, axial])
     }
 
-    /// A solid capsule: a cylinder about z of full length `length` with half balls on its ends.
+    /// A solid capsule: a cylinder about z of full length `length` with half balls at its ends.
     ///
-    /// Cylinder and balls share the mass as their volumes, `m_c : m_b = l : 4/3 r`;
+    /// Cylinder and balls share the mass in proportion to their volumes, `m_c : m_b = l : 4/3 r`;
     /// Jₓ = Jₓ(cylinder) + `m_b` (⅖ r² + ¼ l² + ⅜ l r),  `J_z` = ½ `m_c` r² + ⅖ `m_b` r².
     ///
     /// # Limitations
-    /// Not finite where radius and length are both zero.
+    /// Not finite if radius and length are both zero.
     pub fn solid_capsule(mass: P, radius: P, length: P) -> Self {
         /// Volume of a ball per that of a cylinder of its radius and length.
         const BALL_TO_CYLINDER: f64 = 4.0 / 3.0;

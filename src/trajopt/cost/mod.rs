@@ -103,7 +103,7 @@ impl Cost {
         Self::default()
     }
 
-    /// Adds a term  weight · activation(residual)  at all stages.
+    /// Adds a term weight · activation(residual) to all stages.
     ///
     /// # Panics
     /// If the weight is not finite.
@@ -112,7 +112,7 @@ impl Cost {
         self.with_term(weight, activation, residual.boxed(), None)
     }
 
-    /// [`with`](Self::with) for a term that counts only at these stages.
+    /// [`with`](Self::with) for a term at these stages only.
     ///
     /// # Panics
     /// If the weight is not finite.
@@ -209,7 +209,7 @@ impl Cost {
             );
             assert!(
                 !is_final || term.residual.depends_on() != Dependence::Input,
-                "term {k} of the final cost is about the input, which there is none of"
+                "term {k} of the final cost is about the input, but the last stage has no input"
             );
         }
     }

@@ -10,9 +10,8 @@
 //!   Vₓ = q_x − Q_xu k − μ Kᵀ k                                               (5)
 //! ```
 //!
-//! (4) and (5) are the cost of running the policy, which the regularisation μ has a part in choosing but none in
-//! paying. Where inputs are bounded, (3) is a box-constrained program unless the bounds are dropped; rows of K belong
-//! to the free inputs only.
+//! (4) and (5) are the cost of the policy; the regularisation μ affects the choice of the policy, but not its cost. For bounded inputs, (3) is a
+//! box-constrained program unless the bounds are dropped; only the free inputs have rows of K.
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
@@ -22,14 +21,14 @@ use crate::linalg::{Bounds, BoxQp, NotConvex};
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::problem::{InitialState, Problem};
 
-/// Whether the policy knows the bounds of the inputs.
+/// Whether the policy includes the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limits {
-    /// The policy knows them, and may come to drop them.
+    /// The policy includes them, and may drop them later.
     Untried,
-    /// The policy does not know them.
+    /// The policy ignores them.
     Dropped,
-    /// The policy knows them, and keeps them.
+    /// The policy includes them, and keeps them.
     Kept,
 }
 
@@ -227,7 +226,7 @@ impl Backward {
         }
     }
 
-    /// δx₀: what leads to the given state, or what is best.
+    /// δx₀: the step to the given state, or the optimal one.
     fn choose_first_state(
         &mut self,
         problem: &Problem,

@@ -1,4 +1,4 @@
-//! The forward pass: the policy through the true dynamics, gaps closed by a share.
+//! The forward pass: the policy with the true dynamics; gaps are closed in proportion to the step.
 
 use super::stage::{Stage, StageScratch};
 use crate::linalg::product::dot;
@@ -20,7 +20,7 @@ pub(super) struct Merit {
 /// A step along the policy.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Along<'a> {
-    /// Change of the first state: the gap to the given one, or what is best.
+    /// Change of the first state: the gap to the given one, or the optimal step.
     pub(super) first: &'a [f64],
     /// The share of the step.
     pub(super) alpha: f64,

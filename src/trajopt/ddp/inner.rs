@@ -1,4 +1,4 @@
-//! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
+//! Iterations at fixed multipliers: expand, choose a direction, search along it, until convergence.
 
 use super::Ddp;
 use super::backward::Limits;
@@ -178,10 +178,9 @@ impl Ddp {
 
     /// Takes a step, and returns it with the change that its direction predicted; none where no direction is left.
     ///
-    /// An input that the policy sends to its bound has no feedback there: the roll-out of an unstable system runs away,
-    /// and only short steps are left. So where the whole step does not improve as it should, the policy may do without
-    /// the bounds, which the forward pass keeps all the same: from the guess on until its gaps are closed or it leads
-    /// nowhere, later for whole steps only.
+    /// An input at its bound has no feedback: the rollout of an unstable system diverges, and only short steps remain. So if the full step does not
+    /// improve as predicted, the policy may ignore the bounds, which the forward pass still applies: from the guess until its gaps are closed or it
+    /// fails, and later for full steps only.
     fn step(
         &mut self,
         problem: &Problem,
@@ -309,9 +308,9 @@ impl Ddp {
     }
 }
 
-/// Goldstein's test where an improvement is expected; where closing gaps costs, a limit on what it may cost.
+/// Goldstein's test if an improvement is predicted; if closing gaps increases the cost, a limit on the increase.
 fn is_accepted(change: f64, predicted: f64, slope: f64) -> bool {
-    /// A slope that is rounding: any change will do.
+    /// A slope that is only rounding: any change is accepted.
     const NO_SLOPE: f64 = 1e-12;
     if predicted <= 0.0 {
         slope.abs() < NO_SLOPE || change <= ACCEPTED_SHARE * predicted

@@ -1,11 +1,10 @@
 //! Differential dynamic programming in multiple-shooting form.
 //!
 //! One iteration: expand costs and dynamics around the trajectory (`stage.rs`), go backward for the policy
-//! (`backward.rs`), go forward with shorter and shorter steps until one improves as predicted
-//! (`predicted.rs`, `forward.rs`); `inner.rs` repeats this until nothing improves. A guess need not obey the dynamics:
-//! the gaps between a step's end and the next state are closed by the share of the step that is taken. Inputs within
-//! bounds are a small quadratic program at each stage (`linalg/box_qp.rs`), but for steps on which the policy does better
-//! without knowing them; constraints are an augmented Lagrangian around all of it (`outer.rs`).
+//! (`backward.rs`), go forward with decreasing steps until one improves as predicted (`predicted.rs`, `forward.rs`); `inner.rs` repeats this until
+//! nothing improves. A guess need not satisfy the dynamics: each step closes the gaps between the end of a step and the next state in proportion to
+//! its length. Input bounds give a small quadratic program at each stage (`linalg/box_qp.rs`), except for steps on which the policy without bounds is
+//! better; constraints are an outer augmented Lagrangian (`outer.rs`).
 //!
 //! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Mastalli et al. 2022, both together; Howell, Jackson,
 //! Manchester 2019, constraints].
@@ -33,9 +32,9 @@ pub use options::DdpOptions;
 pub use solution::{DdpSolution, Policy};
 use stage::{Stage, StageScratch};
 
-/// The solver with its working memory; made once for problems of one shape.
+/// The solver with its working memory, for problems of one shape.
 ///
-/// Its iterations do not allocate as long as costs, constraints and the steps of the system do not.
+/// Its iterations do not allocate if costs, constraints and the steps of the system do not.
 pub struct Ddp {
     options: DdpOptions,
     stages: Vec<Stage>,
@@ -56,7 +55,7 @@ pub struct Ddp {
 }
 
 impl Ddp {
-    /// Memory for a problem, with default options.
+    /// Makes a solver for a problem, with default options.
     ///
     /// # Panics
     /// If there is not enough [memory](crate::memory).
@@ -64,7 +63,7 @@ impl Ddp {
         Self::with_options(problem, DdpOptions::default())
     }
 
-    /// Memory for a problem.
+    /// Makes a solver for a problem.
     ///
     /// # Panics
     /// If an option is out of its range, or there is not enough [memory](crate::memory).
@@ -95,18 +94,18 @@ impl Ddp {
         }
     }
 
-    /// Optimises from a guess, which need not obey the dynamics. Inputs of the guess are moved into their bounds.
+    /// Optimises from a guess, which need not satisfy the dynamics. Inputs of the guess are clamped to their bounds.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem, or the problem not that of the solver.
+    /// If the guess or the problem does not have the shape of the solver's problem.
     pub fn solve(&mut self, problem: &Problem, guess: &Trajectory) -> &DdpSolution {
         self.solve_with(problem, guess, |_| {})
     }
 
-    /// [`solve`](Self::solve), reporting every iteration.
+    /// [`solve`](Self::solve) with a report of each iteration.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem, or the problem not that of the solver.
+    /// If the guess or the problem does not have the shape of the solver's problem.
     pub fn solve_with(
         &mut self,
         problem: &Problem,

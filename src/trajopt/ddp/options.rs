@@ -7,18 +7,16 @@ use crate::trajopt::regularization::RegularizationOptions;
 /// Options of [`Ddp`](super::Ddp).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DdpOptions {
-    /// Most iterations, 100 by default.
+    /// Maximum number of iterations, 100 by default.
     pub max_iterations: usize,
-    /// Converged when an iteration, with the least regularisation, is expected to change the cost by less than this
-    /// times (1 + |cost|). 1e-9 by default; larger stops earlier. Where the system has kinks, as contact and dry
-    /// friction have, 1e-6 is much already.
+    /// The solver has converged when an iteration with the least regularisation is predicted to change the cost by less than this times (1 + |cost|).
+    /// 1e-9 by default; a larger value stops earlier. For nonsmooth systems, with contact or dry friction, 1e-6 is already accurate.
     pub tolerance: f64,
     /// Second derivatives; Gauss–Newton by default.
     pub curvature: Curvature,
-    /// Threads for costs and step Jacobians, one by default. The result is the same, bit for bit, for any number; more
-    /// than one need the feature `parallel`.
+    /// Threads for costs and step Jacobians, one by default. The result is bit-identical for any number; more than one thread needs the feature `parallel`.
     pub threads: usize,
-    /// Lengths that the line search tries, each half the one before; 10 by default.
+    /// Maximum number of line-search steps, each half as long as the previous one; 10 by default.
     pub line_search_steps: usize,
     /// Regularisation of the input Hessian.
     pub regularization: RegularizationOptions,

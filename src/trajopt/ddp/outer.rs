@@ -7,10 +7,10 @@ use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
 use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
 
-/// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
+/// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet accurate.
 const FIRST_TOLERANCE: f64 = 1e-4;
 
-/// The solver with what it works on.
+/// The solver with its problem.
 struct Solving<'a> {
     ddp: &'a mut Ddp,
     problem: &'a Problem,

@@ -17,8 +17,7 @@ impl PredictedChange {
     }
 }
 
-/// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of
-/// the cost.
+/// Applies the policy to the linear dynamics from `first`; the curvature of the dynamics is included in that of the cost.
 ///
 /// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
 pub(super) fn predict_change(

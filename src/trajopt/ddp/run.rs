@@ -1,4 +1,4 @@
-//! The run of the solver: from the guess to what is handed out.
+//! The run of the solver: from the guess to the solution.
 
 use super::Ddp;
 use super::backward::Limits;
@@ -34,7 +34,7 @@ impl Ddp {
         self.hand_out_multipliers(problem);
     }
 
-    /// Resets what the last solution left, measures gaps and merit of the guess; `false` if they are not finite.
+    /// Resets the data of the last solution, computes gaps and merit of the guess; `false` if they are not finite.
     fn begin(&mut self, problem: &Problem) -> bool {
         self.regularization = self.options.regularization.start;
         self.penalty = self.options.constraints.penalty;

@@ -1,18 +1,18 @@
-//! The solution of differential dynamic programming: a trajectory with feedback along it.
+//! The solution of differential dynamic programming: a trajectory with a feedback policy.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::trajopt::problem::Problem;
 use crate::trajopt::solution::Solution;
 
-/// A trajectory with the policy along it:  u = ū − K (x ⊖ x̄).
+/// A trajectory with its feedback policy u = ū − K (x ⊖ x̄).
 pub type DdpSolution = Solution<Policy>;
 
-/// The feedback along a trajectory,  u = ū − K (x ⊖ x̄).
+/// The feedback policy u = ū − K (x ⊖ x̄) along a trajectory.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Policy {
-    /// K of every stage, `nu` × `ndx`; rows of inputs at a bound are zero if the trajectory obeys the dynamics.
+    /// K of each stage, `nu` × `ndx`; rows of inputs at a bound are zero if the trajectory satisfies the dynamics.
     pub gains: Vec<DMatrix<f64>>,
 }
 
@@ -26,7 +26,7 @@ impl Policy {
 }
 
 impl Solution<Policy> {
-    /// The input  ū − K (x ⊖ x̄)  of a stage within the problem's bounds: feedback around the trajectory. Allocates.
+    /// Computes the input ū − K (x ⊖ x̄) of a stage, clamped to the bounds of the problem. Allocates.
     ///
     /// * `x` – state, length `nx`
     ///

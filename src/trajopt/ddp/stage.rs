@@ -25,7 +25,7 @@ pub(super) struct Stage {
     pub(super) dynamics_hessian: Vec<f64>,
     /// f(xₖ, uₖ) ⊖ xₖ₊₁, length `ndx`.
     pub(super) gap: Vec<f64>,
-    /// λ of its constraints, one after the other.
+    /// λ of its constraints, in sequence.
     pub(super) lambda: Vec<f64>,
     /// k of δu = −k − K δx, length `nu`.
     pub(super) feedforward: Vec<f64>,

@@ -10,13 +10,13 @@ use crate::trajopt::activation::Activation;
 use crate::trajopt::constraint::Constraint;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian, compiled_here};
 
-/// Distances of pairs of links by their collision shapes, m: to keep clear of obstacles and of oneself.
+/// Distances of pairs of links by their collision shapes, m: for collision and self-collision avoidance.
 ///
-/// An obstacle is a link too, as a fixed object of a [`World`](crate::World). Where links overlap, the distance is negative, so that a solver finds the way out.
-/// There is one entry a pair, in the order of the pairs; with [samples between nodes](Self::with_samples_between) as many again for each sample.
-/// Not a number where a coordinate is not finite. Allocates when it is evaluated.
+/// An obstacle is also a link, for example of a fixed object of a [`World`](crate::World). If links overlap, the distance is negative, so a solver
+/// can separate them. There is one entry per pair, in the order of the pairs; with [samples between nodes](Self::with_samples_between) the same
+/// number again for each sample. NaN if a coordinate is not finite. Evaluation allocates.
 ///
-/// The derivative is exact where the nearest features stay the same, and that of one side where they change: a corner that passes over an edge has no other.
+/// The derivative is exact while the nearest features stay the same. Where they change, it is that of one side, for example where a corner passes over an edge.
 ///
 /// # Examples
 /// ```
@@ -67,7 +67,7 @@ impl LinkDistances {
         })
     }
 
-    /// Makes the distances of all pairs of links that [may touch](LinkShapes::may_touch), of which [`LinkShapes::exclude`] takes some away.
+    /// Makes the distances of all pairs of links that [may touch](LinkShapes::may_touch); [`LinkShapes::exclude`] removes pairs.
     pub fn all(shapes: impl Into<Arc<LinkShapes>>) -> Self {
         let shapes = shapes.into();
         let mut pairs = Vec::new();
@@ -86,12 +86,13 @@ impl LinkDistances {
         }
     }
 
-    /// Measures at `samples` configurations between a node and the one before it, too, evenly spaced: q ⊕ (−s v) with the velocity of the node and s up to its
-    /// time step. So the way to the last node is looked at by a constraint at the end, as its own. With joints of one axis and semi-implicit Euler or implicit velocity these are on the very way from node to node; of other steps, and of free bodies that
-    /// turn, they are next to it, by about ½ a dt². At stage 0 there is no node before, and all samples are the start itself.
+    /// Adds `samples` configurations between a node and the previous one, evenly spaced: q ⊕ (−s v) with the velocity of the node and s up to its
+    /// time step. So the interval before the last node needs its own constraint at the end of the horizon. With joints of one axis and semi-implicit
+    /// Euler or implicit velocity, the samples are exactly on the path from node to node; for other integrators, and for rotating free bodies, they
+    /// deviate by about ½ a dt². At stage 0 there is no previous node, and all samples equal the start.
     ///
-    /// Between two samples a distance is less than at both of them by at most half the way that points of the links go from one to the other, relative to each other:
-    /// ½ ‖v‖ dt / (samples + 1) with the greatest speed ‖v‖. With that much added to the bound, the links are clear all along.
+    /// Between two samples a distance can be smaller than at both, by at most half the relative path of the links' points between them: ½ ‖v‖ dt /
+    /// (samples + 1) with the maximum relative speed ‖v‖. If this is added to the bound, the links are clear throughout.
     #[must_use]
     pub fn with_samples_between(mut self, samples: usize) -> Self {
         self.between = samples;
@@ -103,19 +104,19 @@ impl LinkDistances {
         &self.pairs
     }
 
-    /// The constraint that every distance is at least so many m; see [`Problem::with_constraint`](crate::trajopt::Problem::with_constraint).
+    /// The constraint that all distances are at least `distance`, m; see [`Problem::with_constraint`](crate::trajopt::Problem::with_constraint).
     ///
     /// # Panics
-    /// If `distance` is not a number.
+    /// If `distance` is NaN.
     pub fn at_least(self, distance: f64) -> Constraint {
         let (lower, upper) = self.bounds(distance);
         Constraint::within(self, &lower, &upper)
     }
 
-    /// The soft form of [`at_least`](Self::at_least): ½ Σ of the squares of what is missing, for [`Cost::with`](crate::trajopt::Cost::with).
+    /// The soft form of [`at_least`](Self::at_least): ½ the sum of squared shortfalls, for [`Cost::with`](crate::trajopt::Cost::with).
     ///
     /// # Panics
-    /// If `distance` is not a number.
+    /// If `distance` is NaN.
     pub fn barrier(self, distance: f64) -> (Activation, Self) {
         let (lower, upper) = self.bounds(distance);
         (Activation::barrier(&lower, &upper), self)
@@ -130,7 +131,7 @@ impl LinkDistances {
         (vec![distance; n], vec![f64::INFINITY; n])
     }
 
-    /// Hands the configurations of a node to `each(number, s, kinematics)`: that at s = 0, then those before it.
+    /// Passes the configurations of a node to `each(number, s, kinematics)`: that at s = 0, then those before it.
     fn each_configuration<T: Scalar>(
         &self,
         node: &Node<'_, T>,

@@ -12,7 +12,7 @@ use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
 use crate::trajopt::residual::{Node, Residual, ResidualJacobian, fixed_size};
 
-/// p − target, m: where the origin of a frame is in the world, 3 entries.
+/// p − target, m: position error of the origin of a frame in the world, 3 entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramePosition {
     /// The frame.
@@ -48,13 +48,12 @@ impl Residual for FramePosition {
     }
 }
 
-/// log(targetᵀ R), rad: the rotation vector from the target to the frame, in the axes of the target, 3 entries. Not
-/// differentiable at half a turn.
+/// log(targetᵀ R), rad: the rotation vector from the target to the frame, in the axes of the target, 3 entries. Not differentiable at a rotation by π.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameOrientation {
     /// The frame.
     pub frame: FrameId,
-    /// `R_WF` as it should be.
+    /// Target of `R_WF`.
     pub target: Matrix3<f64>,
 }
 
@@ -72,7 +71,7 @@ impl Residual for FrameOrientation {
 pub struct FramePose {
     /// The frame.
     pub frame: FrameId,
-    /// `X_WF` as it should be.
+    /// Target of `X_WF`.
     pub target: Transform<f64>,
 }
 
@@ -92,14 +91,14 @@ impl Residual for FramePose {
     }
 }
 
-/// V − target: the velocity of a frame, `[linear; angular]`, m/s and rad/s, 6 entries.
+/// V − target: velocity error of a frame, `[linear; angular]`, m/s and rad/s, 6 entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameVelocity {
     /// The frame.
     pub frame: FrameId,
     /// Representation of the velocity.
     pub representation: Representation,
-    /// The velocity as it should be.
+    /// Target velocity.
     pub target: [f64; SPATIAL],
 }
 
@@ -123,8 +122,8 @@ pub enum Obstacle {
     Frame(FrameId),
 }
 
-/// ‖p − p of the other‖, m: the distance of a frame's origin from a point or another frame's, 1 entry. To keep clear of
-/// spheres, put it within bounds. Its derivative where they touch is zero.
+/// Distance of the origin of a frame from a point, or from the origin of another frame, m, 1 entry. To keep clear of spheres, bound it from below.
+/// Its derivative at distance zero is zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameDistance {
     /// The frame.

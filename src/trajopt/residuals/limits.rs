@@ -1,4 +1,4 @@
-//! Limits of a robot's joints as bounds and barriers.
+//! Joint limits as bounds and barriers.
 
 use super::{InputError, StateError};
 use crate::model::Limits;

@@ -1,9 +1,9 @@
-//! A residual of its own for each stage.
+//! Residuals that differ between stages.
 
 use crate::scalar::Scalar;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 
-/// Residuals one after the other, one for each stage: a target that moves.
+/// A sequence of residuals, one for each stage: a moving target.
 ///
 /// # Examples
 /// ```
@@ -22,11 +22,10 @@ pub struct Schedule<R> {
 }
 
 impl<R> Schedule<R> {
-    /// Makes a schedule of one residual a stage, all of one dimension and dependence; stages beyond their end take the
-    /// last.
+    /// Makes a schedule of one residual per stage, all of the same dimension and dependence; stages beyond the end use the last residual.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the list is empty.
     pub fn new(residuals: impl IntoIterator<Item = R>) -> Self {
         let residuals = Vec::from_iter(residuals);
         assert!(!residuals.is_empty(), "a schedule has residuals");

@@ -49,10 +49,10 @@ impl StateError {
         Self::to(neutral.as_slice())
     }
 
-    /// Makes the error from one state a stage, each of length `nx`; stages beyond their end take the last.
+    /// Makes the error from one state per stage, each of length `nx`; stages beyond the end use the last state.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the list is empty.
     pub fn along(states: &[impl AsRef<[f64]>]) -> Self {
         Self {
             reference: Reference::trajectory(states),
@@ -112,10 +112,10 @@ impl InputError {
         Self::to(&vec![0.0; dynamics.nu()])
     }
 
-    /// Makes the error from one input a stage, each of length `nu`; stages beyond their end take the last.
+    /// Makes the error from one input per stage, each of length `nu`; stages beyond the end use the last input.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the list is empty.
     pub fn along(inputs: &[impl AsRef<[f64]>]) -> Self {
         Self {
             reference: Reference::trajectory(inputs),

@@ -29,7 +29,7 @@ impl Residual for CenterOfMass {
 /// 6 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentroidalMomentum {
-    /// The momentum as it should be.
+    /// Target momentum.
     pub target: [f64; SPATIAL],
 }
 

@@ -11,7 +11,7 @@ use super::sweep::{Gradient, Sweep, Transposed, Variation, start_jacobian};
 use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::trajectory::Trajectory;
 
-/// The last point, and what is known there.
+/// The last point with its evaluations.
 pub(super) struct Work {
     sweep: Sweep,
     z: Vec<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Work {
     /// ∂x₀/∂δx₀, `ndx` × `ndx`; `ndx` × 0 where the first state is given.
     start_map: DMatrix<f64>,
     known: Known,
-    /// Whether Hessians are asked for, which need the Jacobians of steps. Gradients alone come from vector-Jacobian products of steps.
+    /// Whether Hessians are requested, which need the Jacobians of steps. Gradients alone come from vector-Jacobian products of steps.
     has_hessians: bool,
     merit: f64,
 }
@@ -56,11 +56,11 @@ impl SingleShooting<'_> {
         self.start_dim() + self.problem.horizon() * self.problem.dynamics().nu()
     }
 
-    /// The variables of a guess: of its inputs, taken a thousandth of their range inside their bounds, and of its first
-    /// state if that is free. Its other states do not matter. Allocates.
+    /// Returns the variables of a guess: of its inputs, moved inside their bounds by a thousandth of their range, and of its first state if that is
+    /// free. Its other states are ignored. Allocates.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
+    /// If the guess does not have the shape of the problem.
     pub fn variables(&self, guess: &Trajectory) -> Vec<f64> {
         guess.check(self.problem);
         let mut z = vec![0.0; self.start_dim()];
@@ -77,27 +77,26 @@ impl SingleShooting<'_> {
         z
     }
 
-    /// The trajectory of variables: it obeys the dynamics, and its inputs are within their bounds. Allocates.
+    /// Returns the trajectory of variables: it satisfies the dynamics, and its inputs are within their bounds. Allocates.
     ///
     /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
+    /// If the number of variables is not [`dim`](Self::dim).
     pub fn trajectory(&self, z: &[f64]) -> Trajectory {
         self.at(z, Known::Merit).sweep.trajectory.clone()
     }
 
-    /// The cost, with the penalties of constraints; infinite where it, or the rollout, is not finite. One rollout.
+    /// Computes the cost with the penalties of constraints; infinite if it, or the rollout, is not finite. Costs one rollout.
     ///
     /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
+    /// If the number of variables is not [`dim`](Self::dim).
     pub fn value(&self, z: &[f64]) -> f64 {
         self.at(z, Known::Merit).merit
     }
 
-    /// The exact gradient of [`value`](Self::value), by the adjoint sweep: about as much as the step Jacobians of one
-    /// rollout.
+    /// Computes the exact gradient of [`value`](Self::value) by the adjoint sweep. Costs about as much as the step Jacobians of one rollout.
     ///
     /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
+    /// If the number of variables is not [`dim`](Self::dim).
     pub fn gradient(&self, z: &[f64]) -> DVector<f64> {
         let mut work = self.at(z, Known::Costs);
         if work.has_hessians {
@@ -112,12 +111,12 @@ impl SingleShooting<'_> {
         work.in_variables(&gradient)
     }
 
-    /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward
-    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`](super::ShootingOptions::curvature)
-    /// says, and the curvature of the transform of the bounds.
+    /// Computes the dense Hessian, [`dim`](Self::dim) × [`dim`](Self::dim), by a forward and a backward sweep through the step Jacobians for each
+    /// column: O(N²) in the horizon. Gauss–Newton or exact according to [`ShootingOptions::curvature`](super::ShootingOptions::curvature); the
+    /// curvature of the bound transform is always included.
     ///
     /// # Panics
-    /// If there are not [`dim`](Self::dim) variables, or with exact curvature where the system
+    /// If the number of variables is not [`dim`](Self::dim), or with exact curvature where the system
     /// [has no Hessians of its step](crate::trajopt::System::has_step_hessian).
     pub fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
         let mut work = self.at(z, Known::Expansion);
@@ -179,7 +178,7 @@ impl SingleShooting<'_> {
     }
 
     fn lock(&self) -> MutexGuard<'_, Work> {
-        // What a panic in a user's function left is recomputed.
+        // A panic in a user's function leaves partial results; they are recomputed.
         self.work.lock().unwrap_or_else(|poisoned| {
             let mut work = PoisonError::into_inner(poisoned);
             work.known = Known::Nothing;

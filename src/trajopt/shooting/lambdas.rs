@@ -3,7 +3,7 @@
 use crate::trajopt::lagrangian::no_multipliers;
 use crate::trajopt::problem::Problem;
 
-/// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
+/// The multipliers of constraints: of each stage the λ of its constraints, in sequence.
 #[derive(Clone, Debug)]
 pub(super) struct Lambdas {
     pub(super) lambda: Vec<Vec<f64>>,

@@ -2,8 +2,8 @@
 //!
 //! The variables are one number for each input of each stage, transformed smoothly into its bounds
 //! (`bound_transform.rs`), after those of the first state if it is free. The gradient is exact, by one sweep backward
-//! over the step Jacobians (`sweep.rs`); constraints are penalties of an augmented Lagrangian. `function.rs` keeps what
-//! is known at a point, `minimize.rs` runs argmin, `traits.rs` lets others run it.
+//! over the step Jacobians (`sweep.rs`); constraints are penalties of an augmented Lagrangian. `function.rs` caches the evaluations at a point,
+//! `minimize.rs` runs argmin, `traits.rs` implements argmin's traits.
 //!
 //! [Betts 2010, section 3.3; Griewank, Walther 2008, chapter 3].
 
@@ -32,15 +32,14 @@ pub use solution::{ShootingSolution, Variables};
 /// The cost of a rollout as a function of variables `z`, and its minimisation.
 ///
 /// `z` holds, if the first state is free, δx₀ of  x₀ = start ⊕ δx₀,  then one variable for each input of each stage.
-/// Where an input is bounded, its variable is transformed:  u = m + h sin(z / h)  between two bounds
-/// (m their middle, h half their distance), u = lower − 1 + √(z² + 1)  above one,  u = upper + 1 − √(z² + 1)  below
-/// one. So bounds hold for every z. Constraints count by their augmented Lagrangian: [`solve`](Self::solve) finds the
-/// multipliers; before, they are zero, and constraints plain quadratic penalties.
+/// The variable of a bounded input is transformed: u = m + h sin(z / h) between two bounds (m their middle, h half their distance), u = lower − 1 +
+/// √(z² + 1)  above one,  u = upper + 1 − √(z² + 1)  below one. So bounds hold for all z. Constraints enter by their augmented Lagrangian:
+/// [`solve`](Self::solve) finds the multipliers; before, they are zero and constraints are plain quadratic penalties.
 ///
-/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` on `Vec<f64>` and `Vec<Vec<f64>>`, itself and by
-/// reference, for those who run argmin themselves, with observers, checkpoints and methods of their choice. The Hessian
-/// is that of Gauss and Newton along the rollout, exact in the transform of the bounds; with [`Curvature::Exact`](crate::trajopt::Curvature::Exact) all second derivatives count (but for those of ⊕ where
-/// a free first state is on a manifold).
+/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` on `Vec<f64>` and `Vec<Vec<f64>>`, by value and by reference, for direct use of
+/// argmin with observers, checkpoints and other methods. The Hessian is Gauss–Newton along the rollout, and exact in the bound transform. With
+/// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) it contains all second derivatives (except those of ⊕ for a free first state on a
+/// manifold).
 ///
 /// # Examples
 /// ```
@@ -64,7 +63,7 @@ pub struct SingleShooting<'p> {
 }
 
 impl<'p> SingleShooting<'p> {
-    /// The function of a problem, with default options.
+    /// Makes the function of a problem, with default options.
     ///
     /// # Panics
     /// If there is not enough [memory](crate::memory).
@@ -72,7 +71,7 @@ impl<'p> SingleShooting<'p> {
         Self::with_options(problem, ShootingOptions::default())
     }
 
-    /// The function of a problem.
+    /// Makes the function of a problem.
     ///
     /// # Panics
     /// If an option is out of its range, or there is not enough [memory](crate::memory).
@@ -87,21 +86,20 @@ impl<'p> SingleShooting<'p> {
         }
     }
 
-    /// Minimises with a method of argmin, from the inputs of a guess (and its first state where that is free).
+    /// Minimises with a method of argmin, from the inputs of a guess (and its first state if that is free).
     ///
-    /// A method that stalls is started anew from the best point as long as that helps. The best point is kept, whatever
-    /// happens.
+    /// A method that stalls is restarted from the best point while that improves the cost. The result is always the best point.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
+    /// If the guess does not have the shape of the problem.
     pub fn solve(&mut self, guess: &Trajectory, minimizer: Minimizer) -> ShootingSolution {
         self.solve_with(guess, minimizer, |_| {})
     }
 
-    /// [`solve`](Self::solve), reporting every iteration.
+    /// [`solve`](Self::solve) with a report of each iteration.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
+    /// If the guess does not have the shape of the problem.
     pub fn solve_with(
         &mut self,
         guess: &Trajectory,
@@ -122,7 +120,7 @@ impl<'p> SingleShooting<'p> {
     }
 }
 
-/// Solves any problem with the minimiser of its options: another one than its own gets a function of its own.
+/// Solves any problem with the minimiser of its options: for another problem than its own it makes a new function.
 impl Solver for SingleShooting<'_> {
     type Own = Variables;
 

@@ -7,16 +7,16 @@ use crate::trajopt::multipliers::ConstraintOptions;
 /// Options of [`SingleShooting`](super::SingleShooting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShootingOptions {
-    /// Most iterations, 500 by default.
+    /// Maximum number of iterations, 500 by default.
     pub max_iterations: usize,
-    /// Converged when no entry of the gradient is larger than this times (1 + cost), or than this where the cost is
-    /// below zero. 1e-7 by default; larger stops earlier.
+    /// The method has converged when no entry of the gradient is larger than this times (1 + cost), or than this if the cost is negative. 1e-7 by
+    /// default; a larger value stops earlier.
     pub tolerance: f64,
     /// Second derivatives in the Hessian; Gauss–Newton by default, which is never indefinite for convex costs.
     pub curvature: Curvature,
-    /// The method where none is said, by code written over the [`Solver`](crate::trajopt::Solver); L-BFGS by default.
+    /// The method for generic code over the trait [`Solver`](crate::trajopt::Solver); L-BFGS by default.
     pub minimizer: Minimizer,
-    /// Gradients that L-BFGS remembers, 10 by default, and not more than there are iterations; more need fewer iterations and more memory.
+    /// Number of gradients that L-BFGS stores, 10 by default, and at most the number of iterations; more gradients need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the inputs; 100 by default.
     pub radius: f64,

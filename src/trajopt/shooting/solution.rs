@@ -1,11 +1,11 @@
-//! The solution of single shooting: a trajectory with the variables that give it.
+//! The solution of single shooting: a trajectory with its variables.
 
 use crate::trajopt::solution::Solution;
 
-/// A trajectory with the variables that give it. It obeys the dynamics.
+/// A trajectory with its variables. It satisfies the dynamics.
 pub type ShootingSolution = Solution<Variables>;
 
-/// Results that only single shooting gives: the variables of the trajectory, see
+/// Results of single shooting only: the variables of the trajectory, see
 /// [`SingleShooting`](super::SingleShooting).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]

@@ -28,7 +28,7 @@ use crate::trajopt::scratch::Scratch;
 use crate::trajopt::system::{AnySystem, Manifold, zero_linearization};
 use crate::trajopt::trajectory::Trajectory;
 
-/// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
+/// A trajectory that satisfies the dynamics, with its evaluations; the caller tracks which are valid.
 pub(super) struct Sweep {
     pub(super) trajectory: Trajectory,
     scratch: Scratch,
@@ -148,7 +148,7 @@ impl Sweep {
         }
     }
 
-    /// Makes the Hessians of the stages those of  lₖ + λₖ₊₁ᵀ fₖ  where that is wanted, and whole; after
+    /// Makes the Hessians of the stages those of  lₖ + λₖ₊₁ᵀ fₖ  where that is requested, and whole; after
     /// [`gradient`](Self::gradient), and once.
     pub(super) fn complete_hessians(&mut self, problem: &Problem, curvature: Curvature) {
         if curvature == Curvature::Exact {

@@ -1,4 +1,4 @@
-//! A system behind a pointer, on the scalars that solvers use: so that solvers are compiled once, whatever the system.
+//! Systems as trait objects, on the scalars that solvers use, so that solvers are compiled once for all systems.
 
 use num_dual::HyperDual64;
 
@@ -63,8 +63,8 @@ behind_a_pointer! {
 }
 
 behind_a_pointer! {
-    /// A system of whatever type, as solvers know it: on plain numbers with its derivatives, and its manifold on dual numbers too, for first derivatives of
-    /// what stands on it, and on hyper-dual ones for second ones. A system that gives derivatives of its own is not compiled on dual numbers here.
+    /// A system of any type, as solvers use it: on plain numbers with its derivatives; its manifold also on dual numbers, for first derivatives of
+    /// residuals, and on hyper-dual numbers for second ones. A system with its own derivatives is not compiled on dual numbers here.
     pub trait AnySystem: [Manifold<f64> + Manifold<Dual<f64, CHUNK>> + Manifold<HyperDual64>] of System {
         /// x⁺ = f(x, u).
         fn step(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, next: &mut [f64]);
@@ -128,7 +128,7 @@ macro_rules! forward_system {
     };
 }
 
-/// A system as such, or behind a pointer as [`Problem::dynamics`](crate::trajopt::Problem::dynamics) gives it.
+/// A system by type, or as a trait object such as that of [`Problem::dynamics`](crate::trajopt::Problem::dynamics).
 pub trait AsSystem {
     /// The system behind a pointer.
     fn as_system(&self) -> &dyn AnySystem;

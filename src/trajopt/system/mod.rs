@@ -1,4 +1,4 @@
-//! Systems: the step x⁺ = f(x, u), the rate ẋ of which it is an approximation, and ⊕ and ⊖ on the states.
+//! Systems: the step x⁺ = f(x, u), the rate ẋ that it approximates, and ⊕ and ⊖ on the states.
 
 mod any;
 pub(super) mod tangent;
@@ -16,11 +16,10 @@ pub(super) use any::behind_a_pointer;
 pub use any::{AnySystem, AsSystem, Manifold, Sizes};
 pub(super) use tangent::zero_linearization;
 
-/// A system x⁺ = f(x, u) whose state may live on a manifold; with [`rate`](Self::rate) one in continuous time too.
+/// A system x⁺ = f(x, u) whose state may be on a manifold; with [`rate`](Self::rate) also in continuous time.
 ///
-/// A state is `nx` numbers, a small change of it `ndx`; where they are the same vectors, the defaults say all.
-/// Derivatives come by dual numbers; a system that has faster ones overrides [`linearize`](Self::linearize). A
-/// [`Simulator`](crate::Simulator) is one with x = (q, v).
+/// A state has `nx` coordinates, a small change `ndx`; for a vector space the defaults suffice. Derivatives use dual numbers; a system with faster
+/// ones overrides [`linearize`](Self::linearize). A [`Simulator`](crate::Simulator) is one with x = (q, v).
 ///
 /// # Examples
 /// ```
@@ -53,8 +52,7 @@ pub trait System: Sized + Send + Sync + 'static {
         self.nx()
     }
 
-    /// Dimension of the tangent space of the configuration, whose directions come first, for costs of it alone: half of
-    /// [`ndx`](Self::ndx) unless a system says otherwise.
+    /// Dimension of the tangent space of the configuration, whose directions come first, for costs of it alone: half of [`ndx`](Self::ndx) by default.
     fn ndq(&self) -> usize {
         self.ndx() / 2
     }
@@ -67,7 +65,7 @@ pub trait System: Sized + Send + Sync + 'static {
         1.0
     }
 
-    /// The robot whose state x begins with, as (q, v): what the costs of robots are about. None by default; a [`Robot`](super::Robot) says which.
+    /// The robot whose state is the first part of x, as (q, v); residuals of robots need it. `None` by default; implemented by a [`Robot`](super::Robot).
     fn robot(&self) -> Option<&Model> {
         None
     }
@@ -76,7 +74,7 @@ pub trait System: Sized + Send + Sync + 'static {
     ///
     /// * `x`, `next` – states, length `nx`
     /// * `u` – input, length `nu`
-    /// * `scratch` – memory from call to call, so that it need not allocate
+    /// * `scratch` – working memory that is reused between calls
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]);
 
     /// x ⊕ δx. Must not allocate. The sum by default.
@@ -130,8 +128,7 @@ pub trait System: Sized + Send + Sync + 'static {
         out.copy_from_slice(rate);
     }
 
-    /// Computes the step Jacobians: δx⁺ = A δx + B δu at (x, u), in the tangent spaces of x and x⁺. By dual numbers
-    /// through [`step`](Self::step) unless a system knows better.
+    /// Computes the step Jacobians: δx⁺ = A δx + B δu at (x, u), in the tangent spaces of x and x⁺. The default uses dual numbers through [`step`](Self::step).
     ///
     /// * `out` – output, A `ndx` × `ndx` and B `ndx` × `nu`
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {

@@ -1,4 +1,4 @@
-//! The trajectory that was found, as a function of time.
+//! A trajectory as a function of time.
 
 use nalgebra::DVector;
 
@@ -8,9 +8,8 @@ use crate::trajopt::scratch::Scratch;
 use crate::trajopt::system::{AnySystem, AsSystem};
 use crate::trajopt::trajectory::Trajectory;
 
-/// A trajectory in continuous time: on each interval the state a cubic in tangent coordinates of the interval's first
-/// node, the input a parabola. At the points of the mesh it obeys the dynamics; between them to the order of the
-/// method.
+/// A trajectory in continuous time. On each interval the state is a cubic in tangent coordinates of the first node, and the input is a parabola. It
+/// satisfies the dynamics at the points of the mesh, and between them to the order of the method.
 ///
 /// [`Transcription`](super::Transcription) makes one.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,13 +52,13 @@ impl Curve {
         }
     }
 
-    /// Makes the curve through points that are known, as those of a former solution that was kept as numbers. Its first state is moved to the
-    /// given start, inputs into their bounds.
+    /// Makes the curve through given points, such as those of a saved solution. Its first state is moved to the given start, and inputs are clamped
+    /// to their bounds.
     ///
     /// * `states`, `inputs` – at the N + 1 nodes, and in the middle of the N intervals
     ///
     /// # Panics
-    /// If the points have not the shape of the problem, or the system no rate.
+    /// If the points do not have the shape of the problem, or the system has no rate.
     pub fn from_points(
         problem: &Problem,
         states: [&[DVector<f64>]; 2],
@@ -84,7 +83,7 @@ impl Curve {
         self.time_step * self.arcs.len() as f64
     }
 
-    /// The state at a time, s; before the start and after the end the state there. Allocates.
+    /// The state at a time, s; before the start and after the end the first and last state. Allocates.
     ///
     /// * `dynamics` – the system of the problem
     pub fn state(&self, dynamics: &(impl AsSystem + ?Sized), time: f64) -> DVector<f64> {
@@ -103,8 +102,8 @@ impl Curve {
         out
     }
 
-    /// The input at a time, s; before the start and after the end the input there. At the points of the mesh it is
-    /// within its bounds; between them the parabola may leave them by a little. Allocates.
+    /// The input at a time, s; before the start and after the end the first and last input. At the points of the mesh it is within its bounds;
+    /// between them the parabola may exceed them slightly. Allocates.
     pub fn input(&self, time: f64) -> DVector<f64> {
         let Some((k, s)) = self.locate(time) else {
             return self.inputs[0].clone();
@@ -114,7 +113,7 @@ impl Curve {
         &self.inputs[k] * first + &self.middle_inputs[k] * middle + &self.inputs[k + 1] * last
     }
 
-    /// The nodes: their states, and their inputs but for the last. Allocates.
+    /// The states at the nodes, and the inputs at all nodes except the last. Allocates.
     pub fn nodes(&self) -> Trajectory {
         Trajectory {
             states: self.states.clone(),
@@ -122,8 +121,7 @@ impl Curve {
         }
     }
 
-    /// The states at the nodes with the mean input over each interval: the guess for a solver whose inputs are constant
-    /// over a step. Allocates.
+    /// The states at the nodes with the mean input of each interval: a guess for solvers with constant inputs over a step. Allocates.
     pub fn held(&self) -> Trajectory {
         let mean = |(k, middle): (usize, &DVector<f64>)| {
             (&self.inputs[k] + middle * 4.0 + &self.inputs[k + 1]) / 6.0

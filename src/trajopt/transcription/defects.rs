@@ -94,7 +94,7 @@ impl Defects {
         self.blocks.iter_mut().for_each(|block| block.fill(0.0));
         let (m, e) = (&self.middle, &self.end);
         let [of_start, of_middle, of_end] = &mut self.blocks;
-        // What Hermite's and Simpson's defects have of each ξ and ξ̇.
+        // Coefficients of each ξ and ξ̇ in Hermite's and Simpson's defects.
         let (xi_m, xi_e) = ([inverse_h, 0.0], [-0.5 * inverse_h, inverse_h]);
         let (rate_m, rate_e) = ([0.0, -FOUR_SIXTHS], [EIGHTH, -SIXTH]);
         for (chart, xi, rate) in [(m, xi_m, rate_m), (e, xi_e, rate_e)] {

@@ -1,16 +1,13 @@
-//! Direct transcription: states and inputs at all nodes at once, tied together by the dynamics, solved as one sparse
-//! program.
+//! Direct collocation: states and inputs of all nodes are variables of one sparse program, with the dynamics as constraints.
 //!
-//! Between two nodes the state is a cubic in time whose rate is that of the dynamics at both ends and in the middle (Hermite and
-//! Simpson, `defects.rs`); so the trajectory is right to fourth order in the length of the intervals, which may be
-//! long. The middles are variables of their own (the separated form): path constraints and costs hold there as at the
-//! nodes, every row of the program is about one point or one interval, and each defect is closer to linear than with the middle put into it [Kelly 2017, section 4;
-//! Betts 2010, section 4.6].
+//! Between two nodes the state is a cubic in time that satisfies the dynamics at both ends and in the middle (Hermite–Simpson, `defects.rs`). So the
+//! trajectory is accurate to fourth order in the length of the intervals, which may be long. The midpoints are separate variables (separated form):
+//! path constraints and costs apply there as at the nodes, each row of the program depends on one point or one interval, and the defects are closer
+//! to linear than in the compressed form [Kelly 2017, section 4; Betts 2010, section 4.6].
 //!
 //! One iteration: expand costs, constraints and defects around the trajectory (`approximation.rs`), solve a convex
-//! quadratic program for the step (`qp.rs`, by Clarabel), go along it as far as an exact penalty function falls
-//! (`sqp.rs`). The Hessian is that of Gauss and Newton for the costs; what the dynamics bend is left out, as in iLQR,
-//! so the last digits come by a constant factor an iteration.
+//! quadratic program for the step (`qp.rs`, by Clarabel), and search along it with an exact penalty function (`sqp.rs`). The Hessian is the
+//! Gauss–Newton Hessian of the costs, without the curvature of the dynamics, as in iLQR; so convergence is linear.
 //!
 //! [Hargraves, Paris 1987; Nocedal, Wright 2006, chapter 18].
 
@@ -39,10 +36,10 @@ use sqp::SqpSolver;
 
 /// The solver: Hermite–Simpson collocation by sequential quadratic programming.
 ///
-/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and
-/// the system has a [`rate`](super::System::rate). What a cost or a constraint does at stage k holds for all of interval k:
-/// the running cost is integrated by Simpson's rule, constraints of the stages hold at all nodes (the last one too) and
-/// in the middle of all intervals. Inputs are continuous, and within their bounds at nodes and middles.
+/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and the system has a
+/// [`rate`](super::System::rate). The cost and the constraints of stage k apply to interval k: Simpson's rule integrates the running cost;
+/// constraints of the stages hold at all nodes, including the last, and in the middle of all intervals. Inputs are continuous, and within their
+/// bounds at nodes and midpoints.
 ///
 /// # Examples
 /// ```
@@ -86,19 +83,18 @@ impl Transcription {
         &self.options
     }
 
-    /// Optimises from a guess, which need not obey the dynamics. Its first state is moved to the given start, inputs
-    /// into their bounds.
+    /// Optimises from a guess, which need not satisfy the dynamics. Its first state is moved to the given start, and inputs are clamped to their bounds.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem, or the system no rate.
+    /// If the guess does not have the shape of the problem, or the system has no rate.
     pub fn solve(&self, problem: &Problem, guess: &Trajectory) -> TranscriptionSolution {
         self.solve_with(problem, guess, |_| {})
     }
 
-    /// [`solve`](Self::solve), reporting every iteration. The gap of a report is the largest defect.
+    /// [`solve`](Self::solve) with a report of each iteration. The gap of a report is the largest defect.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem, or the system no rate.
+    /// If the guess does not have the shape of the problem, or the system has no rate.
     pub fn solve_with(
         &self,
         problem: &Problem,
@@ -108,11 +104,11 @@ impl Transcription {
         SqpSolver::from_trajectory(problem, &self.options, guess).run(&mut report)
     }
 
-    /// [`solve_with`](Self::solve_with) from the curve of a former solution, also of another but similar problem: it
-    /// starts with its inputs in the middles too.
+    /// [`solve_with`](Self::solve_with) from the curve of an earlier solution, possibly of a similar problem: it also uses the inputs in the middle
+    /// of the intervals.
     ///
     /// # Panics
-    /// If the curve has not the shape of the problem, or the system no rate.
+    /// If the curve does not have the shape of the problem, or the system has no rate.
     pub fn resume_with(
         &self,
         problem: &Problem,

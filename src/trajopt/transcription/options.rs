@@ -6,23 +6,23 @@ use crate::trajopt::regularization::RegularizationOptions;
 /// Options of [`Transcription`](super::Transcription).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TranscriptionOptions {
-    /// Most iterations, 200 by default.
+    /// Maximum number of iterations, 200 by default.
     pub max_iterations: usize,
-    /// Converged when the conditions of Karush, Kuhn and Tucker hold to this times (1 + the largest entry of the gradient of the
-    /// costs); 1e-6 by default, larger stops earlier. Below 1e-9 the quadratic programs are not exact enough.
+    /// The solver has converged when the Karush–Kuhn–Tucker conditions hold to this times (1 + the largest entry of the cost gradient); 1e-6 by
+    /// default, a larger value stops earlier. Below 1e-9 the quadratic programs are not accurate enough.
     pub tolerance: f64,
     /// Largest defect, an error of the rate ẋ in its own unit; 1e-7 by default.
     pub gap_tolerance: f64,
-    /// Threads for rates, costs and their derivatives, one by default. The result is the same, bit for bit, for any
-    /// number; more than one need the feature `parallel`.
+    /// Threads for rates, costs and their derivatives, one by default. The result is bit-identical for any number; more than one thread needs the
+    /// feature `parallel`.
     pub threads: usize,
-    /// Lengths that the line search tries, each half the one before; 12 by default.
+    /// Maximum number of line-search steps, each half as long as the previous one; 12 by default.
     pub line_search_steps: usize,
     /// Regularisation of the Hessian.
     pub regularization: RegularizationOptions,
-    /// Tolerance of the constraints, and their exact penalty: its weight for each unit of violation, 10 at the start,
-    /// 1e6 at most by default. Constraints whose multipliers are larger count as impossible. A raised penalty is kept
-    /// where it leaves at most `violation_decrease`, 0.9 by default, of the violations.
+    /// Tolerance of the constraints, and their exact penalty: its weight per unit of violation, by default 10 initially and 1e6 at most. Constraints
+    /// with larger multipliers count as infeasible. A raised penalty is kept if at most the share `violation_decrease`, 0.9 by default, of the
+    /// violations remains.
     pub constraints: ConstraintOptions,
 }
 

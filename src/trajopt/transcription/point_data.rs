@@ -50,7 +50,7 @@ impl Memory {
 }
 
 impl Entry {
-    /// Violation of the bounds by the value; infinite where it is not a number.
+    /// Violation of the bounds by the value; infinite where it is NaN.
     pub(super) fn excess(&self) -> f64 {
         if self.value.is_nan() {
             return f64::INFINITY;

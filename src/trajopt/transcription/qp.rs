@@ -20,7 +20,7 @@ use crate::trajopt::problem::Problem;
 
 /// Relative accuracy that is asked of the solver of the program.
 const ACCURACY: f64 = 1e-10;
-/// Accuracy that will do where more is not to be had.
+/// Accuracy that is accepted if the solver cannot reach more.
 const REDUCED_ACCURACY: f64 = 1e-6;
 /// Iterations of the interior-point method; some twenty are usual.
 const MOST_ITERATIONS: u32 = 100;

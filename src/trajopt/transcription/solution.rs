@@ -3,11 +3,11 @@
 use super::curve::Curve;
 use crate::trajopt::solution::Solution;
 
-/// A trajectory at the nodes, states and inputs there but for the last input, and as a function of time. Its cost is
+/// A trajectory at the nodes (all states, all inputs except the last), and as a function of time. Its cost is
 /// the integral of the costs by Simpson's rule, and the final cost.
 pub type TranscriptionSolution = Solution<Continuous>;
 
-/// Results that only direct transcription gives: the trajectory in continuous time.
+/// Results of direct collocation only: the trajectory in continuous time.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Continuous {

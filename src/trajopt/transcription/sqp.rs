@@ -286,7 +286,7 @@ impl<'a> SqpSolver<'a> {
 
     /// Raises the regularisation, enough to be felt beside the Hessian.
     fn raise_regularization(&mut self) {
-        /// Share of the Hessian from which on a regularisation shortens steps.
+        /// Share of the Hessian above which a regularisation shortens steps.
         const FELT: f64 = 1e-6;
         let diagonals = self.approximation.points.iter().flat_map(|point| {
             let hessian = &point.cost.hessian;

@@ -36,7 +36,7 @@ pub(super) struct Drag {
 }
 
 impl Drag {
-    /// `None` for what is no body, or a point that is not finite.
+    /// `None` for what is not a body, or a point that is not finite.
     pub(super) fn new(
         simulator: &Simulator,
         state: &State,

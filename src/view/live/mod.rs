@@ -1,14 +1,14 @@
-//! A simulation in real time on a page: watched, paused, dragged, steered.
+//! A real-time simulation in the browser: watch, pause, drag bodies, move joints.
 //!
 //! | file | content |
 //! |---|---|
-//! | `world` | the simulation: time, orders, targets, recording |
+//! | `world` | the simulation: time, commands, targets, recording |
 //! | `drag` | the spring between a body and the mouse |
-//! | `server` | connections, and who is let in |
-//! | `request` | what a browser asks for |
-//! | `session` | one page: frames to it, orders from it |
+//! | `server` | connections and access control |
+//! | `request` | requests of a browser |
+//! | `session` | one browser page: frames to it, commands from it |
 //!
-//! The simulation goes on only while a page shows it: the thread of a connection moves it to the present before each frame.
+//! The simulation runs only while a page is open: the thread of a connection advances it to the present before each frame.
 
 mod drag;
 mod request;
@@ -30,16 +30,14 @@ use world::World;
 /// Bytes of the secret in the address.
 const SECRET: usize = 16;
 
-/// A simulation that a page shows while it runs, served to browsers of this machine.
+/// A running simulation, shown in browsers of this machine.
 ///
-/// On the page it is paused, stepped, slowed and reset; joints are moved by sliders, through servos; a body is pulled with the mouse, by a
-/// spring; contact forces are drawn; what was seen is saved as a page or a table. It goes on while a page is open, and ends when this value is
-/// dropped.
+/// In the browser the user can pause, step, slow down and reset it, move joints by sliders (through servos), pull a body with the mouse (by a
+/// spring), see contact forces, and save the motion as an HTML viewer or a table. It runs while a page is open, and ends when this value is dropped.
 ///
-/// # Who is let in
-/// The server listens on the loopback address only, so that other machines do not reach it. Its address holds 128 random bits, without which
-/// everything is refused: other users of the machine do not know them. Requests that name another host, or come from pages of another origin, are
-/// refused.
+/// # Access control The server listens on the loopback address only, so other machines cannot reach it. Its URL contains 128 random bits, and
+/// requests without them are refused: other users of the machine do not know them. Requests to another host name, or from pages of another origin,
+/// are refused.
 ///
 /// # Examples
 /// ```
@@ -59,7 +57,7 @@ pub struct Live {
     server: Option<JoinHandle<()>>,
 }
 
-/// What all connections share.
+/// Shared data of all connections.
 #[derive(Debug)]
 struct Shared {
     world: Mutex<World>,
@@ -70,7 +68,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// The simulation; one that a thread left in the middle of a step goes on from there.
+    /// The simulation; it continues after a thread that panicked within a step.
     fn world(&self) -> MutexGuard<'_, World> {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -81,8 +79,7 @@ impl Shared {
 }
 
 impl Live {
-    /// Starts a server on a free port. Joints get servos that hold them as they start, with the effort limits of the simulator; those that have a
-    /// servo keep it.
+    /// Starts a server on a free port. Joints get servos that hold their initial position, with the effort limits of the simulator; joints with a servo keep it.
     ///
     /// # Errors
     /// If the system has no port or no random numbers.
@@ -95,7 +92,7 @@ impl Live {
         Self::serve(World::new(simulator, start, u, None))
     }
 
-    /// [`start`](Self::start) with a controller in place of servos and sliders: `control(time, state, u)` sets the input of each step.
+    /// [`start`](Self::start) with a controller instead of servos and sliders: `control(time, state, u)` sets the input of each step.
     ///
     /// # Errors
     /// If the system has no port or no random numbers.
@@ -132,22 +129,22 @@ impl Live {
         })
     }
 
-    /// Address of the page, with its secret.
+    /// URL of the page, including its secret.
     pub fn url(&self) -> &str {
         &self.url
     }
 
-    /// What was seen since the start or the last reset, at most 60 moments a second.
+    /// The recording since the start or the last reset, with at most 60 times per second.
     pub fn recording(&self) -> Recording {
         self.shared.world().recording()
     }
 
-    /// State of now.
+    /// The current state.
     pub fn state(&self) -> State {
         self.shared.world().state().clone()
     }
 
-    /// Waits until the program ends: for programs that do nothing else.
+    /// Blocks until the program ends: for programs that do nothing else.
     pub fn wait(mut self) {
         if let Some(server) = self.server.take() {
             // A thread that panicked has ended.

@@ -1,4 +1,4 @@
-//! What a browser asks for, and whether it is one of this machine.
+//! Requests of browsers, and the check that they come from this machine.
 
 use std::io::{self, Read};
 
@@ -25,7 +25,7 @@ pub(super) enum Format {
     Json,
 }
 
-/// A request that is refused, with the status that says why.
+/// A refused request, with its status.
 #[derive(Debug, PartialEq)]
 pub(super) struct Refusal(pub(super) &'static str);
 
@@ -42,7 +42,7 @@ pub(super) fn read_head(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// Looks at a head: the method, the host, the origin, the secret, then what is asked for.
+/// Looks at a head: the method, the host, the origin, the secret, then what is requested.
 pub(super) fn request(head: &[u8], shared: &Shared) -> Result<Request, Refusal> {
     let mut lines = [httparse::EMPTY_HEADER; LINES];
     let mut parsed = httparse::Request::new(&mut lines);
@@ -65,7 +65,7 @@ pub(super) fn request(head: &[u8], shared: &Shared) -> Result<Request, Refusal> 
         format!("127.0.0.1:{}", shared.port),
         format!("localhost:{}", shared.port),
     ];
-    // A name that leads here by the domain name system of somebody else is not one of these.
+    // A foreign domain name that resolves to this address is not one of these.
     if !matches!(all("host").as_slice(), [host] if names.contains(host)) {
         return Err(Refusal("403 Forbidden"));
     }

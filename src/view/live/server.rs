@@ -17,7 +17,7 @@ const MOST: usize = 16;
 /// Longest time that a browser is waited for.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Answers connections, each in a thread of its own, until the end.
+/// Answers connections, each in its own thread, until the end.
 pub(super) fn run(listener: &TcpListener, shared: &Arc<Shared>) {
     let open = Arc::new(AtomicUsize::new(0));
     let mut threads = Vec::new();
@@ -33,7 +33,7 @@ pub(super) fn run(listener: &TcpListener, shared: &Arc<Shared>) {
         }
         let (shared, open) = (Arc::clone(shared), Arc::clone(&open));
         threads.push(thread::spawn(move || {
-            // One who goes away in the middle is nobody's concern.
+            // A closed connection is not an error.
             let _ = answer(stream, &shared);
             open.fetch_sub(1, Ordering::Relaxed);
         }));
@@ -74,7 +74,7 @@ fn answer(mut stream: TcpStream, shared: &Shared) -> io::Result<()> {
     }
 }
 
-/// Sends a whole answer; nobody keeps it, shows it elsewhere, or tells others its address.
+/// Sends a whole answer, with headers against caching, embedding and referrers.
 fn send(stream: &mut TcpStream, status: &str, kind: &str, text: &str) -> io::Result<()> {
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\

@@ -1,4 +1,4 @@
-//! One page: sixty frames a second to it, orders from it.
+//! One browser page: sixty frames per second to it, commands from it.
 
 use std::io::{self, ErrorKind, Write};
 use std::net::TcpStream;
@@ -36,7 +36,7 @@ pub(super) fn run(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Resu
         if !listen(&mut socket, next, shared)? {
             return Ok(());
         }
-        // Frames that nobody had time for are left out.
+        // Late frames are skipped.
         next = (next + FRAME).max(Instant::now());
         let frame = {
             let mut world = shared.world();
@@ -54,7 +54,7 @@ pub(super) fn run(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Resu
     Ok(())
 }
 
-/// Obeys orders until a time; false where the page has gone. What has come is heard even where no time is left.
+/// Executes commands until a time; `false` if the page is closed. Pending commands are executed even if no time is left.
 fn listen(socket: &mut WebSocket<TcpStream>, until: Instant, shared: &Shared) -> io::Result<bool> {
     for _ in 0..ORDERS {
         let left = until.saturating_duration_since(Instant::now());

@@ -1,4 +1,4 @@
-//! The simulation: time, orders, targets, recording.
+//! The simulation: time, commands, targets, recording.
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -14,13 +14,13 @@ use crate::sim::{RolloutStatus, Simulator, State, StepScratch};
 use crate::view::recording::Recording;
 use crate::view::shape::{Pose, pose};
 
-/// Longest time of a frame that goes into steps; what needs more runs slower than asked for.
+/// Maximum computing time of the steps of a frame; slower simulations run slower than requested.
 const BUSY: Duration = Duration::from_millis(12);
 
 /// Steps between two looks at the clock.
 const STEPS: usize = 8;
 
-/// Longest time that a page was away and that is made up for.
+/// Maximum absence of a page that is made up for.
 const AWAY: Duration = Duration::from_millis(100);
 
 /// Times between recorded moments, s.
@@ -66,7 +66,7 @@ struct Pace {
     factor: f64,
 }
 
-/// What a page may ask for.
+/// Commands of a page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Order {
@@ -80,13 +80,13 @@ enum Order {
         input: usize,
         value: f64,
     },
-    /// Pulls a point of a body, in the body, to a place in the world.
+    /// Pulls a point of a body, in the body, to a position in the world.
     Drag {
         body: usize,
         at: [f64; 3],
         to: [f64; 3],
     },
-    /// Lets go.
+    /// Releases the body.
     Release,
 }
 
@@ -101,7 +101,7 @@ pub(super) struct Slider {
     unit: &'static str,
 }
 
-/// What a page shows.
+/// Content of a page.
 #[derive(Serialize)]
 struct Frame {
     time: f64,
@@ -160,7 +160,7 @@ impl World {
         &self.state
     }
 
-    /// What was seen, on its ground.
+    /// The recorded motion, with its ground.
     pub(super) fn recording(&self) -> Recording {
         let mut out = self.recording.clone();
         if let Some(contacts) = self.simulator.contacts() {
@@ -198,14 +198,14 @@ impl World {
         sliders.collect()
     }
 
-    /// Lets time begin again after nobody looked.
+    /// Restarts the clock after an absence of the page.
     pub(super) fn wake(&mut self) {
         if self.pace.last.elapsed() > AWAY {
             self.pace.last = Instant::now();
         }
     }
 
-    /// Does what a page asks for; what is no order is not heard.
+    /// Executes a command of a page; ignores other messages.
     pub(super) fn obey(&mut self, text: &str) {
         let Ok(order) = serde_json::from_str(text) else {
             return;
@@ -285,7 +285,7 @@ impl World {
         self.pace.factor += 0.1 * (taken as f64 * dt / elapsed - self.pace.factor);
     }
 
-    /// Takes steps until a time, and says how many.
+    /// Takes steps until a time, and returns their number.
     fn take_steps(&mut self, most: usize, until: Instant) -> usize {
         for step in 0..most {
             if self.trouble.is_some() || step % STEPS == 0 && Instant::now() > until {
@@ -343,7 +343,7 @@ impl World {
         }
     }
 
-    /// What a page shows now, as JSON.
+    /// The current content of a page, as JSON.
     pub(super) fn frame(&mut self) -> String {
         let model = self.simulator.model();
         let mut kinematics = Kinematics::new(model);

@@ -1,14 +1,13 @@
-//! Pictures after one another, as a GIF.
+//! Animations as GIF.
 //!
-//! GIF, for it is the one moving picture that browsers, notebooks and pages of repositories show wherever they show a picture, without a codec;
-//! what does not change from one picture to the next takes no room.
+//! GIF is the only animation format that browsers, notebooks and code hosts show like a picture, without a codec. Unchanged pixels take no space.
 
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
 use super::Picture;
 
-/// Colours of an animation; one more is left for what does not change.
+/// Colours of an animation; one more is reserved for unchanged pixels.
 const COLORS: usize = 255;
 const UNCHANGED: u8 = 255;
 

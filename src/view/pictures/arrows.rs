@@ -10,7 +10,7 @@ use crate::spatial::Transform;
 use crate::view::recording::Recording;
 use crate::view::skeleton::turned_to;
 
-/// Colour of forces, that of the page.
+/// Colour of forces, that of the HTML viewer.
 const COLOR: [f64; 4] = [0.90, 0.22, 0.36, 1.0];
 
 /// Length of the largest force of all times, and thickness of arrows, relative to the half diagonal of what is in the picture.

@@ -11,7 +11,7 @@ use crate::spatial::Transform;
 /// Samples of a pixel along each side, whose mean it is.
 const SAMPLES: usize = 2;
 
-/// Colours of the page by day, red, green, blue.
+/// Colours of the HTML viewer by day, red, green, blue.
 const BACKGROUND: [f64; 3] = [0.955, 0.965, 0.975];
 const TILES: [[f64; 3]; 2] = [[0.905, 0.918, 0.932], [0.865, 0.880, 0.897]];
 
@@ -19,7 +19,7 @@ const TILES: [[f64; 3]; 2] = [[0.905, 0.918, 0.932], [0.865, 0.880, 0.897]];
 const TO_SUN: [f64; 3] = [0.45, -0.3, 0.85];
 const SHADE: f64 = 0.7;
 
-/// Light of the sky from below and from above, and of the sun; as on the page.
+/// Light of the sky from below and from above, and of the sun; as in the HTML viewer.
 const SKY: [[f64; 3]; 2] = [[0.27, 0.26, 0.25], [0.54, 0.57, 0.62]];
 const SUN: [f64; 3] = [0.74, 0.71, 0.65];
 const SHINE: f64 = 0.18;
@@ -28,7 +28,7 @@ const GLOSS: i32 = 40;
 /// Exponent between light and the numbers of a screen.
 const GAMMA: f64 = 2.2;
 
-/// Radius of the floor, relative to what stands on it, and the part of it from which on it fades.
+/// Radius of the floor, relative to the objects on it, and the fraction of it at which it starts to fade.
 const FLOOR: f64 = 6.0;
 const FADE: f64 = 0.35;
 
@@ -199,7 +199,7 @@ fn number(part: f64) -> u8 {
     (255.0 * part).round() as u8
 }
 
-/// Light of a surface towards the eye, as the page computes it; open meshes show their inner sides.
+/// Light of a surface towards the eye, as the HTML viewer computes it; open meshes show their inner sides.
 fn lit(normal: &Vector3<f64>, to_eye: &Vector3<f64>, color: &[f64; 4]) -> [f64; 3] {
     let (sun, v) = (Vector3::from(TO_SUN).normalize(), to_eye.normalize());
     let n = if normal.dot(&v) < 0.0 {

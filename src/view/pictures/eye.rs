@@ -6,7 +6,7 @@ use super::PictureOptions;
 use super::raster::Lens;
 use crate::view::camera::Camera;
 
-/// Angle of the picture from its lower to its upper edge, rad; that of the page.
+/// Angle of the picture from its lower to its upper edge, rad; that of the HTML viewer.
 const FIELD_OF_VIEW: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// Part of the picture that robots may fill.
@@ -18,7 +18,7 @@ const NEAREST: f64 = 0.02;
 /// Distances of the camera that are taken, m.
 const DISTANCES: [f64; 2] = [1e-3, 1e5];
 
-/// Where the camera of the page stands by default, degrees.
+/// Where the camera of the HTML viewer is by default, degrees.
 const AZIMUTH: f64 = 30.0;
 const ELEVATION: f64 = 18.0;
 

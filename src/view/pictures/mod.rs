@@ -1,16 +1,16 @@
-//! Pictures and animations of recordings, drawn by the processor: no browser, no graphics unit.
+//! Pictures and animations of recordings, rendered on the CPU, without browser and GPU.
 //!
 //! | file | content |
 //! |---|---|
 //! | `surface` | triangles of the shapes |
 //! | `arrows` | forces as arrows |
-//! | `stage` | what is in the picture, and where |
+//! | `stage` | objects in the picture and their poses |
 //! | `eye` | the camera |
 //! | `raster` | triangles to samples |
 //! | `draw` | samples to pixels: light, floor, shadow |
-//! | `animation` | pictures after one another as a GIF |
+//! | `animation` | sequences of pictures as a GIF |
 //!
-//! The look is that of the page: the same camera, colours, sun, floor and shadow. Traces, frames and constraints are on the page only.
+//! Pictures use the camera, colours, light, floor and shadow of the HTML viewer. Traces, frames and constraints are in the viewer only.
 
 mod animation;
 mod arrows;
@@ -56,9 +56,9 @@ pub struct PictureOptions {
     pub width: u32,
     /// Height, pixels; 480 by default.
     pub height: u32,
-    /// Pictures a second of the animation; 25 by default. More than 50 is shown slower than that by browsers.
+    /// Pictures per second of the animation; 25 by default. Browsers show rates above 50 slower.
     pub rate: f64,
-    /// Seconds of motion in a second of the animation; 1 by default, less is slow motion.
+    /// Seconds of motion per second of the animation; 1 by default, less for slow motion.
     pub speed: f64,
 }
 
@@ -116,7 +116,7 @@ impl Picture {
     }
 }
 
-/// Draws robots in poses that need not be recorded: for pictures while a simulation runs.
+/// Draws robots in arbitrary states, for pictures while a simulation runs.
 ///
 /// Meshes are read once; a picture of the quadruped at 640 × 480 takes about 30 ms.
 ///
@@ -140,8 +140,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Takes the robots of a recording, its scene objects, and its camera: where it has none, everything that is recorded is in
-    /// the picture.
+    /// Uses the robots of a recording, its scene objects, and its camera; without a camera, the whole recorded motion is in the picture.
     ///
     /// # Panics
     /// If a picture has no pixel or more than four million, or rate or speed are not positive.
@@ -160,8 +159,7 @@ impl Pictures {
         }
     }
 
-    /// The picture of the robots in these states, one of each robot; a state that is not finite is drawn at the neutral
-    /// configuration.
+    /// Draws the robots in these states, one per robot; a state that is not finite is drawn at the neutral configuration.
     ///
     /// # Panics
     /// If there is not one state for each robot, or one has the wrong length.
@@ -171,7 +169,7 @@ impl Pictures {
         self.draw(&[], &poses)
     }
 
-    /// Remarks on meshes that are not shown as they are.
+    /// Remarks on meshes that cannot be shown.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -193,17 +191,16 @@ impl Pictures {
 }
 
 impl Recording {
-    /// A picture of the robots at a time, s: that of the first moment before it starts, that of the last one after its end. A
-    /// recording without a moment shows the neutral configuration.
+    /// Draws the robots at a time, s; before the first and after the last recorded time the nearest one. An empty recording shows the neutral configuration.
     ///
     /// # Panics
-    /// If the time is not a number, a picture has no pixel or more than four million.
+    /// If the time is NaN, a picture has no pixel or more than four million.
     pub fn picture(&self, time: f64, options: PictureOptions) -> Picture {
         assert!(!time.is_nan(), "the time of a picture is not a number");
         Pictures::new(self, options).of_recording(self, time)
     }
 
-    /// Writes the [picture](Self::picture) at a time as PNG. Makes the folder.
+    /// Writes the [picture](Self::picture) at a time as PNG. Creates the folder.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -219,10 +216,9 @@ impl Recording {
         write(path.as_ref(), self.picture(time, options).to_png())
     }
 
-    /// Writes the motion as an animation, a GIF that repeats: browsers, notebooks and pages of repositories play it without a player or a
-    /// codec. Makes the folder.
+    /// Writes the motion as a repeating GIF animation, which browsers, notebooks and code hosts play without a player or codec. Creates the folder.
     ///
-    /// It has 255 colours, and its times are multiples of 10 ms: rates of 25 and 50 pictures a second are exact.
+    /// It has 255 colours and times in multiples of 10 ms: rates of 25 and 50 pictures per second are exact.
     ///
     /// # Errors
     /// If the file cannot be written.

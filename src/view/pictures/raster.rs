@@ -38,7 +38,7 @@ struct Projected<const N: usize> {
 }
 
 impl Lens {
-    /// Hands each sample whose middle a triangle covers to `each`; seen from either side.
+    /// Passes each sample whose middle a triangle covers to `each`; seen from either side.
     pub(super) fn each_sample<const N: usize>(
         &self,
         triangle: &[Seen<N>; 3],
@@ -54,7 +54,7 @@ impl Lens {
         }
     }
 
-    /// What is left of a triangle in front of the nearest distance [Sutherland, Hodgman 1974].
+    /// The part of a triangle beyond the near plane [Sutherland, Hodgman 1974].
     fn in_front<const N: usize>(&self, triangle: &[Seen<N>; 3]) -> Vec<Seen<N>> {
         let mut out = Vec::with_capacity(4);
         for k in 0..3 {

@@ -1,4 +1,4 @@
-//! What is in a picture, and where.
+//! The objects in a picture, with their poses.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -14,7 +14,7 @@ use crate::view::scene;
 use crate::view::shape::{Pose, Shape};
 use crate::view::track::Track;
 
-/// Colours of robots without one, as on the page: one after another.
+/// Colours of robots without one, as in the HTML viewer: one after another.
 const PLAIN: [[f64; 3]; 4] = [
     [0.55, 0.62, 0.72],
     [0.80, 0.62, 0.45],
@@ -62,7 +62,7 @@ pub(super) struct StagePiece {
 pub(super) type Poses = Vec<Vec<Transform<f64>>>;
 
 impl StagePiece {
-    /// A piece that stands in the world.
+    /// A piece that is fixed in the world.
     pub(super) fn still(pose: Transform<f64>, color: [f64; 4], corners: Vec<Corner>) -> Self {
         Self {
             on: None,

@@ -88,7 +88,7 @@ impl RerunStream {
         self.send(at, TimePoint::default(), what);
     }
 
-    /// Sends components at a point in time; at none if they stay. The clock of the machine is no timeline here.
+    /// Sends components at a point in time; at none if they stay. The clock of the machine is not a timeline here.
     fn send(&self, at: EntityPath, time: TimePoint, what: &dyn AsComponents) {
         let row = PendingRow::from_iter(time, what.as_serialized_batches());
         self.stream.record_row(at, row, false);

@@ -39,10 +39,9 @@ const FLUSH_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Robots on their way into the Rerun viewer, step by step.
 ///
-/// A [`Recording`] without moments says what there is to see: robots, their places, what stands beside them, the title.
-/// The viewer is an own program:
-/// `pip install rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream
-/// may stall at them, which [`flush`](Self::flush) tells.
+/// A [`Recording`] without moments gives the contents: robots, their poses, other objects, the title. The viewer is an own program: `pip install
+/// rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream may stall at them, which
+/// [`flush`](Self::flush) tells.
 ///
 /// # Examples
 /// ```no_run
@@ -72,7 +71,7 @@ impl RerunStream {
     /// Address of a viewer that was started on this machine without options.
     pub const VIEWER: &str = re_sdk::DEFAULT_CONNECT_URL;
 
-    /// Streams to a viewer that runs. What is sent while none is there waits for it; [`flush`](Self::flush) tells.
+    /// Streams to a viewer that runs. Data sent before a viewer is there wait for it; see [`flush`](Self::flush).
     ///
     /// * `address` – as `rerun+http://127.0.0.1:9876/proxy`, which is [`VIEWER`](Self::VIEWER)
     /// * `scene` – the robots, without moments
@@ -107,7 +106,7 @@ impl RerunStream {
         scene: &Recording,
         start: impl FnOnce(RecordingStreamBuilder) -> RecordingStreamResult<RecordingStream>,
     ) -> Result<Self, RecordingError> {
-        // Whoever calls wants to see it: no variable of the environment shall silence it.
+        // The caller requested a viewer, so environment variables must not disable it.
         let builder = RecordingStreamBuilder::new("dualbody")
             .recording_name(scene.title())
             .enabled(true);
@@ -124,7 +123,7 @@ impl RerunStream {
     }
 
     /// Sends a moment: the poses of all bodies, the state, and the input that acts from there on, which may be empty.
-    /// What is NaN is left out; where a state is not finite the robot stays where it was.
+    /// NaN values are omitted; if a state is not finite, the robot keeps its last pose.
     ///
     /// * `time` – s, later than the one before
     ///

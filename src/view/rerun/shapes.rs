@@ -10,7 +10,7 @@ use crate::view::mesh::Mesh;
 use crate::view::meshes::Solid;
 use crate::view::shape::Shape;
 
-/// Colour of shapes without one, that of the first robot of a page.
+/// Colour of shapes without one, that of the first robot of an HTML viewer.
 const PLAIN: [f64; 4] = [0.55, 0.62, 0.72, 1.0];
 
 /// A shape, centred at its own origin.

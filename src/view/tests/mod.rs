@@ -229,7 +229,10 @@ fn errors_of_damaged_files_name_file_line_and_reason() {
     let json =
         |from: &str, to: &str| message(&recording, "json", |text| text.replacen(from, to, 1));
     for (found, expected) in [
-        (csv("\n0.5,", "\nhalf,"), ":3: time: \"half\" is no number"),
+        (
+            csv("\n0.5,", "\nhalf,"),
+            ":3: time: \"half\" is not a number",
+        ),
         (
             csv("\n0.5,", "\n0,"),
             ":3: the time is missing or not after the one before",

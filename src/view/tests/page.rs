@@ -1,4 +1,4 @@
-//! Tests of the page as text; `tests/browser/` opens it in a browser.
+//! Tests of the HTML viewer as text; `tests/browser/` opens it in a browser.
 
 use serde_json::Value;
 
@@ -176,7 +176,7 @@ fn scene_objects_on_the_page_stand_where_they_were_put() {
     assert!(ball["axes"].is_null() && goal["shapes"].as_array().unwrap().is_empty());
     assert_eq!(bust["shapes"][0]["shape"], "box");
     let warning = page["warnings"][0].as_str().unwrap();
-    assert!(warning.starts_with("\"bust\": a box stands for the mesh \"lost.stl\""));
+    assert!(warning.starts_with("\"bust\": a box replaces the mesh \"lost.stl\""));
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn meshes_that_cannot_be_shown_give_a_box_and_a_warning() {
     );
 }
 
-/// A page that is passed on tells no one where its files were; what many meshes have in common is said once.
+/// An HTML viewer that is shared does not reveal file paths; data that many meshes share are stored once.
 #[test]
 fn warnings_call_meshes_as_the_description_does() {
     let folder = Folder::new();
@@ -294,10 +294,10 @@ fn warnings_call_meshes_as_the_description_does() {
         data(&html)
     };
     for (up_axis, reason, size) in [
-        (UpAxis::Auto, "states Y_UP: it is turned", [0.5, 0.0, 0.5]),
+        (UpAxis::Auto, "states Y_UP: it is rotated", [0.5, 0.0, 0.5]),
         (
             UpAxis::Ignore,
-            "states Y_UP: it is taken as it stands",
+            "states Y_UP: it is used without rotation",
             [0.5, 0.5, 0.0],
         ),
     ] {

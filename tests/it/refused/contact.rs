@@ -31,7 +31,7 @@ const RIGID: [Senseless<Rigid>; 3] = [
 
 const RELAXED: [Senseless<RelaxedRigid>; 9] = [
     Senseless {
-        said: "the friction of relaxed rigid contact is {}",
+        said: "the friction of regularised rigid contact is {}",
         set: |law, x| law.friction = x,
         values: &[-0.5, NAN],
     },
@@ -51,27 +51,27 @@ const RELAXED: [Senseless<RelaxedRigid>; 9] = [
         values: &[0.0],
     },
     Senseless {
-        said: "the ratio of impedances of relaxed rigid contact is {}",
+        said: "the ratio of impedances of regularised rigid contact is {}",
         set: |law, x| law.friction_impedance_ratio = x,
         values: &[0.0, -1.0, NAN, INFINITY],
     },
     Senseless {
-        said: "the time constant of relaxed rigid contact is {}",
+        said: "the time constant of regularised rigid contact is {}",
         set: |law, x| law.reference = oscillator(x, 1.0),
         values: &[0.0],
     },
     Senseless {
-        said: "the damping ratio of relaxed rigid contact is {}",
+        said: "the damping ratio of regularised rigid contact is {}",
         set: |law, x| law.reference = oscillator(0.02, x),
         values: &[NAN],
     },
     Senseless {
-        said: "the stiffness of relaxed rigid contact is {}",
+        said: "the stiffness of regularised rigid contact is {}",
         set: |law, x| law.reference = direct(x, 1.0),
         values: &[-1.0],
     },
     Senseless {
-        said: "the damping of relaxed rigid contact is {}",
+        said: "the damping of regularised rigid contact is {}",
         set: |law, x| law.reference = direct(1.0, x),
         values: &[INFINITY],
     },
@@ -132,7 +132,7 @@ const POINT: [Senseless<ContactPoint>; 5] = [
         values: &[2.0],
     },
     Senseless {
-        said: "the coordinate of a point of contact is {}",
+        said: "the coordinate of a contact point is {}",
         set: |point, x| point.center.y = x,
         values: &[NAN],
     },

@@ -133,7 +133,7 @@ fn points_on_bodies_and_links_that_there_are_not_are_refused() {
         Simulator::new(model.clone()).with_contacts(contacts)
     };
     let body = BodyId(7);
-    refused("point 8 of contact is on body 7, but its link", || {
+    refused("contact point 8 is on body 7, but its link", || {
         with(ContactPoint { body, ..first })
     });
     let link = FrameId(9);

@@ -293,7 +293,7 @@ fn conditions_that_do_not_hold_are_the_return_value() {
             .to_c("f", Precision::Double)
             .expect("a name")
             .header
-            .contains("1: no coordinate whirls")
+            .contains("1: no coordinate rotates fast")
     );
 }
 

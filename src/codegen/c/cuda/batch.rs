@@ -1,4 +1,4 @@
-//! Kernels that compute a function of many states.
+//! Kernels that evaluate a function for many states.
 
 use super::places::{CudaSizes, Places};
 use super::source::{CudaKernel, CudaSource, Layout, body, function, length};
@@ -7,23 +7,22 @@ use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
 impl Graph {
-    /// Writes the graph as CUDA, with kernels that compute it for many states, one a thread:
+    /// Writes the graph as CUDA, with kernels that evaluate it for many states, one state per thread:
     ///
     /// `(unsigned count, const real *in, const real *shared, real *work, real *out, int *status)`
     ///
-    /// There is one kernel, `NAME_batch`, or, of a long function, one for each of its parts, `NAME_part_K`, which are to be started in
-    /// their order on the same arrays. Each is a text of its own, so that compilers may take them all at once.
+    /// There is one kernel, `NAME_batch`, or, for a long function, one kernel for each part, `NAME_part_K`; launch these in order on the same arrays.
+    /// Each kernel is a separate text, so they can be compiled in parallel.
     ///
-    /// Number k of state i is at `k * count + i`, so that threads side by side read and write memory side by side.
-    /// The status of a state is 0, or the number, from 1, of the first [condition](Graph::conditions) that does not
-    /// hold, or −1 if an output is not finite. Parts hand numbers to each other in `work`, which has
-    /// [`work`](CudaSizes::work) numbers for each state, and states in whole tiles of [32](CudaSizes::TILE).
+    /// Entry k of state i is at `k * count + i`, so that memory access of neighbouring threads is coalesced. The status of a state is 0, or the
+    /// index, from 1, of the first violated [condition](Graph::conditions), or −1 if an output is not finite. Parts exchange values in `work`, which
+    /// has [`work`](CudaSizes::work) values for each state, in whole tiles of [32](CudaSizes::TILE) states.
     ///
     /// * `name` – of the function; all other names begin with it
-    /// * `shared` – names of inputs that are the same for all states, such as a gain; they are in an array of their own
+    /// * `shared` – names of inputs that are equal for all states, such as a gain; they are in a separate array
     ///
     /// # Errors
-    /// If a name is not an identifier, two names would be one, or there is no input of a name.
+    /// If a name is not an identifier, two names would be one, or there is no input with this name.
     ///
     /// # Examples
     /// ```
@@ -43,14 +42,14 @@ impl Graph {
         self.to_cuda_in_parts(name, precision, shared, length(self))
     }
 
-    /// Writes the graph as [`to_cuda`](Self::to_cuda) does, cut into parts of another length.
+    /// [`to_cuda`](Self::to_cuda) with another length of the parts.
     ///
-    /// Shorter parts spill fewer numbers, and hand more to each other; which is faster depends on the graph and on the GPU.
+    /// Shorter parts spill fewer values and exchange more; the optimum depends on the graph and the GPU.
     ///
-    /// * `length` – most operations of a part
+    /// * `length` – maximum number of operations of a part
     ///
     /// # Errors
-    /// As those of [`to_cuda`](Self::to_cuda).
+    /// As [`to_cuda`](Self::to_cuda).
     pub fn to_cuda_in_parts(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! The writer of CUDA: the statements of the writer of C, in kernels that compute a state a thread.
+//! The writer of CUDA: the statements of the writer of C, in kernels with one state per thread.
 
 mod batch;
 mod places;

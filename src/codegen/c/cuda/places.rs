@@ -3,23 +3,23 @@
 use crate::codegen::CodeError;
 use crate::scalar::traced::{Graph, Port};
 
-/// Numbers that a kernel reads and writes.
+/// Numbers of values that a kernel reads and writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CudaSizes {
-    /// Inputs of each state; of a rollout those that stay as they are, such as parameters.
+    /// Inputs of each state; for a rollout the constant ones, such as parameters.
     pub inputs: usize,
     /// Inputs of each state and step of a rollout; 0 in other kernels.
     pub each_step: usize,
-    /// Inputs that are the same for all states.
+    /// Inputs that are equal for all states.
     pub shared: usize,
-    /// Outputs of each state; of a rollout the numbers of a state.
+    /// Outputs of each state; for a rollout the length of a state.
     pub outputs: usize,
-    /// Numbers of each state that the kernels of a long function hand to each other; 0 if there is one kernel.
+    /// Values of each state that the kernels of a long function exchange; 0 for one kernel.
     pub work: usize,
 }
 
 impl CudaSizes {
-    /// States of a tile of the workspace: as many as threads that run together, which so read memory side by side.
+    /// States in a tile of the workspace: the number of threads that run together, for coalesced access.
     pub const TILE: usize = 32;
 }
 
@@ -36,7 +36,7 @@ impl<'a> Places<'a> {
     /// * `stride` – factor of the index of a number that is not shared
     ///
     /// # Errors
-    /// If there is no input of a name.
+    /// If there is no input with this name.
     pub(super) fn of(graph: &'a Graph, shared: &[String], stride: &str) -> Result<Self, CodeError> {
         let mut out = Self {
             own: Vec::new(),

@@ -1,4 +1,4 @@
-//! A kernel that takes many steps of many states.
+//! A kernel for rollouts of many states.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -8,17 +8,17 @@ use super::source::{CudaKernel, CudaSource, LENGTH, Layout, function};
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
-/// Roles of the inputs of a step in a kernel that takes many.
+/// Roles of the inputs of a step in a rollout kernel.
 ///
-/// The first inputs are the state, as long as the outputs, which are the next one. All other inputs are constant
-/// for each state, such as parameters of its robot.
+/// The first inputs are the state, of the same length as the outputs, which are the next state. All other inputs are constant for each state, such as
+/// parameters of its robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RolloutInputs {
-    /// Inputs that change with every step; `u` by default.
+    /// Inputs that change in each step; `u` by default.
     pub each_step: Vec<String>,
-    /// Inputs that are the same for all states, such as a gain; none by default.
+    /// Inputs that are equal for all states, such as a gain; none by default.
     pub shared: Vec<String>,
-    /// Inputs of the state beyond whose bound a motion has diverged; `v` by default.
+    /// Inputs of the state that are compared with the divergence bound; `v` by default.
     pub speeds: Vec<String>,
 }
 
@@ -44,20 +44,20 @@ impl RolloutInputs {
 }
 
 impl Graph {
-    /// Writes a step as CUDA, with a kernel `NAME_rollout` that takes many steps of many states, one state a thread:
+    /// Writes a step as CUDA, with a kernel `NAME_rollout` for many steps of many states, one state per thread:
     ///
     /// `(unsigned count, unsigned steps, unsigned every, real fastest, real *state, const real *in, const real *each_step, const real
     /// *shared, real *kept, int *status, unsigned *taken)`
     ///
-    /// The state goes in and comes out at the same place. Number k of state i is at `k * count + i`, in `each_step` and `kept` a
-    /// block of such numbers after the other. After each `every` steps the state is kept (never if that is 0). A state whose status is not 0 is left alone; it stops, as the
-    /// last one that is right, with the status k at the k-th condition, from 1, that does not hold, −1 where the next state is not finite or faster than `fastest`, and −2
-    /// at an input that is not finite. The steps that were taken are added to `taken`.
+    /// The state is updated in place. Entry k of state i is at `k * count + i`; `each_step` and `kept` are sequences of such blocks. The state is
+    /// stored in `kept` after each `every` steps (never if that is 0). A state whose status is not 0 is not changed. A state stops at its last valid
+    /// value with the status k at the k-th violated condition, from 1, −1 if the next state is not finite or faster than `fastest`, and −2 at an
+    /// input that is not finite. The number of steps taken is added to `taken`.
     ///
     /// * `name` – of the function; all other names begin with it
     ///
     /// # Errors
-    /// If a name is not an identifier, two names would be one, there is no input of a name, or the outputs are not as long as the first inputs.
+    /// If a name is not an identifier, two names would be one, there is no input with this name, or the outputs are not as long as the first inputs.
     pub fn to_cuda_rollout(
         &self,
         name: &str,
@@ -67,12 +67,12 @@ impl Graph {
         self.to_cuda_rollout_in_parts(name, precision, inputs, LENGTH)
     }
 
-    /// Writes a step as [`to_cuda_rollout`](Self::to_cuda_rollout) does, cut into parts of another length.
+    /// [`to_cuda_rollout`](Self::to_cuda_rollout) with another length of the parts.
     ///
-    /// * `length` – most operations of a part
+    /// * `length` – maximum number of operations of a part
     ///
     /// # Errors
-    /// As those of [`to_cuda_rollout`](Self::to_cuda_rollout).
+    /// As [`to_cuda_rollout`](Self::to_cuda_rollout).
     pub fn to_cuda_rollout_in_parts(
         &self,
         name: &str,
@@ -186,7 +186,7 @@ KERNEL void {name}_rollout(unsigned count, unsigned steps, unsigned every, REAL 
     }
 }
 
-/// Statements that read the numbers of some ranges, which stand one after the other in an array.
+/// Statements that read the numbers of some ranges, which are consecutive in an array.
 ///
 /// * `row` – the row of the array, of the index `k` in it
 fn loads(ranges: &[Range<usize>], array: &str, row: &str, then: &str) -> String {

@@ -35,7 +35,7 @@ pub(super) fn length(graph: &Graph) -> usize {
     }
 }
 
-/// A kernel as CUDA: one text, without includes.
+/// A CUDA kernel: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CudaKernel {
     name: String,
@@ -58,15 +58,15 @@ impl CudaKernel {
     }
 }
 
-/// A function as CUDA: kernels, which are to be started one after the other.
+/// A function as CUDA kernels, to be launched in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CudaSource {
-    /// The kernels, in the order in which they are to be started; at least one.
+    /// The kernels, in launch order; at least one.
     pub kernels: Vec<CudaKernel>,
-    /// Numbers that the kernels read and write.
+    /// Numbers of values that the kernels read and write.
     pub sizes: CudaSizes,
-    /// Precision of the numbers.
+    /// Precision of the values.
     pub precision: Precision,
 }
 

@@ -116,7 +116,7 @@ fn what_cannot_be_adjusted_is_refused_by_name() {
         &wrong(),
         Adjustable::Friction(vec![0]),
         options(),
-        "no such points",
+        "no such contact points",
     );
     let with_stops = {
         let actuation = Actuation::from_model(wrong().model());

@@ -27,13 +27,13 @@ fn unit(asset: Node<'_>) -> Result<f64, String> {
     let meters = child(asset, "unit").and_then(|unit| unit.attribute("meter"));
     let Some(text) = meters else { return Ok(1.0) };
     let meters = super::number(text.trim()).filter(|&m: &f64| m > 0.0 && m.is_finite());
-    meters.ok_or_else(|| "has a unit of length that is no positive number".into())
+    meters.ok_or_else(|| "has a unit of length that is not a positive number".into())
 }
 
-/// The rotation that brings the up axis of a file to z, if it is wanted.
+/// The rotation that brings the up axis of a file to z, if it is requested.
 fn upright(asset: Node<'_>, up_axis: UpAxis, soup: &mut Soup) -> Matrix3<f64> {
     let stated = child(asset, "up_axis").and_then(|axis| super::words(axis).next());
-    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of what has z
+    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of a scene with z
     // up.
     let (stated, turned) = match stated.unwrap_or("Y_UP") {
         "X_UP" => (
@@ -54,11 +54,11 @@ fn upright(asset: Node<'_>, up_axis: UpAxis, soup: &mut Soup) -> Matrix3<f64> {
         UpAxis::Ignore => (false, ""),
     };
     if is_turned {
-        soup.remark(format!("states {stated}: it is turned so that this axis is up (UpAxis::Ignore takes it as it stands)"));
+        soup.remark(format!("states {stated}: it is rotated so that this axis is up (UpAxis::Ignore uses it without rotation)"));
         turned
     } else {
         soup.remark(format!(
-            "states {stated}{reason}: it is taken as it stands, z up (UpAxis::Honour turns it)"
+            "states {stated}{reason}: it is used without rotation, z up (UpAxis::Honour rotates it)"
         ));
         Matrix3::identity()
     }

@@ -18,7 +18,7 @@ pub(super) struct Primitive<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Reads a `<geometry>`; `None` if it is no mesh.
+/// Reads a `<geometry>`; `None` if it is not a mesh.
 pub(super) fn read<'a>(node: Node<'a>, ids: &Ids<'a>) -> Result<Option<Geometry<'a>>, String> {
     let Some(mesh) = child(node, "mesh") else {
         return Ok(None);
@@ -98,7 +98,7 @@ fn polygon_sizes<'a>(polylist: Node<'a>) -> impl Iterator<Item = usize> {
     sizes.map_while(|size| size.parse().ok())
 }
 
-/// Cuts polygons that stand one after the other.
+/// Triangulates consecutive polygons.
 fn each(
     mut corners: &[u32],
     mut sizes: impl Iterator<Item = usize>,
@@ -158,7 +158,9 @@ impl Tuple {
         let mut place = 0;
         for word in words(indices) {
             if place == self.vertex {
-                let corner = word.parse().map_err(|_| "has a corner that is no vertex")?;
+                let corner = word
+                    .parse()
+                    .map_err(|_| "has a corner that is not a vertex")?;
                 corners.push(corner);
             }
             place += 1;
@@ -183,5 +185,10 @@ fn count(node: Node<'_>, attribute: &str, default: usize) -> Result<usize, Strin
         return Ok(default);
     };
     let count = text.trim().parse();
-    count.map_err(|_| format!("has a <{}> with an {attribute} that is no count", tag(node)))
+    count.map_err(|_| {
+        format!(
+            "has a <{}> with an {attribute} that is not a count",
+            tag(node)
+        )
+    })
 }

@@ -1,4 +1,4 @@
-//! Nodes of the scene: where they stand, what they show and what is below them.
+//! Nodes of the scene: their poses, their shapes and their children.
 
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3};
 
@@ -7,11 +7,11 @@ use crate::input::xml::{Node, is_native, tag};
 
 /// A `<node>`, or the `<visual_scene>` above them.
 pub(super) struct SceneNode<'a> {
-    /// The map from its coordinates to those of what is above it.
+    /// The map from its coordinates to those of its parent.
     pub(super) placement: Matrix4<f64>,
     /// The elements below it that show something: nodes, and instances of nodes, geometries and controllers.
     pub(super) content: Vec<Node<'a>>,
-    /// Whether something places it that is not read.
+    /// Whether an unread element places it.
     pub(super) is_approximate: bool,
 }
 

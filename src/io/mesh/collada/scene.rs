@@ -1,6 +1,6 @@
 //! Draws the scene: from its root along all nodes to the triangles.
 //!
-//! A node or a shape may be drawn any number of times, and nodes may refer to one another in a circle: what is
+//! A node or a shape may be drawn any number of times, and nodes may refer to each other in a circle: what is
 //! drawn *again* is bounded, all else is in the file once.
 
 use std::collections::HashMap;
@@ -100,7 +100,7 @@ impl<'a> Drawing<'a, '_> {
         Ok(())
     }
 
-    /// Puts what is below a node on the list, so that the first comes next.
+    /// Puts the children of a node on the list, so that the first comes next.
     fn open(
         &mut self,
         element: Node<'a>,
@@ -111,7 +111,7 @@ impl<'a> Drawing<'a, '_> {
             Some(known) => {
                 self.nodes_again += 1 + known.content.len();
                 if self.nodes_again > MAX_NODES_AGAIN {
-                    return Err("has nodes that hold one another, or too many".into());
+                    return Err("has nodes that contain each other, or too many nodes".into());
                 }
             }
             None => drop(self.nodes.insert(element.id(), node::read(element)?)),

@@ -161,12 +161,12 @@ fn wrong_numbers_say_what_they_are() {
     for (polygons, reason) in [
         (format!("<triangles>{vertex}<p>0 1</p></triangles>"), "more or fewer corners"),
         (format!("<triangles>{vertex}<p>0 1 5</p></triangles>"), "has no vertex 5"),
-        (format!("<triangles>{vertex}<p>0 1 -1</p></triangles>"), "a corner that is no vertex"),
+        (format!("<triangles>{vertex}<p>0 1 -1</p></triangles>"), "a corner that is not a vertex"),
         (format!("<polylist>{vertex}<vcount>9</vcount><p>0 1 2</p></polylist>"), "more or fewer corners"),
         (format!("<polylist>{vertex}<vcount>0 3</vcount><p>0 1 2</p></polylist>"), "more or fewer corners"),
         ("<triangles><input semantic='VERTEX' source='#v' offset='1'/><p>0 1 2</p></triangles>".into(), "more or fewer indices"),
         ("<triangles><input semantic='VERTEX' source='#v' offset='18446744073709551615'/><p>0</p></triangles>".into(), "more or fewer indices"),
-        ("<triangles><input semantic='VERTEX' source='#v' offset='x'/><p>0</p></triangles>".into(), "no count"),
+        ("<triangles><input semantic='VERTEX' source='#v' offset='x'/><p>0</p></triangles>".into(), "not a count"),
     ] {
         let error = load(&with_polygons(&polygons)).unwrap_err();
         assert!(error.contains(reason), "{polygons}: {error}");
@@ -267,7 +267,7 @@ fn what_refers_to_one_another_ends() {
         load(&text).map(|mesh| mesh.parts[0].triangles.len())
     };
     let circle = draws("<instance_node url='#n'/><instance_geometry url='#g'/>");
-    assert!(circle.unwrap_err().contains("hold one another"));
+    assert!(circle.unwrap_err().contains("contain each other"));
     // A tower of nodes each of which holds the next twice.
     let tower: String = (0..64)
         .map(|i| {
@@ -277,7 +277,7 @@ fn what_refers_to_one_another_ends() {
             )
         })
         .collect();
-    assert!(draws(&tower).unwrap_err().contains("hold one another"));
+    assert!(draws(&tower).unwrap_err().contains("contain each other"));
     let often = "<instance_geometry url='#g'/>".repeat(50_000);
     assert_eq!(draws(&often).unwrap(), 50_000);
     let too_often = "<instance_geometry url='#g'/>".repeat(250_000);

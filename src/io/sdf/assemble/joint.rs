@@ -84,7 +84,7 @@ impl Assembly<'_, '_> {
         let [x, y] = axes;
         let is_tied =
             self.leaders.contains(&edge.joint) || first.mimic.is_some() || second.mimic.is_some();
-        // What is not a number is found by the builder.
+        // The builder finds values that are NaN.
         let sine = unit(&x).cross(&unit(&y)).norm();
         if is_tied || sine < ACROSS {
             return Ok(None);

@@ -68,7 +68,7 @@ fn any_depth_of_nesting_ends_in_a_model_or_an_error() {
     });
 }
 
-/// Words that mean something, to be put in the place of one another.
+/// Words that mean something, to be exchanged.
 const WORDS: &[&str] = &[
     "\"a\"",
     "\"b\"",

@@ -129,7 +129,7 @@ const SNIPPETS: &[&str] = &[
     "<visual><geometry><mesh filename=\"package://a/b\"/></geometry></visual>",
 ];
 
-/// Words that mean something, to be put in the place of one another.
+/// Words that mean something, to be exchanged.
 const WORDS: &[&str] = &[
     "\"world\"",
     "\"rail\"",

@@ -144,7 +144,7 @@ fn passive(axis: &SecondAxis) -> impl Iterator<Item = (&'static str, String)> {
     present.map(|(attribute, value)| (attribute, number(value)))
 }
 
-/// Refuses properties of a joint that enter the dynamics and have no place in MJCF.
+/// Refuses properties of a joint that enter the dynamics and that MJCF cannot express.
 fn check(joint: &JointSpec, has_override: bool) -> Result<(), WriteError> {
     let refuse = |reason| Err(unsupported("joint", &joint.name, reason));
     if has_override {

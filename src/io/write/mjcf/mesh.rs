@@ -26,7 +26,7 @@ const MAX_TRIANGLES: u64 = 200_000;
 /// Triangles that are written into the description itself: some megabytes.
 const MAX_WRITTEN_TRIANGLES: usize = 50_000;
 
-/// Corners that `MuJoCo` wants.
+/// Minimum number of corners for `MuJoCo`.
 const LEAST_CORNERS: usize = 4;
 
 /// Bytes before the triangles of a binary STL file, with their number in the last four, and of each triangle.
@@ -231,7 +231,7 @@ fn written(path: &Path) -> Result<Source, String> {
     })
 }
 
-/// A mesh as it stands in its file: STL and OBJ say no axis, and what is flat is so whichever axis is up.
+/// A mesh as it is in its file: STL and OBJ say no axis, and what is flat is so whichever axis is up.
 fn triangles_of(path: &Path) -> Result<Mesh, String> {
     let file = MeshFile {
         path: path.to_path_buf(),

@@ -52,7 +52,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
     Ok(writer.xml.finish())
 }
 
-/// Checks that every body that moves has mass of its own, as `MuJoCo` asks.
+/// Checks that every body that moves has mass of its own, as `MuJoCo` requires.
 fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
     let massless = |link: &crate::model::Link| {
         let frame = &model.frames()[link.frame.0];
@@ -253,7 +253,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Followers have joints of their own there, and screws a joint for what they advance.
+    /// Mimic joints are separate joints there, and a screw has a second joint for its advance.
     fn equalities(&mut self) {
         let screws = std::mem::take(&mut self.screws).into_iter();
         let screws =

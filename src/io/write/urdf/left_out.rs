@@ -3,7 +3,7 @@
 use crate::io::xml::numbers;
 use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
 
-/// Lists the properties that the file leaves out; `hidden` is a world that the robot does not hang on.
+/// Lists the properties that the file leaves out; `hidden` is a world link that is not the parent of the robot.
 pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String> {
     let mut notes = Vec::new();
     let gravity = builder.gravity().as_slice();

@@ -78,7 +78,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// Writes links, joints and frames, but for a link that is hidden.
+    /// Writes links, joints and frames, except for a link that is hidden.
     fn parts(&mut self, builder: &ModelBuilder, hidden: Option<&str>) -> Result<(), WriteError> {
         let is_seen = |link: &str| Some(link) != hidden;
         for link in builder.links() {
@@ -124,7 +124,7 @@ impl Writer {
         self.fixed_joint(FLOATING_FRAME, &root, &joint.child, &joint.placement);
     }
 
-    /// A world for the root of a fixed robot to hang on.
+    /// A world link as the parent of the root of a fixed robot.
     fn world(&mut self, builder: &ModelBuilder, root: &str) -> Result<(), WriteError> {
         let frames = builder.frames().map(|(name, _, _)| name);
         let mut names = builder

@@ -17,14 +17,14 @@ pub(super) use pullback::AccelerationAdjoint;
 pub(crate) use pushforward::AccelerationColumns;
 pub(super) use rows::AccelerationWeights;
 
-/// Working memory of [`Simulator::accelerate`], with what it found.
+/// Working memory and result of [`Simulator::accelerate`].
 #[derive(Clone, Debug)]
 pub(crate) struct AccelerationScratch<T: Scalar> {
     pub(crate) terms: Terms<T>,
     forces: Forces<T>,
     /// For robots without rows.
     aba: AbaScratch<T>,
-    /// With semi-implicit Euler from the first step on in which something whirls.
+    /// With semi-implicit Euler allocated at the first step with fast rotation.
     half_step: Option<Box<HalfStep<T>>>,
     /// For robots with rows.
     pub(crate) balance: Option<Box<Balance<T>>>,
@@ -55,7 +55,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         self.half_step.as_deref()
     }
 
-    /// Resistance of coordinates beside M at the last point, without rows; empty where nothing does.
+    /// Implicit damping diagonal at the last point, without rows; empty for none.
     pub(crate) fn resistance<P: Scalar>(&self, at: &EvaluationPoint<'_, P, T>) -> &[T]
     where
         T: Over<P>,
@@ -84,7 +84,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
     }
 
-    /// Forward dynamics, with stops that may be released and velocity forces of the middle of the step.
+    /// Forward dynamics, with joint limits that may be released and velocity forces of the middle of the step.
     fn solve_without_rows<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
@@ -148,11 +148,11 @@ impl<T: Scalar> AccelerationScratch<T> {
             balance.change_mass(|mass, forces| terms.bounded_forces.write(mass, forces));
         }
         terms.accept(at, balance);
-        balance.keep_status();
+        balance.retain_status();
     }
 }
 
-/// Finds v̇ and the forces of as many rows as take part in the end.
+/// Finds v̇ and the forces of all rows that finally take part.
 fn solve_rows<P: Scalar, T: Over<P>>(
     at: &EvaluationPoint<'_, P, T>,
     terms: &mut Terms<T>,

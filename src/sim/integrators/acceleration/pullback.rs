@@ -12,7 +12,7 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::half_step;
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::{Acting, SlopePoint, SlopeWeights, StepSlopes};
+use crate::sim::terms::{Acting, DerivativePoint, StepGradientSum, TermWeights};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub(crate) struct AccelerationAdjoint<T: Scalar> {
     mu: Vec<T>,
     rows: RowAdjoint<T>,
     balance: BalanceAdjoint<T>,
-    /// With semi-implicit Euler from the first step on in which something whirls.
+    /// With semi-implicit Euler allocated at the first step with fast rotation.
     half_step: Option<Box<half_step::Adjoint<T>>>,
 }
 
@@ -51,13 +51,13 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         self.balance.slots()
     }
 
-    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at an instant.
+    /// Adds the gradient of λᵀ a, and of the weighted changes of the contact state, as they have been found at an instant.
     pub(crate) fn add(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
             balance.prepare_slopes(at);
@@ -90,20 +90,20 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         found: &AccelerationScratch<T>,
         row: usize,
         weight: T,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let Some(balance) = found.balance.as_deref() else {
             return;
         };
         self.mu.fill(T::zero());
         self.rows.weigh_one(row, balance.rows().count(), weight);
-        let weights = SlopeWeights {
+        let weights = TermWeights {
             mu: &self.mu,
             y: &self.rows.by_y,
             by_contact: &[],
             friction: &[],
         };
-        let point = SlopePoint {
+        let point = DerivativePoint {
             point: at,
             a: &found.a,
             acting: Acting::Gaps(balance),
@@ -125,18 +125,18 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         at: &EvaluationPoint<'_, f64, T>,
         found: &AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (rows, balance) = (&self.rows, found.balance.as_deref());
         let balance = balance.filter(|_| at.has_rows());
-        let weights = SlopeWeights {
+        let weights = TermWeights {
             mu: &self.mu,
             y: &rows.by_y,
             by_contact: weights.contact,
             friction: &rows.by_friction,
         };
         let (point, seen) = (
-            SlopePoint::of_all(at, &found.a, balance),
+            DerivativePoint::of_all(at, &found.a, balance),
             balance.map(|_| &rows.seen[..]),
         );
         (self.balance).add(&point, &weights, seen, &found.terms, out);
@@ -148,7 +148,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         if at.has_rows() {
             self.rows.solve(at, found, weights, &mut self.mu);

@@ -8,38 +8,40 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::integrators::half_step;
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::{AllSlopes, JacobianMemory, RowColumns, SlopePoint, TermSlopes, Terms};
+use crate::sim::terms::{
+    AllDerivatives, DerivativePoint, JacobianMemory, RowColumns, TermDerivatives, Terms,
+};
 
 /// −∂a/∂(q, v, m, u), and working memory to find it.
 #[derive(Clone, Debug)]
 pub(crate) struct AccelerationColumns<T: Differentiable> {
-    terms: AllSlopes<T>,
+    terms: AllDerivatives<T>,
     memory: JacobianMemory<T>,
     balance: BalanceColumns<T>,
-    /// With semi-implicit Euler from the first step on in which something whirls.
+    /// With semi-implicit Euler allocated at the first step with fast rotation.
     half_step: Option<Box<half_step::Columns<T>>>,
 }
 
 impl<T: Differentiable> AccelerationColumns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let rows = simulator.held_rows() + simulator.joint_rows() + ROWS * points;
+        let rows = simulator.bilateral_rows() + simulator.joint_rows() + ROWS * points;
         let at_middle = simulator.always_in_the_middle();
         Self {
-            terms: AllSlopes::new(simulator),
+            terms: AllDerivatives::new(simulator),
             memory: JacobianMemory::new(simulator),
             balance: BalanceColumns::new(simulator, rows, calls),
             half_step: at_middle.then(|| half_step::Columns::new(simulator)),
         }
     }
 
-    /// −∂a, column after column.
+    /// −∂a, column by column.
     pub(crate) fn minus_a(&self) -> &Blocks<T> {
         &self.balance.forces.acceleration.columns
     }
 
-    /// ∂(m⁺ − m) of a step, or ∂ṁ at an instant, column after column.
+    /// ∂(m⁺ − m) of a step, or ∂ṁ at an instant, column by column.
     pub(crate) fn bristles(&self) -> &Blocks<T> {
         &self.memory.rates
     }
@@ -62,7 +64,7 @@ impl<T: Differentiable> AccelerationColumns<T> {
         });
         let balance = found.balance.as_deref().filter(|_| at.has_rows());
         let jacobian = balance.map(|balance| balance.rows().first_rows(balance.rows().count()));
-        let point = SlopePoint::of_all(at, &found.a, balance);
+        let point = DerivativePoint::of_all(at, &found.a, balance);
         own.find(&point, jacobian, &found.terms, terms, memory);
         let columns = &mut own.forces.acceleration.columns;
         if let Some(half_step) = half_step {
@@ -75,21 +77,21 @@ impl<T: Differentiable> AccelerationColumns<T> {
             }
             Some(balance) => {
                 own.rows.solve(at, balance, columns);
-                let point = SlopePoint::of_all(at, &found.a, Some(balance));
+                let point = DerivativePoint::of_all(at, &found.a, Some(balance));
                 add_rates(&point, &found.terms, &own.rows, &mut memory.rates);
             }
         }
     }
 }
 
-/// Adds to changes of the state of contact what follows from the forces of rows, whose derivatives are known now.
+/// Adds the part of the changes of the contact state that depends on the forces of rows, whose derivatives are now known.
 fn add_rates<T: Differentiable>(
-    point: &SlopePoint<'_, T>,
+    point: &DerivativePoint<'_, T>,
     terms: &Terms<T>,
     rows: &RowColumns<T>,
     rates: &mut Blocks<T>,
 ) {
-    AllSlopes::each_rate_by_force(point, terms, &mut |rate, row, slope| {
+    AllDerivatives::each_rate_by_force(point, terms, &mut |rate, row, slope| {
         for (rates, f) in rates.blocks_mut().zip(rows.columns.blocks()) {
             rates[rate] = f[row].times_plus(slope, rates[rate]);
         }

@@ -1,7 +1,7 @@
 //! Weights of rows whose forces a solver finds, by the implicit function theorem.
 //!
 //! At fixed acceleration a and forces f let z = ∂(ID − τ − Jᵀ f) and y = ∂(J ã − w + R f). Then δf = S (y − J M⁻¹ z) with the solver's sensitivity S, and
-//! δa = −M⁻¹ z + M⁻¹ Jᵀ δf. So with the weights λ of a, and those of f that are given beside,
+//! δa = −M⁻¹ z + M⁻¹ Jᵀ δf. So with the weights λ of a, and given weights of f,
 //!
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
@@ -11,16 +11,16 @@ use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
+use crate::sim::terms::{AllDerivatives, DerivativePoint, TermDerivatives, turned_into};
 
-/// Weights of what is found at an instant.
+/// Weights of the results at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AccelerationWeights<'a, T> {
     /// λ, of the acceleration.
     pub(crate) a: &'a [T],
-    /// Of what the step, or the rate at an instant, adds to the state of contact.
+    /// Of what the step, or the rate at an instant, adds to the contact state.
     pub(crate) contact: &'a [T],
-    /// Whether the gradient in friction is wanted.
+    /// Whether the gradient in friction is requested.
     pub(crate) has_friction: bool,
 }
 
@@ -50,7 +50,7 @@ impl<T: Scalar> RowAdjoint<T> {
                 .min(contacts.solver_options().points)
         });
         let rows = match simulator.needs_solver() {
-            true => simulator.held_rows() + simulator.joint_rows() + ROWS * points,
+            true => simulator.bilateral_rows() + simulator.joint_rows() + ROWS * points,
             false => 0,
         };
         Self {
@@ -71,7 +71,7 @@ impl<T: Scalar> RowAdjoint<T> {
         self.seen.fill(T::zero());
     }
 
-    /// Slope of what is weighted in the time step, by the smoothing of laws alone: zero for exact ones, which have no scale. There s = √(Δt / Δt₀).
+    /// Derivative of the weighted sum in the time step through the smoothing of laws; zero for exact laws, which have no scale. There s = √(Δt / Δt₀).
     pub(super) fn by_time_step(&self, at: &EvaluationPoint<'_, f64, T>) -> T {
         let contacts = at.solved_contacts();
         let smoothed = contacts.is_some_and(|contacts| contacts.smoothing().is_some());
@@ -102,9 +102,9 @@ impl<T: Scalar> RowAdjoint<T> {
         (self.by_y).extend(jacobian.chunks_exact(nv).map(|row| dot(row, mu)));
         let (by_force, point) = (
             &mut self.by_y,
-            SlopePoint::of_all(at, &found.a, Some(balance)),
+            DerivativePoint::of_all(at, &found.a, Some(balance)),
         );
-        AllSlopes::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
+        AllDerivatives::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
             by_force[row] += slope * weights.contact[rate];
         });
         self.by_friction.clear();

@@ -1,4 +1,4 @@
-//! The balance of forces and rows at fixed accelerations and forces of rows: its derivatives column after column, and the gradient of its weighted sum.
+//! The balance of forces and rows at fixed accelerations and forces of rows: its derivatives column by column, and the gradient of its weighted sum.
 
 mod pullback;
 mod pushforward;

@@ -4,24 +4,24 @@ use crate::dynamics::{ParameterSlots, Slopes, Sweep, Weighted};
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    Acting, AdjointMemory, AdjointSink, AllSlopes, Numbers, SlopePoint, SlopeWeights, StepSlopes,
-    TermSlopes, Terms, add_weighted_turning,
+    Acting, AdjointMemory, AdjointSink, AllDerivatives, DerivativePoint, Numbers, StepGradientSum,
+    TermDerivatives, TermWeights, Terms, add_weighted_turning,
 };
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
 pub(crate) struct BalanceAdjoint<T: Scalar> {
-    terms: AllSlopes<T>,
+    terms: AllDerivatives<T>,
     memory: AdjointMemory<T>,
     sweep: Sweep<T>,
-    /// M μ, which is of no use.
+    /// M μ, which is not needed.
     by_a: Vec<T>,
 }
 
 impl<T: Scalar> BalanceAdjoint<T> {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let mut terms = AllSlopes::new(simulator);
+        let mut terms = AllDerivatives::new(simulator);
         terms.reserve_numbers(simulator);
         Self {
             terms,
@@ -36,17 +36,17 @@ impl<T: Scalar> BalanceAdjoint<T> {
         &self.sweep.slots
     }
 
-    /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the state of contact.
+    /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the contact state.
     ///
     /// * `seen` – ã; `None` where there are no rows
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn add(
         &mut self,
-        at: &SlopePoint<'_, T>,
-        weights: &SlopeWeights<'_, T>,
+        at: &DerivativePoint<'_, T>,
+        weights: &TermWeights<'_, T>,
         seen: Option<&[T]>,
         found: &Terms<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (point, model, sweep) = (at.point, at.point.model(), &mut self.sweep);
         let weighted = Weighted {

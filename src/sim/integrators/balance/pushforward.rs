@@ -1,11 +1,11 @@
-//! Derivatives of the balance and of the rows at fixed accelerations and forces of rows, column after column.
+//! Derivatives of the balance and of the rows at fixed accelerations and forces of rows, column by column.
 
 use crate::dynamics::{At, Calls};
 use crate::scalar::Differentiable;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    AllSlopes, ForceColumns, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes,
-    Terms,
+    AllDerivatives, DerivativePoint, ForceColumns, JacobianMemory, JacobianSink, RowColumns,
+    TermDerivatives, Terms,
 };
 
 /// ∂(ID − τ − Jᵀ f) and ∂y.
@@ -27,14 +27,14 @@ impl<T: Differentiable> BalanceColumns<T> {
 
     /// Finds them.
     ///
-    /// * `jacobian` – J of the rows of the point, row after row; `None` where there are none
+    /// * `jacobian` – J of the rows of the point, row by row; `None` where there are none
     /// * `found` – the terms as they have been evaluated
     pub(crate) fn find(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         jacobian: Option<&[T]>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let (point, a, Self { forces, rows }) = (at.point, at.a, self);

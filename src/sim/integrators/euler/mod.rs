@@ -1,4 +1,4 @@
-//! The step of Euler, semi-implicit or implicit in velocity: one acceleration, then each joint's own step with it.
+//! The Euler step, semi-implicit or linearly implicit: one acceleration, then the step of each joint with it.
 
 mod impact;
 mod pullback;
@@ -16,7 +16,7 @@ use impact::Impact;
 pub(super) use pullback::{Adjoint, EvaluationAdjoint};
 pub(super) use pushforward::Columns;
 
-/// Memory beside that of its evaluation.
+/// Memory in addition to that of its evaluation.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T: Scalar> {
     /// Where impacts may be found at their time.

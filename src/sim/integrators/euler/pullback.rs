@@ -1,4 +1,4 @@
-//! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
+//! Gradient of an Euler step: the step of each joint backwards, then its acceleration.
 
 use nalgebra::Vector3;
 
@@ -19,7 +19,7 @@ use crate::sim::integrators::joint_tangents::{
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Working memory: the step, and its gradient.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ pub(crate) struct Adjoint<T: Scalar> {
     has_impact: bool,
 }
 
-/// Gradient of one evaluation and what follows from it.
+/// Gradient of one evaluation and of its results.
 #[derive(Clone, Debug)]
 pub(in crate::sim::integrators) struct EvaluationAdjoint<T: Scalar> {
     /// Of the acceleration.
@@ -62,7 +62,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let point = EvaluationPoint::of_step(simulator, at.state, at.u);
         self.find(&point, at.acceleration);
@@ -100,7 +100,7 @@ impl<T: Scalar> Adjoint<T> {
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (found, next, own) = (&mut self.found, &self.next, &mut self.evaluation);
         match self.impact.as_mut().filter(|_| self.has_impact) {
@@ -121,7 +121,7 @@ impl<T: Scalar> EvaluationAdjoint<T> {
         found: &mut AccelerationScratch<T>,
         next: &State<T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let by_contact = &adjoint[2 * at.model().nv()..];
         self.add_joint_steps(at, &found.a, next, adjoint, out);
@@ -135,14 +135,14 @@ impl<T: Scalar> EvaluationAdjoint<T> {
         (self.acceleration).add(at, found, &of_acceleration, out);
     }
 
-    /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
+    /// Adds the gradient through the step of each joint; its acceleration gets weights.
     fn add_joint_steps(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         a: &[T],
         next: &State<T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (by_q, by_v) = adjoint.split_at(at.model().nv());
         let (weights, dt) = (&mut self.weights, at.dt());
@@ -184,7 +184,7 @@ struct Curved<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Curved<'_, T> {
-    fn add(&self, body: &Body<f64>, weights: &mut [T], out: &mut StepSlopes<'_, T>) {
+    fn add(&self, body: &Body<f64>, weights: &mut [T], out: &mut StepGradientSum<'_, T>) {
         let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
         let w = stepped_velocity(body, state, self.a, dt);
         let (dq, dv) = joint_step(body, state, &w, self.next, dt);
@@ -204,13 +204,13 @@ impl<T: Scalar> Curved<'_, T> {
         }
     }
 
-    /// Adds the slopes in the time step and in the centre of mass by which the body is moved.
+    /// Adds the derivatives in the time step and in the centre of mass by which the body is moved.
     fn add_numbers(
         &self,
         id: BodyId,
         body: &Body<f64>,
         slots: &ParameterSlots,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let dt = OfNumbers::variable(T::constant(self.at.dt()), 0);
         let steps = joint_step_in_numbers(body, self.at.state, self.a, self.next, dt, dt);

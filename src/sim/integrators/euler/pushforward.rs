@@ -1,4 +1,4 @@
-//! Jacobians of a step of Euler, semi-implicit or implicit in velocity: those of its one acceleration, and of each joint's own step.
+//! Jacobians of an Euler step, semi-implicit or linearly implicit: those of its one acceleration, and of each joint's own step.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -1,6 +1,6 @@
-//! Jacobians of a step with an impact at its time: its gradients row after row.
+//! Jacobians of a step with an isolated impact: its gradients row by row.
 //!
-//! Such steps are few, and the length of their parts depends on the state: one statement of that (`impact/pullback.rs`) is enough.
+//! Such steps are rare, and the length of their parts depends on the state; `impact/pullback.rs` already implements this.
 
 use super::Adjoint;
 use crate::dynamics::Calls;
@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::method::{Pullback, StepColumns};
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Gradients of a step, and memory for one of them.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ impl<T: Scalar> ImpactRows<T> {
         }
     }
 
-    /// Writes A and B, unless there is no impact at its time in the step; whether there is.
+    /// Writes A and B if the step has an isolated impact. Returns whether it has.
     pub(super) fn linearize(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -57,7 +57,7 @@ impl<T: Scalar> ImpactRows<T> {
         let (state, u) = self.row.split_at_mut(self.lambda.len());
         let (q, rest) = state.split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q,
             v,
             contact,

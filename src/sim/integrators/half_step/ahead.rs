@@ -1,4 +1,4 @@
-//! The velocity after a step with a₀, at which constraints that are asked to look ahead state half of their bias.
+//! The velocity after a step with a₀, at which constraints state half of their bias.
 
 use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -12,7 +12,7 @@ pub(super) struct Ahead<T: Scalar> {
 }
 
 impl<T: Scalar> Ahead<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             state: simulator.neutral_state(),

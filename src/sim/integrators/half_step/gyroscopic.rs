@@ -1,18 +1,17 @@
 //! Coriolis and centrifugal forces at the middle of a step.
 //!
-//! These forces c(q, v) grow with the square of the velocity, and turn the motion of whatever spins: taken at the start of a step they give
-//! it energy, a nutation at the rate λ by the factor √(1 + (λ Δt)²) in each step. Taken in the middle, at v + ½ Δt a, and to first order in
+//! These forces c(q, v) grow with the square of the velocity, and rotate the motion of spinning bodies. Evaluated at the start of a step they add
+//! energy: a nutation at the rate λ grows by the factor √(1 + (λ Δt)²) in each step. Evaluated in the middle, at v + ½ Δt a, and to first order in
 //! the acceleration,
 //!
 //! > M a + c(v) + ½ Δt ∂c/∂v a = τ − g,
 //!
-//! they give none: the rule of the implicit midpoint, which keeps energy and momentum of a free body but for what is of third order in Δt,
-//! and is stable whatever the rate.
+//! they add none: this is the implicit midpoint rule, which conserves energy and momentum of a free body to third order in Δt, and is stable at all rates.
 //!
-//! Kinematic constraints hold a₀ as well, with forces beside it: otherwise these forces would be those of another motion, and feed linkages with energy.
+//! Kinematic constraints also act on a₀, with additional forces: otherwise these forces would be those of another motion, and add energy to linkages.
 //!
-//! Of joints whose axes turn with the body, the linear velocity of the centre of mass r is left out of v and a here: it is stepped in the joint frame,
-//! where nothing turns. What is left is N v: spinning about r, with the linear velocity −ω × r of the origin; ∂c/∂v stands for ∂c/∂v N at N v.
+//! For joints with rotating axes, v and a exclude the linear velocity of the centre of mass r here: it is stepped in the fixed joint frame. The
+//! remainder is N v: rotation about r, with the linear velocity −ω × r of the origin; ∂c/∂v means ∂c/∂v N at N v.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -63,8 +62,8 @@ impl<T: Scalar> Gyroscopic<T> {
 
     /// Finds ∂c/∂v at a state whose mass matrix has `mass` for its upper triangle.
     ///
-    /// The Coriolis matrix gives it but for the order in which turns are taken:  ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints
-    /// that turn about several, for there C(v) u − C(u) v = M (ω × u). For v and u that spin about r, so does ω × u.
+    /// The Coriolis matrix gives it, except for the order of rotations: ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints that rotate about
+    /// several axes, because there C(v) u − C(u) v = M (ω × u). If v and u rotate about r, so does ω × u.
     fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &DMatrix<T>)
     where
         T: Over<P>,
@@ -81,7 +80,7 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
-    /// From ∂c/∂v to ∂c/∂v N, column after column.
+    /// From ∂c/∂v to ∂c/∂v N, column by column.
     fn fold_columns<P: Scalar>(&mut self, model: &Model<P>)
     where
         T: Over<P>,
@@ -96,7 +95,7 @@ impl<T: Scalar> Gyroscopic<T> {
         each_left_out(model, |l| slope.column_mut(l).fill(T::zero()));
     }
 
-    /// Subtracts M N (ω × u) in the columns of the turns of a joint; rotors resist in their own coordinates and do not turn.
+    /// Subtracts M N (ω × u) in the columns of the rotations of a joint; rotor inertias act in their own coordinates and do not rotate.
     fn reorder_turns<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, mass: &DMatrix<T>)
     where
         T: Over<P>,
@@ -120,10 +119,10 @@ impl<T: Scalar> Gyroscopic<T> {
 
     /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r − R λ₀  at the point of [`differentiate`](Self::differentiate).
     ///
-    /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
+    /// * `mass` – M with the implicit damping diagonal; only the upper triangle is read
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
-    /// * `held` – J, row after row, and r and R of each; empty for none; a row with an infinite R takes no part
+    /// * `held` – J, row by row, and r and R of each; empty for none; a row with an infinite R takes no part
     fn solve(
         &mut self,
         mass: &DMatrix<T>,
@@ -151,10 +150,10 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
-    /// Takes from τ − h what these forces change until the middle of a step, and adds to M what resists beside it.
+    /// Subtracts from τ − h the change of these forces until the middle of a step, and adds the corresponding terms to M.
     ///
     /// * `mass` – M, of which the upper triangle is read
-    /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a₀; empty for none
+    /// * `held` – of constraints along the velocity of the start: J, row by row, and the accelerations J a₀; empty for none
     pub(in crate::sim::integrators) fn correct<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
@@ -183,7 +182,7 @@ impl<T: Scalar> Gyroscopic<T> {
         keep_spin(model, out);
     }
 
-    /// Takes s ∂c/∂v a₀ from forces of the start of a step: under what is left, M alone gives a₀. Where s is 0 nothing is changed.
+    /// Subtracts s ∂c/∂v a₀ from forces of the start of a step: with the remainder, M alone gives a₀. No change for s = 0.
     pub(super) fn subtract(&self, s: T, forces: &mut [T]) {
         for (force, &change) in forces.iter_mut().zip(&self.change) {
             *force = T::zero().select_lt(s, *force - change * s, *force);
@@ -191,7 +190,7 @@ impl<T: Scalar> Gyroscopic<T> {
     }
 }
 
-/// From v to N v: bodies of joints whose axes turn with them spin about their centres of mass.
+/// From v to N v: bodies of joints whose axes rotate with them rotate about their centres of mass.
 fn keep_spin<P: Scalar, T: Over<P>>(model: &Model<P>, v: &mut [T]) {
     each_left_out(model, |l| v[l] = T::zero());
     each_spin(model, |l, k, x: T| {
@@ -209,7 +208,7 @@ pub(super) fn fold_weights<P: Scalar, T: Over<P>>(model: &Model<P>, by_v: &mut [
     each_left_out(model, |l| by_v[l] = T::zero());
 }
 
-/// Hands each entry of N outside its diagonal to `each`, with its row and its column.
+/// Passes each entry of N outside its diagonal to `each`, with its row and its column.
 pub(super) fn each_spin<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     mut each: impl FnMut(usize, usize, T),
@@ -219,7 +218,7 @@ pub(super) fn each_spin<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Hands the coordinates of linear velocities along axes that turn with the body to `each`.
+/// Passes the coordinates of linear velocities along body axes to `each`.
 pub(super) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
     for body in model.independent() {
         if body.joint.turns_with_body() {

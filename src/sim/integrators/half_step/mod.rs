@@ -1,8 +1,8 @@
-//! The half step: Coriolis and centrifugal forces of the middle of a step of Euler, when they are taken, and how.
+//! The half step: Coriolis and centrifugal forces of the middle of an Euler step, their conditions and formulas.
 //!
-//! All of the scheme is here but for what it has to ask of others: a [`EvaluationPoint`] says by how much of the acceleration these forces are ahead; constraints
-//! state their rows along the velocity of the start of a step and at that after it, since the formula of their bias is theirs
-//! ([`Acting`](crate::sim::terms::Acting)); joint limits are left out of a₀.
+//! The whole scheme is here, with two exceptions: an [`EvaluationPoint`] contains the time by which these forces are ahead; constraints state their
+//! rows along the velocity at the start and after the step, because they own the formula of their bias ([`Acting`](crate::sim::terms::Acting)). Joint
+//! limits are not part of a₀.
 
 mod ahead;
 mod gyroscopic;
@@ -21,13 +21,13 @@ use gyroscopic::Gyroscopic;
 pub(super) use pullback::{Adjoint, Change, Weights};
 pub(super) use pushforward::Columns;
 
-/// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. What turns faster gains
-/// energy at a rate that matters within few steps.
+/// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. Faster rotations gain energy
+/// considerably within few steps.
 const SLOW: f64 = 0.1;
-/// Angle from which on they are wholly those of the middle, rad. With 0.2 to 0.4 instead light wrists still diverge.
+/// Angle above which they are fully those of the middle, rad. With 0.2 to 0.4 light wrists still diverge.
 const FAST: f64 = 0.2;
-/// Speed up to which they are those of the start whatever the step is, rad/s: ordinary motion stays below it, and long steps of it stay what they
-/// are. At steps of 1 ms that is [`SLOW`].
+/// Speed up to which they are those of the start at any step length, rad/s: ordinary motion is slower, and long steps of it are unchanged. At steps
+/// of 1 ms that is [`SLOW`].
 const ORDINARY: f64 = 100.0;
 
 /// These forces in a step, with the acceleration a₀ at which they are found.
@@ -39,10 +39,10 @@ pub(crate) struct HalfStep<T: Scalar> {
 }
 
 impl<T: Scalar> HalfStep<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Box<Self> {
         Box::new(Self {
-            gyroscopic: Gyroscopic::new(simulator.model(), simulator.held_rows()),
+            gyroscopic: Gyroscopic::new(simulator.model(), simulator.bilateral_rows()),
             own: (!simulator.needs_solver()).then(|| own(simulator)),
         })
     }
@@ -71,15 +71,15 @@ fn own<P: Scalar, T: Scalar>(simulator: &Simulator<P>) -> Box<(Placed<T>, DMatri
     Box::new((Placed::new(model), DMatrix::zeros(nv, nv)))
 }
 
-/// By how much of a₀ the velocity is that of the middle, s.
+/// Time by which the velocity is ahead along a₀, s.
 fn half_step<P, T: Scalar>(at: &EvaluationPoint<'_, P, T>) -> T {
     at.half_step.unwrap_or(T::zero())
 }
 
-/// Hands each coordinate, with the derivative of the half step in its speed, to `each`; none where that is always the same.
+/// Passes each coordinate, with the derivative of the half step in its speed, to `each`; none where that is always the same.
 ///
 /// * `v` – working memory
-fn each_slope<T: Scalar>(
+fn each_derivative<T: Scalar>(
     at: &EvaluationPoint<'_, f64, T>,
     v: &mut [Dual<T, 1>],
     mut each: impl FnMut(usize, T),
@@ -90,7 +90,7 @@ fn each_slope<T: Scalar>(
     let lifted = v.iter_mut().zip(at.v());
     lifted.for_each(|(out, &v)| *out = Dual::constant_of(v));
     for k in at.simulator.turning() {
-        // One by one, as each lane has a fastest coordinate of its own.
+        // Lane by lane, because each lane has its own fastest coordinate.
         v[k].eps[0] = T::one();
         let half_step = at.simulator.half_step(v);
         v[k].eps[0] = T::zero();
@@ -110,14 +110,13 @@ fn slope_in_time<T: Scalar>(at: &EvaluationPoint<'_, f64, T>, v: &mut [Dual<T, 1
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// By how much of the acceleration the velocity of velocity forces is that of the middle of a step, s: half of the step where it is implicit in
-    /// velocity or there are kinematic constraints; otherwise, with semi-implicit Euler, where something whirls, growing from 0 between two speeds;
-    /// `None` where nothing does.
+    /// Time by which the velocity of velocity forces is ahead along the acceleration, s: half of the step if it is implicit in velocity or there are
+    /// kinematic constraints; otherwise, with semi-implicit Euler and fast rotation, growing from 0 between two speeds; `None` without fast rotation.
     pub(crate) fn half_step<T: Over<P>>(&self, v: &[T]) -> Option<T> {
         self.half_of(self.time_step(), v)
     }
 
-    /// [`half_step`](Self::half_step) of a time step that may have derivatives of its own, s.
+    /// [`half_step`](Self::half_step) for a time step that may have derivatives, s.
     fn half_of<D: Scalar, T: Over<D>>(&self, dt: D, v: &[T]) -> Option<T> {
         let half = dt * 0.5;
         match self.integrator() {
@@ -151,7 +150,7 @@ impl<P: Scalar> Simulator<P> {
         axes.filter(|(_, axis)| axis.is_angular()).map(|(k, _)| k)
     }
 
-    /// From 0 to 1 as the fastest coordinate of all that turn goes from slow to fast, s = 3 x² − 2 x³.
+    /// From 0 to 1 as the fastest rotating coordinate goes from slow to fast, s = 3 x² − 2 x³.
     fn gyroscopic_share<D: Scalar, T: Over<D>>(&self, slow: D, v: &[T]) -> T {
         let mut fastest = T::zero();
         for k in self.turning() {
@@ -163,7 +162,7 @@ impl<P: Scalar> Simulator<P> {
     }
 }
 
-/// Speed up to which nothing whirls in a step of `dt` (s), rad/s.
+/// Speed up to which there is no fast rotation in a step of `dt` (s), rad/s.
 fn slow<D: Scalar>(dt: D) -> D {
     (D::constant(SLOW) / dt).max(D::constant(ORDINARY))
 }
@@ -172,7 +171,7 @@ fn slow<D: Scalar>(dt: D) -> D {
 #[inline(always)]
 fn is_slow<D: Scalar, T: Over<D>>(slow: D, v: &[T]) -> bool {
     let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
-    let (limit, condition) = (slow.powi(2), "no coordinate whirls in a step");
+    let (limit, condition) = (slow.powi(2), "no coordinate rotates fast in a step");
     if D::LANES == 1 && limit.has_value() {
         return square.is_at_most(limit.value(0), condition);
     }

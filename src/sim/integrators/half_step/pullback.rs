@@ -1,8 +1,8 @@
 //! Gradient through velocity forces of the middle of a step.
 //!
-//! The acceleration a₀ without stops solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with stops that push or rows, a solves
+//! The acceleration a₀ without joint limits solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with active joint limits or rows, a solves
 //! r₁ = ID(q, v, a) + s C a₀ − τ₁ + R₁ a = 0. Backwards:  μ₁ = −(M + R₁)⁻¹ λ,  then  μ₀ = −(M + R₀ + s C)⁻ᵀ s Cᵀ μ₁, and the gradient is that of
-//! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no stop pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
+//! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no joint limit pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
 //!
 //! Kinematic constraints hold a₀ with forces λ₀ beside it,  r₀ − Jᵀ λ₀ = 0  and  y₀ = J ã₀ + … = 0,  and rows of the step itself look ahead along ã₀. With all
 //! weights g of a₀ that is  (M + R₀ + s C)ᵀ μ₀ = −(g − Jᵀ ρ),  where ρ is such that J μ₀ = 0, and y₀ is weighted with −ρ.
@@ -11,7 +11,7 @@
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, fold_weights};
-use super::{HalfStep, each_slope, half_step, slope_in_time};
+use super::{HalfStep, each_derivative, half_step, slope_in_time};
 use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::joint::Joint as _;
 use crate::linalg::product::{add_scaled, dot};
@@ -21,11 +21,11 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    Acting, SlopePoint, SlopeWeights, StepSlopes, Terms, add_weighted_turning, turned_into,
+    Acting, DerivativePoint, StepGradientSum, TermWeights, Terms, add_weighted_turning, turned_into,
 };
 use crate::spatial::linear::cross;
 
-/// A half step that has been taken, and what is weighted.
+/// A half step and its weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change<'a, T: Scalar> {
     pub(crate) half_step: &'a HalfStep<T>,
@@ -34,10 +34,10 @@ pub(crate) struct Change<'a, T: Scalar> {
     pub(crate) weights: Weights<'a, T>,
 }
 
-/// What is weighted.
+/// The weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Weights<'a, T> {
-    /// The acceleration, which is a₀, with λ, and changes of the state of contact.
+    /// The acceleration, which is a₀, with λ, and changes of the contact state.
     All(&'a [T], &'a [T]),
     /// Another acceleration, whose balance has been weighted already with μ₁, and whose rows with `λ_y`.
     Rest(&'a [T], &'a [T]),
@@ -59,12 +59,12 @@ pub(crate) struct Adjoint<T: Scalar> {
     /// μ₀.
     mu: Vec<T>,
     /// `None` without constraints.
-    held: Option<Box<HeldAdjoint<T>>>,
+    held: Option<Box<BilateralAdjoint<T>>>,
 }
 
 /// Weights of constraints that hold a₀ and look ahead along it.
 #[derive(Clone, Debug)]
-struct HeldAdjoint<T: Scalar> {
+struct BilateralAdjoint<T: Scalar> {
     ahead: Ahead<T>,
     /// Zeros: no bias depends on the acceleration, and nothing else is weighted.
     rest: Vec<T>,
@@ -79,7 +79,7 @@ struct HeldAdjoint<T: Scalar> {
     seen_ahead: Vec<T>,
 }
 
-impl<T: Scalar> HeldAdjoint<T> {
+impl<T: Scalar> BilateralAdjoint<T> {
     fn new(simulator: &Simulator) -> Box<Self> {
         let zeros = || vec![T::zero(); simulator.model().nv()];
         Box::new(Self {
@@ -87,13 +87,13 @@ impl<T: Scalar> HeldAdjoint<T> {
             rest: zeros(),
             by_next_v: zeros(),
             by_seen: zeros(),
-            by_rows: Vec::with_capacity(simulator.held_rows()),
+            by_rows: Vec::with_capacity(simulator.bilateral_rows()),
             seen: zeros(),
             seen_ahead: zeros(),
         })
     }
 
-    /// Adds the gradient of what rows see of the velocity after the step, but for that of a₀, which gets weights.
+    /// Adds the gradient of the dependence of rows on the velocity after the step; a₀ gets weights.
     ///
     /// * `by_y` – `λ_y`
     fn look_ahead(
@@ -102,24 +102,24 @@ impl<T: Scalar> HeldAdjoint<T> {
         by_y: &[T],
         terms: &Terms<T>,
         balance: &mut BalanceAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (rest, by_next_v) = (&self.rest[..], &mut self.by_next_v);
         let point = self.ahead.point(at, &self.seen);
         turned_into(at.model(), point.v(), rest, &mut self.seen_ahead);
-        let point = SlopePoint {
+        let point = DerivativePoint {
             point: &point,
             a: rest,
             acting: Acting::Ahead,
         };
-        let weights = SlopeWeights {
+        let weights = TermWeights {
             mu: rest,
             y: by_y,
             by_contact: &[],
             friction: &[],
         };
         by_next_v.fill(T::zero());
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q: &mut *out.q,
             v: by_next_v,
             contact: &mut [],
@@ -147,7 +147,7 @@ impl<T: Scalar> HeldAdjoint<T> {
 }
 
 impl<T: Scalar> Adjoint<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let zeros = || vec![T::zero(); nv];
@@ -161,17 +161,17 @@ impl<T: Scalar> Adjoint<T> {
             fastest: vec![Dual::from(0.0); nv],
             sum: zeros(),
             mu: zeros(),
-            held: (simulator.held_rows() > 0).then(|| HeldAdjoint::new(simulator)),
+            held: (simulator.bilateral_rows() > 0).then(|| BilateralAdjoint::new(simulator)),
         })
     }
 
-    /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the state of contact altogether.
+    /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the contact state altogether.
     pub(crate) fn add(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         change: &Change<'_, T>,
         balance: &mut BalanceAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let gyroscopic = &change.half_step.gyroscopic;
         self.start(at, change);
@@ -215,15 +215,15 @@ impl<T: Scalar> Adjoint<T> {
         at: &EvaluationPoint<'_, f64, T>,
         change: &Change<'_, T>,
         balance: &mut BalanceAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (gyroscopic, held) = (&change.half_step.gyroscopic, self.held.as_deref());
-        let point = SlopePoint {
+        let point = DerivativePoint {
             point: at,
             a: &gyroscopic.a,
             acting: Acting::Start(&gyroscopic.bilateral.forces),
         };
-        let weights = SlopeWeights {
+        let weights = TermWeights {
             mu: &self.mu,
             y: held.map_or(&[], |held| &held.by_rows),
             by_contact: match change.weights {
@@ -241,7 +241,7 @@ impl<T: Scalar> Adjoint<T> {
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let model = at.model();
         for side in [1.0, -1.0] {
@@ -269,7 +269,7 @@ impl<T: Scalar> Adjoint<T> {
             add_scaled(out.v, &self.by_v, T::one());
         }
         let by_s = dot(&self.sum, &gyroscopic.change);
-        each_slope(at, &mut self.fastest, |k, slope| out.v[k] += by_s * slope);
+        each_derivative(at, &mut self.fastest, |k, slope| out.v[k] += by_s * slope);
         if out.has_parts {
             out.add_time_step(by_s * slope_in_time(at, &mut self.fastest));
         }

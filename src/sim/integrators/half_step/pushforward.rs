@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out, each_spin};
-use super::{HalfStep, each_slope, half_step};
+use super::{HalfStep, each_derivative, half_step};
 use crate::dynamics::{At, Blocks, Calls, InverseDynamicsDerivativesScratch, add_derivatives};
 use crate::model::Model;
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, is_nothing};
@@ -21,8 +21,8 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
-    Acting, AllSlopes, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes, Terms,
-    add_turning,
+    Acting, AllDerivatives, DerivativePoint, JacobianMemory, JacobianSink, RowColumns,
+    TermDerivatives, Terms, add_turning,
 };
 
 /// Working memory of [`find`](Self::find).
@@ -42,13 +42,13 @@ pub(crate) struct Columns<T: Differentiable> {
     memory: Vec<Pack<T, BLOCK>>,
 }
 
-/// What constraints see of the velocity after the step.
+/// Dependence of constraints on the velocity after the step.
 #[derive(Clone, Debug)]
 struct AheadColumns<T: Differentiable> {
     point: Ahead<T>,
     /// Their part of ∂y, in q and v⁺.
     rows: RowColumns<T>,
-    /// That in v⁺ alone, row after row, times Δt: in ã₀.
+    /// That in v⁺ alone, row by row, times Δt: in ã₀.
     by_seen: Vec<T>,
     /// −δa₀.
     minus_a: Blocks<T>,
@@ -56,7 +56,7 @@ struct AheadColumns<T: Differentiable> {
 
 impl<T: Differentiable> AheadColumns<T> {
     fn new(simulator: &Simulator) -> Box<Self> {
-        let (model, rows) = (simulator.model(), simulator.held_rows());
+        let (model, rows) = (simulator.model(), simulator.bilateral_rows());
         let width = simulator.n_tangent() + simulator.nu();
         Box::new(Self {
             point: Ahead::new(simulator),
@@ -90,12 +90,12 @@ impl<T: Differentiable> AheadColumns<T> {
 }
 
 impl<T: Differentiable> Columns<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (width, held) = (
             simulator.n_tangent() + simulator.nu(),
-            simulator.held_rows(),
+            simulator.bilateral_rows(),
         );
         Box::new(Self {
             balance: BalanceColumns::new(simulator, held, Calls::Many),
@@ -116,11 +116,11 @@ impl<T: Differentiable> Columns<T> {
         at: &EvaluationPoint<'_, f64, T>,
         half_step: &HalfStep<T>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let gyroscopic = &half_step.gyroscopic;
-        let point = SlopePoint {
+        let point = DerivativePoint {
             point: at,
             a: &gyroscopic.a,
             acting: Acting::Start(&gyroscopic.bilateral.forces),
@@ -137,14 +137,17 @@ impl<T: Differentiable> Columns<T> {
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         found: &Terms<T>,
-        terms: &mut AllSlopes<T>,
+        terms: &mut AllDerivatives<T>,
         memory: &mut JacobianMemory<T>,
     ) {
         let BalanceColumns { forces, rows } = &mut self.balance;
         let Some(ahead) = &mut self.ahead else { return };
         let width = at.simulator.n_tangent() + at.simulator.nu();
-        ahead.rows.columns.resize(at.simulator.held_rows(), width);
-        let point = SlopePoint {
+        ahead
+            .rows
+            .columns
+            .resize(at.simulator.bilateral_rows(), width);
+        let point = DerivativePoint {
             point: &ahead.point.point(at, &rows.seen),
             a: &self.at_rest,
             acting: Acting::Ahead,
@@ -153,7 +156,7 @@ impl<T: Differentiable> Columns<T> {
         terms.emit_rows(&point, found, &mut sink);
     }
 
-    /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
+    /// Adds δG to the derivatives of the balance of forces, and the dependence on the velocity after the step to ∂y of constraints.
     pub(crate) fn add_to(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -166,7 +169,7 @@ impl<T: Differentiable> Columns<T> {
         forces.add_all(&self.balance.forces.acceleration.columns);
     }
 
-    /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
+    /// ∂G at fixed a₀: through the velocity forces, and through the time by which they are ahead.
     ///
     /// −½ (−∂c(v + s a₀) + ∂c(v − s a₀)): weights on all numbers at once, so that derivatives are compiled for one output.
     fn differentiate(&mut self, at: &EvaluationPoint<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
@@ -181,7 +184,7 @@ impl<T: Differentiable> Columns<T> {
             self.direct.scale(weight);
         }
         self.fold_velocities(model);
-        each_slope(at, &mut self.fastest, |k, slope| {
+        each_derivative(at, &mut self.fastest, |k, slope| {
             if !is_nothing(&slope) {
                 for (row, &change) in gyroscopic.change.iter().enumerate() {
                     *self.direct.at(row, nv + k) += change * slope;

@@ -13,8 +13,8 @@ use crate::scalar::{Over, Scalar};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
-/// What a row may be off by at the start of a step, m or rad, and per second. A start that is off further is closed at once, with a velocity that says
-/// nothing of how fast joints turn.
+/// Allowed error of a row at the start of a step, m or rad, and per second. A larger error is closed at once, with a velocity that is unrelated to
+/// the motion of the joints.
 const CLOSED: f64 = 1e-7;
 
 /// Rows of constraints at start and end of a step, with the impulses along them.
@@ -24,13 +24,13 @@ pub(super) struct Held<T> {
     pub(super) end: ConstraintRows<T>,
     /// λ of the start and of the end, N·s or N·m·s.
     pub(super) impulses: [Vec<T>; 2],
-    /// Errors of the end, or by what λ of the start changes.
+    /// Errors of the end, or changes of λ of the start.
     pub(super) errors: Vec<T>,
 }
 
 impl<T: Scalar> Held<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let (n, nv) = (simulator.held_rows(), simulator.model().nv());
+        let (n, nv) = (simulator.bilateral_rows(), simulator.model().nv());
         let zeros = || vec![T::zero(); n];
         Self {
             start: ConstraintRows::new(n, nv),

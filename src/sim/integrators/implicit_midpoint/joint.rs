@@ -1,4 +1,4 @@
-//! Momenta of one joint whose configuration is not a vector, carried along its own motion.
+//! Momenta of a joint whose configuration is not a vector, transported along its motion.
 //!
 //! Its coordinates are a Lie algebra (see [`joint`](crate::joint)). With half of the tangent of a step, φ = ½ Δt ξ, momenta along the axes of the start go to
 //! those of the middle by A = Ad(exp φ)ᵀ, and on to those of the end by the same. The differential of the exponential, seen from where it starts, is
@@ -18,10 +18,10 @@ use crate::spatial::{Force, SPATIAL};
 /// Numbers of one joint along its axes, the first `nv` of which count.
 pub(super) type Along<T> = [T; MAX_NV];
 
-/// Matrix of one joint, row after row.
+/// Matrix of one joint, row by row.
 pub(super) type OwnMatrix<T> = [[T; MAX_NV]; MAX_NV];
 
-/// Terms of the series of dexp: with half a turn in half of a step the next one is 1e-10 of the sum, with half of that 1e-17.
+/// Terms of the series of dexp: with half a revolution in half of a step the next one is 1e-10 of the sum, with half of that 1e-17.
 const TERMS: usize = 20;
 
 /// Ad(exp φ)ᵀ p: a momentum along the axes after a motion, from those before it. One coordinate alone keeps its axis.
@@ -104,9 +104,9 @@ pub(super) fn own<T: Scalar, P>(body: &Body<P>, x: &[T]) -> Along<T> {
     out
 }
 
-/// Derivatives of the step of one joint by itself.
+/// Derivatives of the step of a single joint.
 #[derive(Clone, Debug)]
-pub(super) struct JointSlopes<T> {
+pub(super) struct JointDerivatives<T> {
     /// Index of its first coordinate, and their number.
     pub(super) first: usize,
     pub(super) nv: usize,
@@ -131,7 +131,7 @@ pub(super) struct JointStep<'a, T> {
     pub(super) dt: f64,
 }
 
-impl<T: Scalar> JointSlopes<T> {
+impl<T: Scalar> JointDerivatives<T> {
     /// Of a step in which nothing happens.
     pub(super) fn new<P: Scalar>(body: &Body<P>) -> Self {
         let zero = [[T::zero(); MAX_NV]; MAX_NV];

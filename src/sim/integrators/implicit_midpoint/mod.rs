@@ -6,8 +6,8 @@
 //! > μ = (dexp 2φ)ᵀ p + ½ Δt (dexp φ)ᵀ f,   φ = ½ Δt ξ,
 //! > q⁺ = q ⊕ Δt ξ,   M(q⁺) v⁺ = A (A p + Δt f),
 //!
-//! where A carries momenta by half of the step along the joint's own motion (`joint.rs`). Of joints whose configuration is a vector dexp and A are 1:
-//! μ = p + ½ Δt f and M(q⁺) v⁺ = p + Δt f. So the momentum of a body that nothing pushes is kept to rounding.
+//! where A transports momenta by half of the step along the motion of the joint (`joint.rs`). Of joints whose configuration is a vector dexp and A are 1:
+//! μ = p + ½ Δt f and M(q⁺) v⁺ = p + Δt f. So the momentum of a free body is conserved to rounding.
 //!
 //! | module | content |
 //! |---|---|
@@ -19,16 +19,16 @@
 //! | `saddle` | equations with constraints |
 //! | `slopes` | derivatives of momenta and forces |
 //! | `pushforward`, `pullback` | Jacobians and gradient of the step, by the implicit function theorem |
-//! | `weights` | weights of what a step goes through |
-//! | `held_slopes` | derivatives of what constraints add |
-//! | `numbers`, `held_numbers` | the gradient in what the robot is made of |
+//! | `weights` | weights of intermediate quantities of a step |
+//! | `bilateral_derivatives` | derivatives of the contributions of constraints |
+//! | `numbers`, `bilateral_parameters` | the gradient in parameters |
 //!
 //! # References
 //! [Marsden, West 2001]; [Hairer, Lubich, Wanner 2006, chapter VI].
 
+mod bilateral_derivatives;
+mod bilateral_parameters;
 mod held;
-mod held_numbers;
-mod held_slopes;
 mod joint;
 mod newton;
 mod numbers;

@@ -1,14 +1,14 @@
 //! The velocity of a step by Newton's method on plain numbers.
 //!
-//! The matrix is that of the first guess, the velocity before the step, as long as that serves: mostly the residual falls a hundredfold and more with each
-//! evaluation. Where it does not fall tenfold the matrix is found anew; a step in which joints turn fast and it
-//! does not fall fiftyfold is too long (`parts.rs`).
+//! The matrix is that of the first guess, the velocity before the step, while it converges: usually the residual decreases a hundredfold or more with
+//! each evaluation. If it does not decrease tenfold the matrix is updated; a step with fast rotations in which it does not decrease fiftyfold is too
+//! long (`parts.rs`).
 
 use std::any::Any;
 
 use super::parts::{Search, TURN, divided, each, is_finite};
 use super::point::Midpoint;
-use super::slopes::MidpointSlopes;
+use super::slopes::MidpointDerivatives;
 use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Linear, Over, Scalar, is_more_than_values};
@@ -20,9 +20,9 @@ use crate::sim::state::State;
 const TOLERANCE: f64 = 1e-13;
 /// Part that it may have where rounding does not let it get smaller.
 const ACCEPTABLE: f64 = 1e-9;
-/// By how much a change must be smaller than the one before it, or the matrix is found anew.
+/// Required reduction of a change relative to the previous one; otherwise the matrix is updated.
 const CONTRACTION: f64 = 0.1;
-/// By how much one must be smaller where the step is not too long.
+/// Required reduction if the step is not too long.
 const DIRECT: f64 = 0.02;
 /// Most changes of ξ.
 const ITERATIONS: usize = 40;
@@ -31,7 +31,7 @@ const ITERATIONS: usize = 40;
 #[derive(Clone, Debug)]
 pub(super) struct Newton {
     pub(super) point: Midpoint<f64>,
-    slopes: Box<MidpointSlopes<f64>>,
+    slopes: Box<MidpointDerivatives<f64>>,
     found: AccelerationScratch<f64>,
     /// Start of the step, and start and end of a part.
     whole: State<f64>,
@@ -51,7 +51,7 @@ impl Newton {
     fn of(simulator: &Simulator) -> Self {
         Self {
             point: Midpoint::new(simulator),
-            slopes: Box::new(MidpointSlopes::new(simulator)),
+            slopes: Box::new(MidpointDerivatives::new(simulator)),
             found: AccelerationScratch::new(simulator, Calls::Many),
             whole: simulator.neutral_state(),
             start: simulator.neutral_state(),
@@ -60,8 +60,7 @@ impl Newton {
         }
     }
 
-    /// Finds ξ of the values, for a part of the time step. Does not allocate where the numbers of the robot are plain; otherwise the robot of their values
-    /// is made anew.
+    /// Finds ξ of the values, for a part of the time step. Does not allocate where the numbers of the robot are plain; otherwise a robot of their values is made.
     pub(super) fn solve<P: Scalar, T: Over<P>>(
         &mut self,
         simulator: &Simulator<P>,
@@ -142,12 +141,12 @@ impl Newton {
         values(&mut self.u, u);
     }
 
-    /// Turns residuals over numbers that are more than their values into what ξ and the impulses of constraints change by, with the matrix of the solution.
+    /// Converts residuals over numbers with derivatives into changes of ξ and of the impulses of constraints, with the matrix of the solution.
     pub(super) fn correct<T: Linear<f64>>(&self, residual: &mut [T], errors: &mut [T]) {
         self.slopes.saddle.solve(residual, errors);
     }
 
-    /// [`solve`](Self::solve) from the values; for numbers that are more than these, with the matrix of the solution.
+    /// [`solve`](Self::solve) from the values; for numbers with derivatives, with the matrix of the solution.
     fn search<T: Scalar>(&mut self, simulator: &Simulator) -> Search {
         let search = self.iterate(simulator);
         if is_more_than_values::<T>() {
@@ -160,7 +159,7 @@ impl Newton {
         self.point.start(simulator, &self.start);
         self.evaluate(simulator);
         self.find_matrix(simulator);
-        // What closes constraints says nothing of how fast joints turn.
+        // Motion that closes constraints is unrelated to the speed of joints.
         let closes = !self.point.held.is_closed();
         let time = simulator.time_step() * self.point.part;
         let (mut before, mut turn, mut is_direct) = (f64::INFINITY, 0.0, true);
@@ -204,12 +203,12 @@ impl Newton {
     }
 }
 
-/// The simulator itself, where its numbers are plain.
+/// The simulator itself, if its parameters are plain numbers.
 fn plain<P: Scalar>(simulator: &Simulator<P>) -> Option<&Simulator> {
     (simulator as &dyn Any).downcast_ref()
 }
 
-/// The largest number by magnitude; not a number if one is not.
+/// The largest number by magnitude; NaN if one is not.
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| match most >= x.abs() {
         true => most,

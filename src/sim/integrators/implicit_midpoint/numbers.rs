@@ -1,15 +1,15 @@
-//! Gradient of weighted momenta and forces in what the robot is made of, at fixed states:
+//! Gradient of weighted momenta and forces in the parameters of the robot, at fixed states:
 //!
 //! > αᵀ μ + βᵀ f + πᵀ M(q) v − yᵀ M(q⁺) v⁺.
 //!
-//! A momentum is inverse dynamics of the robot without weight, at rest, with its velocity for the acceleration. The force f is  τ − h  and  ∂T/∂q + c: the balance
-//! of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without weight. What constraints add is in
-//! `held_numbers.rs`.
+//! A momentum is inverse dynamics of the robot without gravity, at rest, with its velocity as the acceleration. The force f is  τ − h  and  ∂T/∂q +
+//! c: the balance of forces without acceleration, the kinetic energy as q moves along β, and Coriolis forces of the robot without gravity.
+//! `bilateral_parameters.rs` contains the part of constraints.
 
-use super::held_numbers::HeldNumbers;
+use super::bilateral_parameters::BilateralParameters;
 use super::pushforward::TakenStep;
 use super::weights::Weights;
-use crate::dynamics::{EnergySlopes, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
+use crate::dynamics::{EnergyGradientSum, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Differentiable, Dual, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -17,7 +17,7 @@ use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::method::StepPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
+use crate::sim::terms::{DerivativePoint, StepGradientSum, TermWeights};
 use crate::spatial::Force;
 
 /// A number with its rate as the middle moves along β.
@@ -31,7 +31,7 @@ pub(super) struct NumberSlopes<T: Scalar> {
     balance: BalanceAdjoint<T>,
     along: AlongForce<T>,
     /// `None` without constraints.
-    held: Option<Box<HeldNumbers<T>>>,
+    held: Option<Box<BilateralParameters<T>>>,
     rest: Vec<T>,
     /// Weights with another sign.
     minus: Vec<T>,
@@ -51,7 +51,8 @@ impl<T: Differentiable> NumberSlopes<T> {
             sweep,
             balance: BalanceAdjoint::new(simulator),
             along: AlongForce::new(model),
-            held: (simulator.held_rows() > 0).then(|| Box::new(HeldNumbers::new(simulator))),
+            held: (simulator.bilateral_rows() > 0)
+                .then(|| Box::new(BilateralParameters::new(simulator))),
             rest: zeros(),
             minus: zeros(),
             unused: [zeros(), zeros(), zeros(), vec![T::zero(); simulator.nu()]],
@@ -65,7 +66,7 @@ impl<T: Differentiable> NumberSlopes<T> {
         at: &StepPoint<'_, T>,
         taken: &TakenStep<T>,
         weights: &Weights<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let middle = &taken.point().state;
         self.add_momentum(middle, &weights.residual, out);
@@ -94,7 +95,7 @@ impl<T: Differentiable> NumberSlopes<T> {
     }
 
     /// μᵀ M v
-    fn add_momentum(&mut self, at: &State<T>, mu: &[T], out: &mut StepSlopes<'_, T>) {
+    fn add_momentum(&mut self, at: &State<T>, mu: &[T], out: &mut StepGradientSum<'_, T>) {
         let rest = std::mem::take(&mut self.rest);
         self.add_weighted(at, [&rest, at.v.as_slice()], mu, out);
         self.rest = rest;
@@ -106,7 +107,7 @@ impl<T: Differentiable> NumberSlopes<T> {
         at: &State<T>,
         [v, a]: [&[T]; 2],
         mu: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let q = at.q.as_slice();
         let weighted = Weighted {
@@ -132,18 +133,18 @@ impl<T: Differentiable> NumberSlopes<T> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         taken: &TakenStep<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let moment = EvaluationPoint::instant(simulator, &taken.point().state, at.u);
-        let point = SlopePoint::of_all(&moment, &self.rest, None);
-        let weights = SlopeWeights {
+        let point = DerivativePoint::of_all(&moment, &self.rest, None);
+        let weights = TermWeights {
             mu: &self.minus,
             y: &[],
             by_contact: &[],
             friction: &[],
         };
         let [q, v, _, u] = &mut self.unused;
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q,
             v,
             contact: &mut *out.contact,
@@ -208,7 +209,7 @@ impl<T: Scalar> AlongForce<T> {
         };
         self.energy.start(model, &self.placed, v, true);
         self.parameters.fill(Moving::from(0.0));
-        let mut slopes = EnergySlopes {
+        let mut slopes = EnergyGradientSum {
             q: &mut self.by_q,
             parameters: &mut self.parameters,
         };

@@ -1,9 +1,9 @@
-//! Division of a step that is too long for how fast joints turn in it.
+//! Division of a step that is too long for the rotation of joints.
 //!
-//! Where axes of joints come into line, as those of a hip of three joints do, coordinates turn by radians within a moment, however slowly bodies move. A
-//! longer step has no solution there, or several, of which the first that is found may be far from the motion. Two criteria judge a part: the search for its
-//! velocity must lead straight to the solution, and the kinetic energy must change by the work of the forces. The rule keeps that balance exactly where the
-//! mass matrix is constant, so neither stiff springs nor strong dampers divide a step.
+//! If joint axes align, for example in a hip of three joints, coordinates rotate by radians in a short time, even for slow bodies. A longer step then
+//! has no solution, or several, of which the first one found may be far from the motion. A part must satisfy two criteria: Newton's method converges
+//! directly, and the change of kinetic energy equals the work of the forces. The rule satisfies that balance exactly for a constant mass matrix, so
+//! neither stiff springs nor strong dampers divide a step.
 
 use crate::cone::Status;
 use crate::scalar::Scalar;
@@ -16,11 +16,10 @@ const MOST: usize = 1024;
 /// and only undivided steps are symplectic.
 const ENERGY: f64 = 3e-4;
 
-/// Turn in a part of a step, rad or m, that is resolved: an error of the energy does not matter, nor does slow contraction of the search where the turn
-/// changes by no more.
+/// Displacement in a part of a step, rad or m, that is resolved: below it, errors of the energy and slow convergence are ignored.
 pub(super) const TURN: f64 = 0.003;
 
-/// What the search for a step came to.
+/// Result of the search for a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     pub(super) status: Status,
@@ -66,7 +65,7 @@ pub(super) fn divided(is_finite: bool, mut step: impl FnMut(usize) -> Search) ->
     }
 }
 
-/// Takes parts one after the other, up to one that is not found directly where there may be more parts.
+/// Takes parts in sequence, up to one that is not found directly where there may be more parts.
 pub(super) fn each(parts: usize, mut take: impl FnMut(usize) -> Search) -> Search {
     let mut all = take(0);
     for k in 1..parts {

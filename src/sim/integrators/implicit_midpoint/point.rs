@@ -11,7 +11,7 @@ use super::joint::{at_end, at_middle, own};
 use super::parts::TURN;
 use super::saddle::Saddle;
 use crate::dynamics::{
-    CrbaScratch, RneaScratch, each_kinetic_slope, inverse_dynamics_into, mass_matrix_into,
+    CrbaScratch, RneaScratch, each_kinetic_derivative, inverse_dynamics_into, mass_matrix_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -54,7 +54,7 @@ impl<T: Scalar> Kinetic<T> {
         }
         momentum.fill(T::zero());
         force.fill(T::zero());
-        each_kinetic_slope(model, &self.X_PB, v, &mut self.bodies, |k, p, slope| {
+        each_kinetic_derivative(model, &self.X_PB, v, &mut self.bodies, |k, p, slope| {
             momentum[k] += p;
             force[k] += slope;
         });
@@ -81,7 +81,7 @@ pub(super) struct Midpoint<T: Scalar> {
     pub(super) force: Vec<T>,
     /// Impulse of the force over the step.
     pub(super) impulse: Vec<T>,
-    /// By how much the momentum is not what it should be.
+    /// Residual of the momentum.
     pub(super) residual: Vec<T>,
     /// Work of the applied forces and of gravity over the step, J.
     work: f64,
@@ -199,7 +199,7 @@ impl<T: Scalar> Midpoint<T> {
         }
     }
 
-    /// By how much the momentum of the middle is not what start and force ask for, and by how much constraints are not closed at the end.
+    /// Residual of the momentum of the middle, and errors of constraints at the end.
     pub(super) fn find_residual<P: Scalar>(&mut self, simulator: &Simulator<P>, start: &State<T>)
     where
         T: Over<P>,
@@ -226,7 +226,7 @@ impl<T: Scalar> Midpoint<T> {
         self.held.find_end(simulator, end, &self.xi);
     }
 
-    /// Takes from ξ and the impulses of the start what stands where the residuals were; the value of a number that has one stays.
+    /// Subtracts the solution from ξ and the impulses of the start; values are kept, only derivatives change.
     pub(super) fn move_by_residual(&mut self) {
         let held = &mut self.held;
         let both = [
@@ -271,8 +271,7 @@ impl<T: Scalar> Midpoint<T> {
     }
 
     /// The change of the kinetic energy ½ pᵀ v over the step less the work Δt ξᵀ (τ − ∂U/∂q) of the middle, relative to the kinetic energy. Zero to rounding
-    /// where the mass matrix is constant. Zero, too, where hardly anything moves, as rounding is all that there is at rest, and where open constraints are
-    /// closed, which takes energy.
+    /// where the mass matrix is constant. Also zero near rest, where only rounding remains, and while open constraints are closed, which takes energy.
     pub(super) fn energy_error(&self, start: &State<T>, end: &State<T>) -> f64 {
         let is_slow = |x: &T| x.value(0).abs() <= TURN;
         if self.offset.iter().all(is_slow) || !self.held.is_closed() {

@@ -2,7 +2,7 @@
 //!
 //! With the weights λ of q⁺ and of v⁺, and y = M⁻¹ λ of the latter, momentum and position of the end have weights; those of ξ that follow give
 //! w = −(∂r/∂ξ)⁻ᵀ (…), the weights of the residual. Then momentum and force of the middle have the weights α and β, and the momentum of the start has π.
-//! What the robot is made of has the gradient of their sum at fixed states (`numbers.rs`).
+//! The gradient in parameters of the robot is that of their sum at fixed states (`numbers.rs`).
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ use crate::dynamics::Calls;
 use crate::scalar::Differentiable;
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// Working memory: the step with its derivatives, and weights.
 #[derive(Clone, Debug)]
@@ -37,14 +37,14 @@ impl<T: Differentiable> Pullback<T> for Adjoint<T> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let parts = self.taken.take(simulator, at);
         let mut weights = Cow::Borrowed(adjoint);
         for k in (1..parts).rev() {
             let mut before = vec![T::zero(); adjoint.len()];
             let (q, v) = before.split_at_mut(adjoint.len() / 2);
-            let own = &mut StepSlopes {
+            let own = &mut StepGradientSum {
                 q,
                 v,
                 contact: &mut *out.contact,
@@ -67,7 +67,7 @@ impl<T: Differentiable> Adjoint<T> {
         u: &[T],
         k: usize,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         self.taken.find(simulator, u, k);
         let dt = self.taken.duration(simulator);

@@ -8,11 +8,11 @@
 use nalgebra::DMatrix;
 
 use super::Memory;
+use super::bilateral_derivatives::BilateralDerivatives;
 use super::held::add_rows;
-use super::held_slopes::HeldSlopes;
-use super::joint::{Along, JointSlopes, OwnMatrix, apply};
+use super::joint::{Along, JointDerivatives, OwnMatrix, apply};
 use super::point::Midpoint;
-use super::slopes::{KineticSlopes, MidpointSlopes};
+use super::slopes::{KineticDerivatives, MidpointDerivatives};
 use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
@@ -28,11 +28,11 @@ pub(super) struct TakenStep<T: Differentiable> {
     pub(super) step: Memory<T>,
     pub(super) found: AccelerationScratch<T>,
     pub(super) next: State<T>,
-    pub(super) start: KineticSlopes<T>,
-    pub(super) middle: MidpointSlopes<T>,
-    pub(super) end: KineticSlopes<T>,
+    pub(super) start: KineticDerivatives<T>,
+    pub(super) middle: MidpointDerivatives<T>,
+    pub(super) end: KineticDerivatives<T>,
     /// Of the rows of the end, or of the start before.
-    pub(super) held: HeldSlopes<T>,
+    pub(super) held: BilateralDerivatives<T>,
 }
 
 impl<T: Differentiable> TakenStep<T> {
@@ -42,14 +42,14 @@ impl<T: Differentiable> TakenStep<T> {
             step: Memory::new(simulator),
             found: AccelerationScratch::new(simulator, Calls::Many),
             next: simulator.neutral_state(),
-            start: KineticSlopes::new(model),
-            middle: MidpointSlopes::new(simulator),
-            end: KineticSlopes::new(model),
-            held: HeldSlopes::new(simulator),
+            start: KineticDerivatives::new(model),
+            middle: MidpointDerivatives::new(simulator),
+            end: KineticDerivatives::new(model),
+            held: BilateralDerivatives::new(simulator),
         }
     }
 
-    /// Takes the step. The number of its parts.
+    /// Takes the step and returns the number of its parts.
     pub(super) fn take(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) -> usize {
         (self.step).step(simulator, at.state, at.u, &mut self.found, &mut self.next);
         self.step.parts
@@ -65,7 +65,7 @@ impl<T: Differentiable> TakenStep<T> {
             ..
         } = &mut self.step;
         let state = &starts[k];
-        // A whole step is what taking it has left.
+        // A whole step uses the memory of the step just taken.
         if *parts > 1 {
             part.take(simulator, state, u, *parts, &mut self.found, next);
         }
@@ -109,7 +109,7 @@ impl<T: Differentiable> TakenStep<T> {
 #[derive(Clone, Debug)]
 pub(crate) struct Columns<T: Differentiable> {
     slopes: TakenStep<T>,
-    /// Of the momentum of the start, and what it becomes.
+    /// Of the momentum of the start, and of its transported value.
     p: DMatrix<T>,
     /// Of ξ.
     xi: DMatrix<T>,
@@ -117,7 +117,7 @@ pub(crate) struct Columns<T: Differentiable> {
     moved: DMatrix<T>,
     /// Of the force, or of other products.
     force: DMatrix<T>,
-    /// Of the errors of the end at fixed ξ, row after row; of rows in one direction.
+    /// Of the errors of the end at fixed ξ, row by row; of rows in one direction.
     errors: Vec<T>,
     rows: Vec<T>,
 }
@@ -132,8 +132,8 @@ impl<T: Differentiable> Pushforward<T> for Columns<T> {
             xi: columns(),
             moved: columns(),
             force: columns(),
-            errors: Vec::with_capacity(simulator.held_rows() * nv),
-            rows: vec![T::zero(); simulator.held_rows()],
+            errors: Vec::with_capacity(simulator.bilateral_rows() * nv),
+            rows: vec![T::zero(); simulator.bilateral_rows()],
         }
     }
 
@@ -190,7 +190,7 @@ impl<T: Differentiable> Columns<T> {
         } = self;
         let (middle, nv) = (&slopes.middle, p.nrows());
         let joints = &middle.joints;
-        // What the momentum of the middle ought to be, less what it is, at fixed ξ.
+        // Target of the momentum of the middle minus its value, at fixed ξ.
         p.fill(T::zero());
         p.columns_mut(0, nv).copy_from(&slopes.start.momentum_by_q);
         p.columns_mut(nv, nv).copy_from(&slopes.start.mass);
@@ -292,8 +292,8 @@ impl<T: Differentiable> Columns<T> {
 
 /// Derivatives of a configuration in (q, v, u) at fixed ξ.
 fn start_motion<T: Scalar>(
-    joints: &[JointSlopes<T>],
-    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    joints: &[JointDerivatives<T>],
+    pick: impl Fn(&JointDerivatives<T>) -> &OwnMatrix<T>,
     out: &mut DMatrix<T>,
 ) {
     out.fill(T::zero());
@@ -306,10 +306,10 @@ fn start_motion<T: Scalar>(
     }
 }
 
-/// Adds what comes through ξ, of which the motion of a vector is so many times.
+/// Adds the part through ξ; the displacement of a vector is a multiple of ξ.
 fn add_motion<T: Differentiable>(
-    middle: &MidpointSlopes<T>,
-    pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+    middle: &MidpointDerivatives<T>,
+    pick: impl Fn(&JointDerivatives<T>) -> &OwnMatrix<T>,
     time: f64,
     xi: &DMatrix<T>,
     out: &mut DMatrix<T>,
@@ -327,7 +327,7 @@ fn add_motion<T: Differentiable>(
 
 /// Derivatives of the force of the middle, which moves, in (q, v, u); with those of ξ or at fixed ξ.
 fn find_force<T: Differentiable>(
-    middle: &MidpointSlopes<T>,
+    middle: &MidpointDerivatives<T>,
     moved: &DMatrix<T>,
     xi: Option<&DMatrix<T>>,
     out: &mut DMatrix<T>,
@@ -364,19 +364,19 @@ fn subtract_product<T: Scalar>(m: &DMatrix<T>, x: &[T], out: &mut [T]) {
 }
 
 /// A column of the rows of one joint.
-fn column_of<T: Scalar>(own: &JointSlopes<T>, m: &DMatrix<T>, k: usize) -> Along<T> {
+fn column_of<T: Scalar>(own: &JointDerivatives<T>, m: &DMatrix<T>, k: usize) -> Along<T> {
     let mut out = [T::zero(); MAX_NV];
     own.range().zip(&mut out).for_each(|(i, x)| *x = m[(i, k)]);
     out
 }
 
 /// A p of one joint.
-fn carried<T: Scalar>(own: &JointSlopes<T>, p: &DMatrix<T>, k: usize) -> Along<T> {
+fn carried<T: Scalar>(own: &JointDerivatives<T>, p: &DMatrix<T>, k: usize) -> Along<T> {
     let mut out = column_of(own, p, k);
     apply(&own.carry, &mut out[..own.nv]);
     out
 }
 
-fn write<T: Scalar>(own: &JointSlopes<T>, x: &Along<T>, m: &mut DMatrix<T>, k: usize) {
+fn write<T: Scalar>(own: &JointDerivatives<T>, x: &Along<T>, m: &mut DMatrix<T>, k: usize) {
     own.range().zip(x).for_each(|(i, &x)| m[(i, k)] = x);
 }

@@ -19,11 +19,11 @@ impl<T: Scalar> Saddle<T> {
         let model = simulator.model();
         Self {
             matrix: TreeLu::new(model),
-            rows: Bilateral::new(simulator.held_rows(), model.nv()),
+            rows: Bilateral::new(simulator.bilateral_rows(), model.nv()),
         }
     }
 
-    /// Takes K, which has the zeros of the tree, and D and G, row after row.
+    /// Takes K, which has the zeros of the tree, and D and G, row by row.
     pub(super) fn factorize(&mut self, k: &DMatrix<T>, d: &[T], g: &[T]) {
         self.matrix.factorize(|out| out.copy_from(k));
         self.rows.factorize(&self.matrix, d, g);

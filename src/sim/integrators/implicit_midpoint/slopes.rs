@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::joint::{JointSlopes, JointStep, OwnMatrix, apply, apply_transposed};
+use super::joint::{JointDerivatives, JointStep, OwnMatrix, apply, apply_transposed};
 use super::point::{Kinetic, Midpoint};
 use super::saddle::Saddle;
 use crate::autodiff::TangentPoint;
@@ -16,7 +16,8 @@ use crate::sim::integrators::AccelerationScratch;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::{
-    AllSlopes, ForceColumns, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes,
+    AllDerivatives, DerivativePoint, ForceColumns, JacobianMemory, JacobianSink, RowColumns,
+    TermDerivatives,
 };
 
 /// A number with derivatives in some directions of the configuration.
@@ -24,7 +25,7 @@ type Moved<T> = Dual<T, CHUNK>;
 
 /// M, and the derivatives in q of the momentum M v and of ∂T/∂q.
 #[derive(Clone, Debug)]
-pub(super) struct KineticSlopes<T: Scalar> {
+pub(super) struct KineticDerivatives<T: Scalar> {
     pub(super) mass: DMatrix<T>,
     pub(super) momentum_by_q: DMatrix<T>,
     pub(super) force_by_q: DMatrix<T>,
@@ -35,7 +36,7 @@ pub(super) struct KineticSlopes<T: Scalar> {
     out: [Vec<Moved<T>>; 2],
 }
 
-impl<T: Scalar> KineticSlopes<T> {
+impl<T: Scalar> KineticDerivatives<T> {
     pub(super) fn new(model: &Model) -> Self {
         let nv = model.nv();
         let zeros = || vec![Moved::from(0.0); nv];
@@ -94,22 +95,22 @@ impl<T: Scalar> KineticSlopes<T> {
 
 /// Derivatives at the middle of a step, and the factors of those of its residuals in ξ and the impulses of constraints.
 #[derive(Clone, Debug)]
-pub(super) struct MidpointSlopes<T: Differentiable> {
-    pub(super) kinetic: KineticSlopes<T>,
+pub(super) struct MidpointDerivatives<T: Differentiable> {
+    pub(super) kinetic: KineticDerivatives<T>,
     /// Of the force in q, v, and the input.
     pub(super) force_by: [DMatrix<T>; 3],
     /// Of joints whose configuration is not a vector.
-    pub(super) joints: Vec<JointSlopes<T>>,
+    pub(super) joints: Vec<JointDerivatives<T>>,
     /// Coordinates of the other joints.
     pub(super) vectors: Vec<usize>,
     pub(super) saddle: Saddle<T>,
-    /// What is factorised, and working memory for it.
+    /// The factorised matrix, with working memory.
     matrix: DMatrix<T>,
-    /// Derivatives of the errors at the end in ξ, and of the momentum that is expected in the middle in the impulses of the start, row after row.
+    /// Derivatives of the errors at the end in ξ, and of the momentum that is expected in the middle in the impulses of the start, row by row.
     errors_by_xi: Vec<T>,
     momentum_by_impulses: Vec<T>,
     product: DMatrix<T>,
-    terms: AllSlopes<T>,
+    terms: AllDerivatives<T>,
     forces: ForceColumns<T>,
     /// None: all forces follow from the state.
     rows: RowColumns<T>,
@@ -117,22 +118,22 @@ pub(super) struct MidpointSlopes<T: Differentiable> {
     rest: Vec<T>,
 }
 
-impl<T: Differentiable> MidpointSlopes<T> {
+impl<T: Differentiable> MidpointDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (vectors, curved): (Vec<_>, Vec<_>) =
             model.independent().partition(|body| body.joint.nv() == 1);
         Self {
-            kinetic: KineticSlopes::new(model),
+            kinetic: KineticDerivatives::new(model),
             force_by: [nv, nv, simulator.nu()].map(|columns| DMatrix::zeros(nv, columns)),
-            joints: curved.into_iter().map(JointSlopes::new).collect(),
+            joints: curved.into_iter().map(JointDerivatives::new).collect(),
             vectors: vectors.iter().map(|body| body.v).collect(),
             saddle: Saddle::new(simulator),
             matrix: DMatrix::zeros(nv, nv),
-            errors_by_xi: Vec::with_capacity(simulator.held_rows() * nv),
-            momentum_by_impulses: Vec::with_capacity(simulator.held_rows() * nv),
+            errors_by_xi: Vec::with_capacity(simulator.bilateral_rows() * nv),
+            momentum_by_impulses: Vec::with_capacity(simulator.bilateral_rows() * nv),
             product: DMatrix::zeros(nv, nv),
-            terms: AllSlopes::new(simulator),
+            terms: AllDerivatives::new(simulator),
             forces: ForceColumns::new(simulator, Calls::Many),
             rows: RowColumns::new(model, 0, 0),
             memory: JacobianMemory::new(simulator),
@@ -165,14 +166,14 @@ impl<T: Differentiable> MidpointSlopes<T> {
         self.saddle.factorize(&self.matrix, &self.errors_by_xi, g);
     }
 
-    /// Rows of the end times derivatives of its configuration, row after row.
+    /// Rows of the end times derivatives of its configuration, row by row.
     ///
     /// * `pick` – those of a joint whose configuration is not a vector
     /// * `time` – those of the others
     pub(super) fn errors_by(
         &self,
         jacobian: &[T],
-        pick: impl Fn(&JointSlopes<T>) -> &OwnMatrix<T>,
+        pick: impl Fn(&JointDerivatives<T>) -> &OwnMatrix<T>,
         time: f64,
         out: &mut Vec<T>,
     ) {
@@ -216,7 +217,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
     ) {
         let (model, mid, rest) = (simulator.model(), &point.state, &self.rest);
         let moment = EvaluationPoint::instant(simulator, mid, u);
-        let at = SlopePoint::of_all(&moment, rest, None);
+        let at = DerivativePoint::of_all(&moment, rest, None);
         let (forces, memory) = (&mut self.forces, &mut self.memory);
         forces.clear();
         let mut sink = JacobianSink::new(&at, forces, &mut self.rows, memory);
@@ -232,7 +233,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
         let outputs = self.force_by.iter_mut();
         let columns = outputs.flat_map(|m| m.as_mut_slice().chunks_exact_mut(nv));
         forces.acceleration.columns.copy_columns_to(columns, |x| -x);
-        let KineticSlopes {
+        let KineticDerivatives {
             momentum_by_q,
             force_by_q,
             ..
@@ -299,7 +300,7 @@ impl<T: Differentiable> MidpointSlopes<T> {
 /// m H, with the derivatives H of the middle in ξ.
 fn times_motion<T: Scalar>(
     m: &DMatrix<T>,
-    joints: &[JointSlopes<T>],
+    joints: &[JointDerivatives<T>],
     half: f64,
     out: &mut DMatrix<T>,
 ) {

@@ -8,9 +8,9 @@ use super::pushforward::TakenStep;
 use crate::linalg::product::dot;
 use crate::scalar::{Differentiable, Scalar};
 use crate::sim::simulator::Simulator;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
-/// Weights of what a step goes through.
+/// Weights of the intermediate quantities of a step.
 #[derive(Clone, Debug)]
 pub(super) struct Weights<T> {
     /// Of the position of the end.
@@ -35,7 +35,7 @@ pub(super) struct Weights<T> {
 impl<T: Differentiable> Weights<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let zeros = || vec![T::zero(); simulator.model().nv()];
-        let rows = || vec![T::zero(); simulator.held_rows()];
+        let rows = || vec![T::zero(); simulator.bilateral_rows()];
         Self {
             end_q: zeros(),
             end_p: zeros(),
@@ -49,7 +49,7 @@ impl<T: Differentiable> Weights<T> {
         }
     }
 
-    /// Those of the end, and what they are of ξ.
+    /// Those of the end, and those of ξ.
     pub(super) fn start(&mut self, taken: &TakenStep<T>, adjoint: &[T], dt: f64) {
         let (by_q, by_v) = adjoint.split_at(self.p.len());
         self.end_p.copy_from_slice(by_v);
@@ -85,7 +85,7 @@ impl<T: Differentiable> Weights<T> {
         let [by_q, by_v, _] = &middle.force_by;
         let impulse = self.impulse.iter();
         (self.force.iter_mut().zip(impulse)).for_each(|(out, &x)| *out = x * dt);
-        // Through the force at the end: ξ is its velocity, and moves its place.
+        // Through the force at the end: ξ is its velocity, and moves its position.
         let (q, xi) = (&mut self.q, &mut self.residual);
         q.fill(T::zero());
         plus_transposed(by_q, &self.force, q);
@@ -134,7 +134,7 @@ impl<T: Differentiable> Weights<T> {
     }
 
     /// Adds the gradient in state and input.
-    pub(super) fn add_state(&self, taken: &TakenStep<T>, out: &mut StepSlopes<'_, T>) {
+    pub(super) fn add_state(&self, taken: &TakenStep<T>, out: &mut StepGradientSum<'_, T>) {
         let (start, middle) = (&taken.start, &taken.middle);
         plus_transposed(&start.momentum_by_q, &self.p, out.q);
         plus_transposed(&start.mass, &self.p, out.v);
@@ -149,7 +149,7 @@ impl<T: Differentiable> Weights<T> {
         }
     }
 
-    /// Slope in the time step, of which this may be a part: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
+    /// Derivative in the time step, of which this may be a part: at fixed Δt ξ it makes the velocity of the middle slower, and the impulse of its force larger.
     pub(super) fn by_time_step(&self, taken: &TakenStep<T>, dt: f64) -> T {
         let (point, middle) = (taken.point(), &taken.middle);
         let slower = |by: &DMatrix<T>, weights: &[T]| {

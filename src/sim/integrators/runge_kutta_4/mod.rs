@@ -1,7 +1,7 @@
 //! The classical method of fourth order, in tangent coordinates of the configuration.
 //!
 //! Tangent coordinates x = (offset from q, v) turn the step into one of an ordinary differential equation: each stage is a state at
-//! q ⊕ offset, whose rates are the tangent rate of the offset, v̇, and ṁ of the state of contact.
+//! q ⊕ offset, whose rates are the tangent rate of the offset, v̇, and ṁ of the contact state.
 //!
 //! # References
 //! [Munthe-Kaas 1999].
@@ -30,7 +30,7 @@ const STAGES: [(f64, f64); 4] = [
     (1.0 / 6.0, 0.0),
 ];
 
-/// 1 + z + z²/2 + z³/6 + z⁴/24: by how much a step multiplies a linear motion that has the rate z per step, a complex number or a matrix.
+/// 1 + z + z²/2 + z³/6 + z⁴/24: the amplification of a linear motion with the rate z per step, a complex number or a matrix.
 pub(crate) fn linear_factor<M>(z: &M, one: &M) -> M
 where
     M: Clone + Add<Output = M> + Mul<Output = M> + Div<f64, Output = M>,
@@ -119,7 +119,7 @@ impl<T: Scalar> Memory<T> {
         simulator.accelerate(&EvaluationPoint::instant(simulator, &self.state, u), found);
     }
 
-    /// Adds the rates to their sums, and goes on to the next stage: the start, moved on by the rates for some time.
+    /// Adds the rates to their sums, and forms the next stage: the start, moved by the rates for some time.
     fn move_on<P: Scalar>(
         &mut self,
         simulator: &Simulator<P>,

@@ -1,4 +1,4 @@
-//! Gradient of a step of Runge and Kutta: its stages backwards.
+//! Gradient of a Runge–Kutta step: its stages backwards.
 
 use super::{Memory, STAGES, times};
 use crate::dynamics::Calls;
@@ -12,7 +12,7 @@ use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
 use crate::sim::integrators::method::{Pullback, Step, StepPoint};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// A stage that has been evaluated.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub(crate) struct Adjoint<T: Scalar> {
     stages: Memory<T>,
     evaluated: Vec<Evaluated<T>>,
     next: State<T>,
-    /// Weights of the stage: of its configuration in its own tangent space; of its offset from the start, velocity, state of contact.
+    /// Weights of the stage: of its configuration in its own tangent space; of its offset from the start, velocity, contact state.
     by_q: Vec<T>,
     by_stage: [Vec<T>; 3],
     /// Of the rates of these.
@@ -67,7 +67,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
         adjoint: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         self.evaluate(simulator, at);
         let (model, nv, q) = (simulator.model(), out.v.len(), at.state.q.as_slice());
@@ -82,7 +82,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         add_integrated(model, q, sum, end, by_q, out.q, by_sum);
         self.by_stage.iter_mut().for_each(|x| x.fill(T::zero()));
         for stage in (0..STAGES.len()).rev() {
-            // What the rates count for in the sums, and in the stage after this one.
+            // Weights of the rates in the sums and in the next stage.
             let [weight, time] = times(simulator, stage);
             let sums = [&self.by_sum[..], by_v, by_contact];
             for ((rate, next), sum) in self.by_rates.iter_mut().zip(&self.by_stage).zip(sums) {
@@ -117,7 +117,7 @@ impl<T: Scalar> Adjoint<T> {
         stage: usize,
         simulator: &Simulator,
         at: &StepPoint<'_, T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let (own, by_q) = (&mut self.evaluated[stage], &mut self.by_q);
         let (model, q) = (simulator.model(), at.state.q.as_slice());
@@ -130,7 +130,7 @@ impl<T: Scalar> Adjoint<T> {
             contact: by_contact_rate,
             has_friction: out.has_parts,
         };
-        let mut slopes = StepSlopes {
+        let mut slopes = StepGradientSum {
             q: by_q,
             v: by_v,
             contact: by_contact,
@@ -150,7 +150,7 @@ impl<T: Scalar> Adjoint<T> {
 }
 
 impl<T: Scalar> Evaluated<T> {
-    /// The weighted rates of the stage: of its offset, velocity and state of contact.
+    /// The weighted rates of the stage: of its offset, velocity and contact state.
     fn weighted_rates(&self, [by_rate, by_a, by_contact]: &[Vec<T>; 3]) -> T {
         let contact = self.found.terms.contact.rates().zip(by_contact);
         let of_contact = contact.fold(T::zero(), |sum, (rate, &weight)| sum + rate * weight);

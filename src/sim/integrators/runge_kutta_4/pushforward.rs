@@ -1,4 +1,4 @@
-//! Jacobians of a step of Runge and Kutta: the chain rule over its stages.
+//! Jacobians of a Runge–Kutta step: the chain rule over its stages.
 //!
 //! A stage is the state x = (q ⊕ c Δt q̇, v + c Δt v̇, m + c Δt ṁ) with the rates of the stage before it, and has rates of its own. Those of v and m
 //! have the Jacobians of the acceleration at an instant; that of the offset from q, and the way from an offset to the tangent space at the
@@ -25,11 +25,11 @@ pub(crate) struct Columns<T: Differentiable> {
     found: AccelerationScratch<T>,
     next: State<T>,
     acceleration: AccelerationColumns<T>,
-    /// Of the stage: its configuration in its own tangent space, velocity, state of contact.
+    /// Of the stage: its configuration in its own tangent space, velocity, contact state.
     stage: [DMatrix<T>; 3],
     /// Of its offset from the start.
     offset: DMatrix<T>,
-    /// Of the rates of offset, velocity, state of contact, and of their weighted sums.
+    /// Of the rates of offset, velocity, contact state, and of their weighted sums.
     rates: [DMatrix<T>; 3],
     sums: [DMatrix<T>; 3],
     /// Jacobian of an acceleration or of rates of contact in the stage's own (q, v, m, u).
@@ -104,7 +104,7 @@ impl<T: Differentiable> Columns<T> {
         chain(&self.local, &self.stage, of_contact);
     }
 
-    /// Adds the rates to their sums, and goes on to the next stage, as the stages do.
+    /// Adds the rates to their sums, and forms the next stage.
     fn move_on(&mut self, model: &Model, start: &State<T>, [weight, time]: [f64; 2]) {
         for (sum, rate) in self.sums.iter_mut().zip(&self.rates) {
             let entries = sum.iter_mut().zip(rate);
@@ -161,7 +161,7 @@ fn chain<T: Scalar>(local: &DMatrix<T>, motions: &[DMatrix<T>; 3], out: &mut DMa
     if rows == 0 {
         return;
     }
-    // It may have rows that are not asked for.
+    // It may have additional rows.
     let (height, local) = (local.nrows(), local.as_slice());
     let by = |k: usize| &local[height * k..height * k + rows];
     for motion in motions {

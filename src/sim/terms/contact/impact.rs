@@ -11,8 +11,8 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::linear::dot;
 
-/// Gap from which a point is apart from what it touches, m: far above the rounding that decides on which side a body rests. Nearer than that it may arrive right at
-/// the start of the step.
+/// Gap above which a point is separated, m: far above the rounding that decides on which side a body rests. A nearer point may arrive at the very
+/// start of the step.
 const APART: f64 = 1e-9;
 
 /// Slowest impact that is found at its time, m/s.
@@ -21,10 +21,10 @@ pub(crate) const LEAST_SPEED: f64 = 2e-3;
 /// Change of velocity by the force of a point below which there is none, m/s.
 const NO_PUSH: f64 = 1e-12;
 
-/// A contact point that begins to touch by itself within a step.
+/// A single contact point that begins to touch within a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LoneImpact {
-    /// Its place among all points.
+    /// Its index among all points.
     pub(crate) point: usize,
     /// The shapes that touch; `None` for a point with the ground.
     shapes: Option<[usize; 2]>,
@@ -71,7 +71,7 @@ impl<T: Scalar> Contact<T> {
         })
     }
 
-    /// Row of the normal of a point that takes part, by its place among these.
+    /// Row of the normal of an active point, by its index.
     fn row_of(&self, balance: &Balance<T>, of: usize) -> usize {
         balance.rows().count() - ROWS * (self.touching().len() - of)
     }
@@ -109,7 +109,7 @@ impl<T: Scalar> Contact<T> {
 
     /// Finds all points where the bodies are.
     ///
-    /// * `duration` – time after which the deeper side of a fold of the ground is the one that is touched, s
+    /// * `duration` – time after which the deeper side of an inner edge of the ground determines the contact, s
     pub(super) fn find_points<P: Scalar>(&mut self, contacts: &Contacts<P>, dt: P, duration: T)
     where
         T: Over<P>,

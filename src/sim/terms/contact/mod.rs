@@ -13,4 +13,4 @@ mod working_set;
 
 pub(crate) use impact::{LEAST_SPEED, LoneImpact};
 pub(crate) use rows::Contact;
-pub(crate) use slopes::ContactSlopes;
+pub(crate) use slopes::ContactDerivatives;

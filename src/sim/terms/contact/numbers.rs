@@ -1,8 +1,8 @@
-//! Contacts over their own numbers, for gradients in those of points, laws and ground.
+//! Contacts over their own parameters, for gradients in parameters of points, contact models and ground.
 //!
-//! The numbers of a point, of its law and of a plane are few: one evaluation of the point has the derivatives in all of them. Ground that is no plane is computed, at a
-//! place, from some of many numbers (of a grid from sixteen weights of splines): the point is evaluated over these, as many at a time as a number has directions. Slopes
-//! in the weights are gathered over all points, and taken to the heights at the end, by one pass over the grid.
+//! A point, its contact model and a plane have few parameters: one evaluation of the point has the derivatives in all of them. Other ground depends,
+//! at a position, on a few of many parameters (a grid on sixteen spline weights): the point is evaluated over these, several at a time. Derivatives
+//! in the weights are summed over all points, and converted to those in the heights at the end, by one pass over the grid.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -13,16 +13,16 @@ use crate::model::{BodyId, Generation};
 use crate::scalar::{Cast, Scalar};
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
-use crate::sim::terms::sink::SlopePoint;
+use crate::sim::terms::sink::DerivativePoint;
 
-/// Statement of a point over numbers of contacts.
+/// A contact point over parameters of contacts.
 pub(super) type Statement<'a, T> =
     dyn Fn(&LinearizedPoint<'_, OfBody<T>, T>, &mut WeightedSum<'_, T, BODY_DIRECTIONS>) + 'a;
 
-/// A point of contact in a motion.
+/// A contact point in a motion.
 #[derive(Clone, Copy)]
 pub(super) struct PointPlace<'a, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) at: &'a DerivativePoint<'a, T>,
     pub(super) term: &'a Contact<T>,
     pub(super) index: usize,
 }
@@ -30,14 +30,14 @@ pub(super) struct PointPlace<'a, T: Scalar> {
 /// A point between bodies in a motion.
 #[derive(Clone, Copy)]
 pub(super) struct PairPlace<'a, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) at: &'a DerivativePoint<'a, T>,
     pub(super) term: &'a Contact<T>,
     pub(super) point: &'a PairPoint,
     pub(super) bodies: [Option<BodyId>; 2],
 }
 
 impl<T: Scalar> PointPlace<'_, T> {
-    /// All that is stated of the point, weighted, over the numbers of contacts.
+    /// The weighted results of the point, over parameters of contacts.
     fn weighted(
         &self,
         contacts: &Contacts<OfBody<T>>,
@@ -76,13 +76,13 @@ pub(super) struct OverNumbers<T: Scalar> {
     ground: Option<OverGround<T>>,
 }
 
-/// Contacts over the numbers of ground that is no plane.
+/// Contacts over the numbers of ground that is not a plane.
 #[derive(Clone, Debug)]
 struct OverGround<T: Scalar> {
     contacts: Contacts<OfBody<T>>,
     /// Numbers from which the ground at a point is computed.
     indices: Vec<usize>,
-    /// Slopes in all numbers of the ground.
+    /// Derivatives in all parameters of the ground.
     slopes: Vec<T>,
     /// Whether there are any.
     any: bool,
@@ -109,7 +109,7 @@ impl<T: Scalar> OverNumbers<T> {
         self.generation == contacts.generation()
     }
 
-    /// Adds the derivatives of what is stated of a point to those in all parameters; those in ground that is no plane when [finished](Self::finish).
+    /// Adds the derivatives of a point to those in all parameters; those in ground that is not a plane when [finished](Self::finish).
     pub(super) fn add(
         &mut self,
         place: &PointPlace<'_, T>,
@@ -123,7 +123,7 @@ impl<T: Scalar> OverNumbers<T> {
         }
     }
 
-    /// Adds the derivatives of what is stated of a point between bodies to those in its law and in the sizes of both shapes.
+    /// Adds the derivatives of a point between bodies to those in its contact model and in the sizes of both shapes.
     pub(super) fn add_pair(
         &mut self,
         place: &PairPlace<'_, T>,
@@ -181,7 +181,7 @@ impl<T: Scalar> OverGround<T> {
     }
 }
 
-/// Sets the derivative of each of some numbers of the ground in itself.
+/// Sets the derivative of some ground parameters with respect to themselves.
 fn seed<T: Scalar>(contacts: &mut Contacts<OfBody<T>>, indices: &[usize], slope: T) {
     let terrain = contacts.terrain_mut();
     for (direction, &index) in indices.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! Points of contact between bodies: which features of which shapes are near, found anew in each step.
+//! Contact points between bodies, found anew in each step from the near features of shapes.
 //!
-//! They stand after the points with the ground, and are as these: a normal, a depth, a velocity, a law. What differs is that both sides move.
+//! They follow the points with the ground and have the same data: normal, depth, velocity, contact model. The difference is that both sides move.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -23,7 +23,7 @@ use crate::sim::terms::numbers::Numbers;
 use crate::spatial::linear::{dot, rotate};
 use crate::spatial::{Force, Motion, Transform};
 
-/// Force that a law gives by itself, and what its bristle does over the step.
+/// Explicit force of a contact model, and the change of its bristle over the step.
 pub(super) struct LinearizedForce<T> {
     /// On each body, in it; none on the ground.
     pub(super) forces: [Option<Force<OfBody<T>>>; 2],
@@ -42,7 +42,7 @@ const _: () = assert!(
     "a direction for each number"
 );
 
-/// Adds derivatives in the numbers of a point, of its law and of a plane to those of all parameters.
+/// Adds derivatives in the parameters of a point, of its contact model and of a plane to those of all parameters.
 pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numbers<'_, T>) {
     let slots = out.slots().0;
     let parts = [
@@ -55,7 +55,7 @@ pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numb
     }
 }
 
-/// Adds derivatives in the numbers of the law of bodies that touch each other, and in those of a shape.
+/// Adds derivatives in the parameters of the contact model between bodies, and in those of a shape.
 pub(super) fn add_pair_numbers<T: Scalar>(
     x: &OfBody<T>,
     (shape, has_material): (usize, bool),
@@ -131,7 +131,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         side: usize,
         motions: &[CarrierMotion<T>; 2],
     ) -> Self {
-        let contacts = at.simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a contact point");
         let moved = in_directions_of(side, motions);
         let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
@@ -148,7 +148,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
     ) -> Self {
-        let contacts = at.simulator.contacts().expect("a point of contact");
+        let contacts = at.simulator.contacts().expect("a contact point");
         let mut deflection = deflection_of(at.state, index);
         for (k, x) in deflection.iter_mut().enumerate() {
             x.eps[BRISTLE + k] = T::one();
@@ -301,7 +301,7 @@ where
         })
     }
 
-    /// By how much the bristle moves over a step at whose end forces along the axes are given: m⁺ − m, in the world.
+    /// Change m⁺ − m of the bristle over a step, in the world, for given forces along the axes at its end.
     pub(super) fn bristle_step(&self, forces: &[T]) -> [OfBody<T>; ROWS] {
         let across = self.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
@@ -318,8 +318,8 @@ where
         [step.x, step.y, step.z]
     }
 
-    /// The force that the law gives by itself at the start of a step on each body, in it, and by how much the bristle moves over the
-    /// step, or its rate at an instant; `None` where only a solver finds it.
+    /// The explicit force of the contact model at the start of a step on each body, in the body, and the change of the bristle over the step, or its
+    /// rate at an instant; `None` if only a solver finds the force.
     pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce<T>> {
         let own = self.law.explicit_force(&self.point, &self.deflection)?;
         let step = if is_instant {
@@ -333,7 +333,7 @@ where
         })
     }
 
-    /// By how much the point is apart from what it touches, m.
+    /// Gap of the point, m.
     pub(super) fn gap(&self) -> OfBody<T> {
         -self.point.depth
     }
@@ -412,7 +412,7 @@ mod tests {
         Terrain,
     };
     use crate::dynamics::forward_kinematics;
-    use crate::sim::terms::local::BodySlopes;
+    use crate::sim::terms::local::BodyDerivatives;
     use crate::spatial::SPATIAL;
     use crate::{Integrator, Model, Simulator};
     use nalgebra::Matrix3;
@@ -617,7 +617,7 @@ mod tests {
         Transform::new(X.rotation * turn, X.translation)
     }
 
-    // The derivative of the state of contact in the forces across is taken from steps under unit forces.
+    // The derivative of the contact state in the forces across is taken from steps under unit forces.
     #[test]
     fn step_of_the_bristle_is_linear_in_the_friction() {
         let at = Touching::new("box", ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)));

@@ -97,7 +97,7 @@ impl<T: Scalar> Contact<T> {
         (self.touching_in(contacts).law(point), links)
     }
 
-    /// Hands each force on a link, on its body and in it, to `each`.
+    /// Passes each force on a link, on its body and in it, to `each`.
     pub(crate) fn each_force_on<P: Scalar>(
         &self,
         contacts: &Contacts<P>,
@@ -114,7 +114,7 @@ impl<T: Scalar> Contact<T> {
         }
     }
 
-    /// Hands each force on a body, in it, to `each`, with the link that it is on; `None` is what is fixed to the world.
+    /// Passes each force on a body, in it, to `each`, with the link that it is on; `None` is what is fixed to the world.
     pub(in crate::sim) fn each_force<P: Scalar>(
         &self,
         contacts: &Contacts<P>,
@@ -159,7 +159,7 @@ impl<T: Scalar> Contact<T> {
         self.axes[of]
     }
 
-    /// The rates of all numbers of the contact state, one after the other.
+    /// The rates of all numbers of the contact state, in sequence.
     pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
         rates.flat_map(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
@@ -236,7 +236,7 @@ impl<T: Scalar> Contact<T> {
         }
     }
 
-    /// Which points could touch within the step; where some stand for all, those take part that would go into the ground by themselves.
+    /// Selects the points that could touch within the step; with a working set, those that would enter the ground without forces.
     fn choose<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
@@ -264,7 +264,7 @@ impl<T: Scalar> Contact<T> {
         }
     }
 
-    /// Lets points take part that an acceleration would leave slower than their law allows; whether there are any.
+    /// Activates points that would be slower than their contact model allows. Returns whether there are any.
     fn grow<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
@@ -455,7 +455,7 @@ mod tests {
         }
     }
 
-    // Which contacts a solver looks at, by law and by which forces are those of the end of a step.
+    // Contacts that a solver considers, by contact model and by the forces that are evaluated at the end of a step.
     #[test]
     fn solver_finds_the_forces_that_laws_leave_to_it() {
         let soft = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));

@@ -1,7 +1,7 @@
 //! Derivatives of contact points.
 //!
-//! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with derivatives in
-//! these tells all, and one over those of point, law and ground.
+//! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with
+//! derivatives in these is sufficient, and one over the parameters of point, contact model and ground.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -19,19 +19,19 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::local::OfBody;
 use crate::sim::terms::numbers::Numbers;
-use crate::sim::terms::sink::{BodyRow, BodySink, Normal, Own, Sink, SlopePoint};
-use crate::sim::terms::term::TermSlopes;
+use crate::sim::terms::sink::{BodyRow, BodySink, DerivativePoint, Normal, Own, Sink};
+use crate::sim::terms::term::TermDerivatives;
 use crate::spatial::linear::dot;
 use crate::spatial::{Force, Motion};
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct ContactSlopes<T: Scalar> {
+pub(crate) struct ContactDerivatives<T: Scalar> {
     /// Where a gradient in numbers of contacts may be asked for.
     numbers: Option<Box<OverNumbers<T>>>,
 }
 
-impl<T: Scalar> ContactSlopes<T> {
+impl<T: Scalar> ContactDerivatives<T> {
     pub(crate) fn new(_: &Simulator) -> Self {
         Self { numbers: None }
     }
@@ -115,7 +115,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
     /// States a point between bodies in derivatives of one body after the other.
     fn emit_between(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &Contact<T>,
         pair: &PairPoint,
         out: &mut impl Sink<T>,
@@ -140,7 +140,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
 
 /// States a point between bodies whose law gives the force by itself, in derivatives of one body after the other.
 fn emit_explicit_between<T: Scalar>(
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     term: &Contact<T>,
     (pair, index): (&PairPoint, usize),
     contacts: &Contacts,
@@ -214,7 +214,7 @@ fn emit_explicit<P: Scalar, T: Scalar>(
 
 /// A point with the ground over numbers of its body, to which the sink is turned; and the motion that ã gives to the body.
 fn turned_point<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
+    at: &DerivativePoint<'a, T>,
     term: &Contact<T>,
     body: Option<BodyId>,
     index: usize,
@@ -225,14 +225,19 @@ fn turned_point<'a, T: Scalar>(
     (point, motion.U)
 }
 
-impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for ContactDerivatives<T> {
     type Term = Contact<T>;
 
     fn reserve_numbers(&mut self, simulator: &Simulator) {
         self.numbers = simulator.contacts().map(OverNumbers::new);
     }
 
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &Contact<T>,
+        out: &mut S,
+    ) {
         if let Some(contacts) = at.point.explicit_contacts() {
             for (index, place) in contacts.points().iter().enumerate() {
                 let body = Some(place.body);
@@ -245,7 +250,12 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         }
     }
 
-    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &Contact<T>,
+        out: &mut S,
+    ) {
         each_solved(at, term, |solved| {
             if let Some(pair) = solved.pair {
                 return solved.emit_between(at, term, pair, out);
@@ -257,7 +267,7 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
 
     fn emit_numbers(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &Contact<T>,
         out: &mut Numbers<'_, T>,
     ) {
@@ -314,7 +324,7 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
 
     /// The change of a bristle is linear in the forces across.
     fn each_rate_by_force(
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &Contact<T>,
         each: &mut dyn FnMut(usize, usize, T),
     ) {

@@ -4,7 +4,7 @@ use super::rows::Contact;
 use crate::contact::{Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
 use crate::scalar::Scalar;
-use crate::sim::terms::sink::SlopePoint;
+use crate::sim::terms::sink::DerivativePoint;
 use crate::spatial::Force;
 
 /// A contact point whose forces a solver has found, or one without.
@@ -16,7 +16,7 @@ pub(super) struct SolvedPoint<'a, T: Scalar> {
     /// `None` for a point with the ground.
     pub(super) pair: Option<&'a PairPoint>,
     pub(super) active: Option<ActiveRows<T>>,
-    /// Whether the gap is asked for in place of rows and forces.
+    /// Whether the gap is requested instead of rows and forces.
     pub(super) states_gap: bool,
 }
 
@@ -32,9 +32,9 @@ pub(super) struct ActiveRows<T: Scalar> {
     pub(super) axes: [[Force<T>; ROWS]; 2],
 }
 
-/// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
+/// Passes the points whose forces a solver has found to `each`; those without force too where they have bristles.
 pub(super) fn each_solved<'a, T: Scalar>(
-    at: &'a SlopePoint<'a, T>,
+    at: &'a DerivativePoint<'a, T>,
     term: &'a Contact<T>,
     mut each: impl FnMut(SolvedPoint<'a, T>),
 ) {

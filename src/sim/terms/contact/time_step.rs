@@ -1,6 +1,6 @@
 //! Contacts over the time step, for the gradient in it.
 //!
-//! Where a point is does not depend on the step, only what its law makes of it: the law is evaluated, at the point that has been found, over numbers with the
+//! The position of a point does not depend on the step, only its contact model does: the model is evaluated at the known point, over numbers with the
 //! one direction of the time step.
 
 use nalgebra::Vector3;
@@ -13,16 +13,16 @@ use crate::contact::{
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
-use crate::sim::terms::sink::{CoordinateSink, SlopePoint};
+use crate::sim::terms::sink::{CoordinateSink, DerivativePoint};
 use crate::spatial::linear::dot;
 
-/// A number with its derivative in the time step.
+/// A value with its derivative in the time step.
 type Timed<T> = OfCoordinate<T>;
 type TimedSum<'a, T> = WeightedSum<'a, T, COORDINATE_DIRECTIONS>;
 
 /// States all points over the time step.
 pub(super) fn emit_time_step<T: Scalar>(
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     contacts: &Contacts,
     term: &Contact<T>,
     out: &mut Numbers<'_, T>,
@@ -60,7 +60,7 @@ struct TimedPoint<'a, T: Scalar> {
 
 impl<'a, T: Scalar> TimedPoint<'a, T> {
     fn new(
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         contacts: &'a Contacts,
         term: &'a Contact<T>,
         solved: &SolvedPoint<'_, T>,

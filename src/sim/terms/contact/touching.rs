@@ -1,4 +1,4 @@
-//! All points of contact of an instant, those with the ground and those between bodies: what touches there, and by which law.
+//! All contact points of an instant, with the ground and between bodies: the bodies and the contact model of each.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -23,7 +23,7 @@ pub(super) struct Touching<'a, P, T> {
     pub(super) kinematics: &'a Kinematics<T>,
 }
 
-/// What a point belongs to, of which a few points take part at a time.
+/// Owner of a point, of which a few points are active at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     Link(usize),
@@ -31,7 +31,7 @@ pub(super) enum Group {
 }
 
 impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
-    /// A point between bodies by its place among these; `None` for one with the ground.
+    /// Index of a point between bodies; `None` for a point with the ground.
     fn pair(&self, i: usize) -> Option<usize> {
         i.checked_sub(self.contacts.points().len())
     }
@@ -50,7 +50,7 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
         }
     }
 
-    /// The bodies that touch at a point; `None` is the ground, or what is fixed to the world.
+    /// The bodies that touch at a point; `None` is the ground or the world.
     pub(super) fn bodies(&self, i: usize) -> [Option<BodyId>; 2] {
         match self.pair(i) {
             None => [Some(self.contacts.points()[i].body), None],
@@ -78,7 +78,7 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
 }
 
 impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
-    /// Hands the velocity that each coordinate's unit rate gives to a point, in the world's axes, to `each(coordinate, v)`: that of the first body, less that
+    /// Passes the velocity that each coordinate's unit rate gives to a point, in the world's axes, to `each(coordinate, v)`: that of the first body, less that
     /// of the second.
     pub(super) fn each_jacobian_column(
         &self,

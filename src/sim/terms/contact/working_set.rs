@@ -1,12 +1,12 @@
-//! Which points take part in the problem of rigid contact.
+//! Working set of the points in the problem of rigid contact.
 //!
-//! Of the points that could touch within a step most do not, and of many on one flat piece few carry as well as all. A point without a force
-//! obeys the law wherever the others' forces leave it fast enough, yₙ ≥ 0; so the solution for some points is one for all of them as soon as
-//! that holds for those left out. The set starts from those that would go into the ground by themselves, at most so many of each link, and
-//! grows by those that the last solution leaves too slow, until there are none: a working set [Nocedal, Wright 2006, section 16.5].
+//! Most points that could touch within a step do not, and few points of a flat patch carry a load as well as all of them. A point without a force
+//! satisfies its contact model if the forces of the others leave it fast enough, yₙ ≥ 0; so the solution for some points is a solution for all as
+//! soon as this holds for the others. The set starts with the points that would enter the ground without forces, a limited number per link, and grows
+//! by those that the last solution leaves too slow, until there are none: a working set [Nocedal, Wright 2006, section 16.5].
 //!
-//! Accelerations that all solutions share do not depend on the choice. Where they differ, in how friction of a sliding patch turns it, the
-//! choice is one of many, as any would be.
+//! Accelerations that all solutions share do not depend on the choice. Where solutions differ, for example in the rotation of a sliding patch by
+//! friction, the choice is one of many.
 
 use nalgebra::Vector3;
 
@@ -29,13 +29,13 @@ pub(super) struct WorkingSet<T> {
     candidates: Vec<usize>,
     /// Positive in the lanes in which each of them could.
     margins: Vec<T>,
-    /// By how much the velocity of each candidate after the step falls short, less what counts as nothing, m/s; negative for none.
+    /// Shortfall of the velocity of each candidate after the step, minus a tolerance, m/s; negative for none.
     shortfalls: Vec<T>,
-    /// Those that take part.
+    /// The active points.
     members: Members<T>,
     /// a with the correction ω × (v + ω × c) of axes that carry linear velocities.
     corrected: Vec<T>,
-    /// Candidates that are about to become members, by their place among the candidates.
+    /// Candidates that become active, by index among the candidates.
     chosen: Vec<usize>,
     /// Most members in all.
     limit: usize,
@@ -53,7 +53,7 @@ struct Members<T> {
     lanes: Vec<T>,
 }
 
-/// Motion of the points in a step, which decides on who becomes a member.
+/// Motion of the points in a step, which decides which candidates become active.
 pub(super) struct StepKinematics<'a, P, T> {
     pub(super) model: &'a Model<P>,
     pub(super) touching: Touching<'a, P, T>,
@@ -65,7 +65,7 @@ pub(super) struct StepKinematics<'a, P, T> {
 impl<T: Scalar> WorkingSet<T> {
     /// Memory for so many points and coordinates.
     ///
-    /// * `limit` – most points that may take part
+    /// * `limit` – maximum number of active points
     pub(super) fn new(points: usize, nv: usize, limit: usize) -> Self {
         Self {
             limit,
@@ -91,7 +91,7 @@ impl<T: Scalar> WorkingSet<T> {
         (self.rounds, self.full) = (0, false);
     }
 
-    /// Whether points that ought to take part were left out because there were too many.
+    /// Whether points were dropped because there were too many.
     pub(super) fn is_full(&self) -> bool {
         self.full
     }
@@ -115,7 +115,7 @@ impl<T: Scalar> WorkingSet<T> {
         }
     }
 
-    /// Lets all candidates take part, or the deepest ones of too many.
+    /// Activates all candidates, or the deepest ones of too many.
     pub(super) fn take_all(&mut self, points: &[PointState<T>]) {
         let limit = self.limit;
         if self.candidates.len() <= limit {
@@ -167,7 +167,7 @@ impl<T: Scalar> WorkingSet<T> {
         grown
     }
 
-    /// Computes by how much the velocities of candidates fall short:  least − (vₙ + Δt nᵀ J ã).
+    /// Computes the velocity shortfalls of candidates:  least − (vₙ + Δt nᵀ J ã).
     fn find_shortfalls<P: Scalar>(&mut self, step: &StepKinematics<'_, P, T>, a: &[T])
     where
         T: Over<P>,
@@ -249,8 +249,7 @@ impl<T: Scalar> Members<T> {
     }
 }
 
-/// By how much the velocity of a point along its normal after a step falls short of what its law allows, less what counts as nothing;
-/// `None` for laws without such a bound.
+/// Shortfall of the normal velocity of a point after a step against the bound of its contact model, minus a tolerance; `None` for models without such a bound.
 fn shortfall<P: Scalar, T: Over<P>>(
     step: &StepKinematics<'_, P, T>,
     i: usize,

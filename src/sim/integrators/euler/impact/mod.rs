@@ -1,17 +1,18 @@
-//! A step of Euler with an impact at its time.
+//! An Euler step with an isolated impact.
 //!
-//! Velocities of semi-implicit Euler are those of half a step ago: under a constant acceleration a, the motion of (q, v + ½ Δt a) is exact. On that motion a point may
-//! reach, within the step, what it touches: at a time t at which its gap γ is zero. There an impact changes the velocity. With kicks K of the velocity by a, held over
-//! the step, and drifts D of the position at constant velocity,
+//! Velocities of semi-implicit Euler are those of half a step earlier: under a constant acceleration a, the motion of (q, v + ½ Δt a) is exact. On
+//! that motion the gap γ of a point may become zero at a time t within the step. There an impact changes the velocity. With kicks K of the velocity
+//! by a, held over the step, and drifts D of the position at constant velocity,
 //!
 //! > x* = K₍t/2₎ D₍t₎ K₍(Δt + t)/2₎ x₀ with γ(x*) = 0: the motion until then, and its velocity there,
 //! > x₂ = I(x*): the impact, by the contact model, a step of the length ε = [`IMPACT_TIME`],
-//! > x₃ = K₍−t/2₎ D₍Δt − t − ε₎ K₍(Δt − t)/2₎ x₂: the rest of the step, and a velocity of half a step ago again.
+//! > x₃ = K₍−t/2₎ D₍Δt − t − ε₎ K₍(Δt − t)/2₎ x₂: the rest of the step, and again a velocity of half a step earlier.
 //!
-//! The time t depends on all else by the implicit function theorem, δt = −δγ / γ̇: the jump of the derivatives of these steps is the saltation matrix. In uniform
-//! gravity x₃ is continuous in x₀ where an impact moves from one step to the next, and an elastic impact keeps the energy of the exact motion.
+//! The time t depends on all other quantities by the implicit function theorem, δt = −δγ / γ̇: the jump of the derivatives of these steps is the
+//! saltation matrix. In uniform gravity x₃ is continuous in x₀ where an impact moves from one step to the next, and an elastic impact keeps the
+//! energy of the exact motion.
 //!
-//! It is done for one point that begins to touch in the step by itself, in values; all else is left to the step as it is.
+//! It applies to a single point that begins to touch in the step, in values; all other contact is handled by the usual step.
 //!
 //! # References
 //! [Hairer, Lubich, Wanner 2006, section VI.3; Leine, Nijmeijer 2004, chapter 7].
@@ -30,22 +31,22 @@ use crate::sim::state::State;
 use crate::sim::terms::{Contact, LEAST_SPEED, LoneImpact};
 pub(super) use pullback::Adjoint;
 
-/// ε, the time that an impact lasts, s: all other forces act for so long beside it. Far below every time step, and long enough that a point that arrives at
-/// [`LEAST_SPEED`] is not taken for one at rest.
+/// ε, the duration of an impact, s; all other forces act during it. Far below all time steps, and long enough that a point that arrives at
+/// [`LEAST_SPEED`] is distinguished from one at rest.
 const IMPACT_TIME: f64 = 1e-6;
 
-/// A point that leaves an impact no faster than that many times the velocity which forces give to it in a step would come back within a few steps: it is about
-/// to rest, which is what whole steps are for.
+/// A point that leaves an impact with less than this multiple of the velocity which forces add in a step would return within a few steps: it is about
+/// to come to rest, and whole steps handle it.
 const LEAST_FLIGHT: f64 = 2.0;
 
-/// By how much deeper the deepest point may be after the step than before, m: more is a second contact, which whole steps look ahead to.
+/// Allowed increase of the largest depth in the step, m; more is a second contact, which whole steps handle.
 const DEEPER: f64 = 1e-9;
 
 /// Bisections and secants until the time of an impact is known, and the part of the step to which it is.
 const ROUNDS: usize = 60;
 const ACCURACY: f64 = 1e-15;
 
-/// The part of the step over which the slope of the gap is found by differences: rounding and curvature matter as little.
+/// Part of the step for the finite difference of the gap: rounding and curvature errors are balanced.
 const DIFFERENCE: f64 = 1e-4;
 
 /// Working memory of a step with an impact.
@@ -58,7 +59,7 @@ pub(super) struct Impact<T: Scalar> {
     leaving: State<T>,
     /// Evaluation of the impact.
     found: AccelerationScratch<T>,
-    /// What touches at a state on the way.
+    /// Contact points at an intermediate state.
     seen: Contact<T>,
     /// t, s.
     time: T,
@@ -66,7 +67,7 @@ pub(super) struct Impact<T: Scalar> {
     row: usize,
 }
 
-/// The point that begins to touch in a step by itself, if there is one.
+/// The single point that begins to touch in a step, if any.
 #[inline]
 pub(super) fn lone<P: Scalar, T: Over<P>>(
     at: &EvaluationPoint<'_, P, T>,
@@ -84,7 +85,7 @@ pub(super) fn lone<P: Scalar, T: Over<P>>(
 }
 
 impl<T: Scalar> Impact<T> {
-    /// Memory for a simulator.
+    /// Makes memory for a simulator.
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let state = simulator.neutral_state();
         Self {
@@ -105,8 +106,7 @@ impl<T: Scalar> Impact<T> {
         balance.map_or(Status::Converged, |balance| balance.status(lane))
     }
 
-    /// Takes a step whose evaluation, with the force of the point, has been found. Returns `false` where no impact by itself comes of it: then the evaluation is
-    /// left as it was.
+    /// Takes a step whose evaluation, with the force of the point, is known. Returns `false` if there is no isolated impact: then the evaluation is unchanged.
     ///
     /// * `found` – output, the evaluation without the force of the point
     /// * `next` – output, x₃
@@ -169,7 +169,7 @@ impl<T: Scalar> Impact<T> {
             return false;
         };
         let slope = (after - before) / (2.0 * step);
-        // Of numbers with derivatives, each round gives those of one order more.
+        // For numbers with derivatives, each round makes one more order exact.
         let mut time = T::constant(t);
         for _ in 0..T::ORDER + 2 {
             let Some(gap) = gap(time) else { return false };
@@ -218,7 +218,7 @@ impl<T: Scalar> Impact<T> {
         })
     }
 
-    /// The impact, and the rest of the step; whether all is as it is for an impact by itself.
+    /// The impact and the rest of the step. Returns whether the impact is isolated.
     fn bounce<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,

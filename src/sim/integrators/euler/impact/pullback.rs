@@ -1,7 +1,7 @@
-//! Gradient of a step with an impact at its time: its parts backwards, and the time by the implicit function theorem.
+//! Gradient of a step with an isolated impact: its parts backwards, and the impact time by the implicit function theorem.
 //!
-//! The weights of x₃ become those of x* through the impact, and so far the sum depends on t by c. As t depends on all else like δt = −δγ / γ̇, the gap has the weight
-//! −c / γ̇ at x*, beside these.
+//! The weights of x₃ become those of x* through the impact, and the derivative of the sum in t is c. As δt = −δγ / γ̇, the gap has the additional
+//! weight −c / γ̇ at x*.
 
 use super::{IMPACT_TIME, Impact, LoneImpact, times, without_force};
 use crate::linalg::product::add_scaled;
@@ -11,10 +11,10 @@ use crate::sim::integrators::AccelerationScratch;
 use crate::sim::integrators::acceleration::AccelerationWeights;
 use crate::sim::integrators::euler::EvaluationAdjoint;
 use crate::sim::integrators::joint_tangents::OfNumbers;
-use crate::sim::integrators::kick_drift::{KickDrift, MotionSlopes};
+use crate::sim::integrators::kick_drift::{KickDrift, MotionGradientSum};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::StepSlopes;
+use crate::sim::terms::StepGradientSum;
 
 /// The numbers on which the times of motions depend: that of the impact, and the time step.
 const TIME: usize = 0;
@@ -53,7 +53,7 @@ impl<T: Scalar> Adjoint<T> {
         }
     }
 
-    /// [`Impact::step`], and what its gradients have in common.
+    /// [`Impact::step`], and the common part of its gradients.
     pub(in crate::sim::integrators) fn find(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
@@ -82,12 +82,12 @@ impl<T: Scalar> Adjoint<T> {
         next: &State<T>,
         adjoint: &[T],
         own: &mut EvaluationAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         self.by_a.fill(T::zero());
         self.by_after.copy_from_slice(adjoint);
         let [_, _, leave, from_velocity] = motions(at, &self.impact, &found.a, next);
-        let mut slopes = MotionSlopes {
+        let mut slopes = MotionGradientSum {
             a: &mut self.by_a,
             parameters: out.parameters,
             slots: own.acceleration.slots(),
@@ -109,7 +109,7 @@ impl<T: Scalar> Adjoint<T> {
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         own: &mut EvaluationAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let Impact {
             touching,
@@ -156,7 +156,7 @@ impl<T: Scalar> Adjoint<T> {
     /// The slope of what is weighted at x* in the time of the impact.
     fn rate(&mut self, at: &EvaluationPoint<'_, f64, T>, a: &[T], own: &EvaluationAdjoint<T>) -> T {
         self.trial.copy_from_slice(&self.by_touching);
-        let mut slopes = MotionSlopes {
+        let mut slopes = MotionGradientSum {
             a: &mut self.unused,
             parameters: &mut [],
             slots: own.acceleration.slots(),
@@ -175,9 +175,9 @@ impl<T: Scalar> Adjoint<T> {
         at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         own: &mut EvaluationAdjoint<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
-        let mut slopes = MotionSlopes {
+        let mut slopes = MotionGradientSum {
             a: &mut self.by_a,
             parameters: out.parameters,
             slots: own.acceleration.slots(),
@@ -233,10 +233,10 @@ fn motions<'a, T: Scalar>(
 }
 
 /// Sums of weights of x* alone.
-fn of_touching<T: Scalar>(weights: &mut [T], nv: usize) -> StepSlopes<'_, T> {
+fn of_touching<T: Scalar>(weights: &mut [T], nv: usize) -> StepGradientSum<'_, T> {
     let (q, rest) = weights.split_at_mut(nv);
     let (v, contact) = rest.split_at_mut(nv);
-    StepSlopes {
+    StepGradientSum {
         q,
         v,
         contact,

@@ -12,14 +12,14 @@ use crate::sim::integrators::AccelerationScratch;
 use crate::sim::integrators::balance::BalanceColumns;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::{Acting, AllSlopes, JacobianMemory, SlopePoint};
+use crate::sim::terms::{Acting, AllDerivatives, DerivativePoint, JacobianMemory};
 
 /// Working memory, with ∂(J v)/∂q.
 #[derive(Clone, Debug)]
-pub(super) struct HeldSlopes<T: Differentiable> {
+pub(super) struct BilateralDerivatives<T: Differentiable> {
     pub(super) rate_by_q: DMatrix<T>,
     columns: BalanceColumns<T>,
-    terms: AllSlopes<T>,
+    terms: AllDerivatives<T>,
     memory: JacobianMemory<T>,
     found: AccelerationScratch<T>,
     /// A configuration, at rest.
@@ -30,14 +30,14 @@ pub(super) struct HeldSlopes<T: Differentiable> {
     forces: [Vec<T>; 2],
 }
 
-impl<T: Differentiable> HeldSlopes<T> {
+impl<T: Differentiable> BilateralDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (nv, rows) = (simulator.model().nv(), simulator.held_rows());
+        let (nv, rows) = (simulator.model().nv(), simulator.bilateral_rows());
         let zeros = |n: usize| vec![T::zero(); n];
         Self {
             rate_by_q: DMatrix::zeros(rows, nv),
             columns: BalanceColumns::new(simulator, rows, Calls::Many),
-            terms: AllSlopes::new(simulator),
+            terms: AllDerivatives::new(simulator),
             memory: JacobianMemory::new(simulator),
             found: AccelerationScratch::new(simulator, Calls::Many),
             state: simulator.neutral_state(),
@@ -49,7 +49,7 @@ impl<T: Differentiable> HeldSlopes<T> {
 
     /// Finds ∂(J v)/∂q, and puts ∂(M v + Jᵀ λ)/∂q into `momentum_by_q`.
     ///
-    /// * `jacobian` – J, row after row
+    /// * `jacobian` – J, row by row
     /// * `impulses` – λ of each row
     pub(super) fn find(
         &mut self,
@@ -68,7 +68,7 @@ impl<T: Differentiable> HeldSlopes<T> {
         self.rate_by_q.fill(T::zero());
         let accelerations = [at.v.as_slice(), &self.rest];
         for ((a, forces), sign) in accelerations.iter().zip(&self.forces).zip([1.0, -1.0]) {
-            let point = SlopePoint {
+            let point = DerivativePoint {
                 point: &at_rest,
                 a,
                 acting: Acting::Start(forces),

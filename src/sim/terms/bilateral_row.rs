@@ -1,4 +1,4 @@
-//! How a row of a constraint is held in a step, or at an instant: what the solver sees of it.
+//! Form of a constraint row for the solver, in a step or at an instant.
 
 use crate::constraint::{ConstraintRow, Hold};
 use crate::contact::SpringDamper;
@@ -6,14 +6,14 @@ use crate::scalar::{Over, Scalar};
 
 /// y = J ã + rest + R f.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HeldRow<T> {
+pub(super) struct BilateralRow<T> {
     pub(super) rest: T,
     /// R; infinite where the row has no force.
     pub(super) compliance: T,
 }
 
-impl<T: Scalar> HeldRow<T> {
-    /// What holds a row.
+impl<T: Scalar> BilateralRow<T> {
+    /// Force law of a row.
     ///
     /// A spring and damper has, over a step, the force of its end, from the row of joint limits; at an instant its force follows from the state, and the row
     /// takes no part.
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn force_of_a_spring_is_that_of_the_end_of_the_step() {
         let (dt, a) = (0.01, -3.0);
-        let held = HeldRow::of(&ROW, Some(7.0), dt);
+        let held = BilateralRow::of(&ROW, Some(7.0), dt);
         let rate = ROW.rate + dt * (a + ROW.bias);
         let force = -400.0 * (ROW.error + dt * rate) - 10.0 * rate;
         let y = a + held.rest + held.compliance * force;
@@ -87,13 +87,13 @@ mod tests {
 
     #[test]
     fn springs_take_no_part_at_a_moment_and_never_without_stiffness_and_damping() {
-        assert!(HeldRow::of(&ROW, Some(0.0), 0.01).takes_part());
-        assert!(!HeldRow::of(&ROW, None, 0.01).takes_part());
+        assert!(BilateralRow::of(&ROW, Some(0.0), 0.01).takes_part());
+        assert!(!BilateralRow::of(&ROW, None, 0.01).takes_part());
         let hold = Hold::Spring {
             stiffness: 0.0,
             damping: 0.0,
         };
-        let held = HeldRow::of(&ConstraintRow { hold, ..ROW }, Some(0.0), 0.01);
+        let held = BilateralRow::of(&ConstraintRow { hold, ..ROW }, Some(0.0), 0.01);
         assert!(!held.takes_part());
     }
 }

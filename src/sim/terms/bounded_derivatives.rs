@@ -1,4 +1,4 @@
-//! Derivatives of bounded forces: on its line a force is p − r a over numbers with derivatives, at a bound it is the bound.
+//! Derivatives of bounded forces: p − r a on the line, the bound at a bound, over numbers with derivatives.
 
 use std::marker::PhantomData;
 
@@ -6,8 +6,8 @@ use super::bounded_forces::{Bounded, BoundedForces, Line, Site};
 use super::drives::Driven;
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
-use super::term::TermSlopes;
+use super::sink::{Acting, CoordinateSink, DerivativePoint, Sink};
+use super::term::TermDerivatives;
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuator, OfActuator};
 use crate::sim::simulator::Simulator;
@@ -39,7 +39,7 @@ struct Found<'a, T> {
 
 /// All bounded forces; none where they do not act.
 fn found<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
+    at: &DerivativePoint<'a, T>,
     term: &'a BoundedForces<T>,
 ) -> impl Iterator<Item = Found<'a, T>> {
     let acts = matches!(at.acting, Acting::All(_));
@@ -63,7 +63,7 @@ impl<T: Scalar> Found<'_, T> {
     /// * `to` – of position, velocity and input
     fn line<A: Scalar, L: Over<A>>(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         actuator: impl Fn(&Actuator) -> Actuator<A>,
         to: impl Fn(Driven<T>) -> Driven<L>,
         dt: L,
@@ -77,7 +77,7 @@ impl<T: Scalar> Found<'_, T> {
     }
 
     /// The law over numbers with derivatives in position, velocity, input and the time step.
-    fn moving(&self, at: &SlopePoint<'_, T>) -> Option<Line<OfCoordinate<T>>> {
+    fn moving(&self, at: &DerivativePoint<'_, T>) -> Option<Line<OfCoordinate<T>>> {
         let seeded = |x: Driven<T>| Driven {
             q: x.q.map(|q| OfCoordinate::variable(q, POSITION)),
             v: Dual::variable(x.v, RATE),
@@ -113,12 +113,12 @@ impl<T: Scalar> Found<'_, T> {
     }
 }
 
-impl<T: Scalar> TermSlopes<T> for BoundedSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for BoundedSlopes<T> {
     type Term = BoundedForces<T>;
 
     fn emit_forces<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &BoundedForces<T>,
         out: &mut S,
     ) {
@@ -131,7 +131,7 @@ impl<T: Scalar> TermSlopes<T> for BoundedSlopes<T> {
 
     fn emit_rows<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &BoundedForces<T>,
         out: &mut S,
     ) {
@@ -144,7 +144,7 @@ impl<T: Scalar> TermSlopes<T> for BoundedSlopes<T> {
 
     fn emit_numbers(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &BoundedForces<T>,
         out: &mut Numbers<'_, T>,
     ) {

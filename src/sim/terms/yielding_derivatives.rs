@@ -1,8 +1,8 @@
-//! Derivatives in the numbers by which a constraint gives way: its largest force, and those of a spring at an instant.
+//! Derivatives in the parameters of compliant constraints: maximum force, and those of a spring at an instant.
 //!
 //! Over a step the latter are among the numbers of its rows. At an instant the force of a spring follows from error and rate, and acts along J.
 
-use super::constraint_slopes::HeldConstraint;
+use super::constraint_derivatives::BilateralConstraint;
 use super::local::OfCoordinate;
 use super::numbers::Numbers;
 use super::sink::BodySink;
@@ -13,8 +13,8 @@ use crate::scalar::{Dual, Scalar};
 /// Directions of stiffness, damping, bound and length of a spring at an instant.
 const SPRING: [usize; 4] = [0, 1, 2, 3];
 
-impl<T: Scalar> HeldConstraint<'_, T> {
-    /// Adds the slopes in its largest force, and of a spring between anchors at an instant those in all its own numbers.
+impl<T: Scalar> BilateralConstraint<'_, T> {
+    /// Adds the derivatives in its largest force, and of a spring between anchors at an instant those in all its own numbers.
     pub(super) fn emit_own_numbers(&self, rows: &[ConstraintRow<T>], out: &mut Numbers<'_, T>) {
         let rows = &rows[self.first_row..][..self.constraint.rows()];
         if self.is_spring_force() {

@@ -1,17 +1,17 @@
-//! Stops at the ends of joints.
+//! Joint limits.
 //!
-//! At an instant a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
+//! At an instant a joint limit pushes with the force of its law. Over a step whose joint forces are those of its end, a joint limit with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
-//! while f > 0. Without a solver, those that would pull are released, and the acceleration is found again without them, until none pulls; beside
-//! other forces that a solver finds, each is a row that gives way.
+//! while f > 0. Without a solver, limits that would pull are released, and the acceleration is computed again without them, until none pulls. With a
+//! solver each limit is a compliant row.
 
 use std::marker::PhantomData;
 
 use super::bounded_forces::{BoundedForces, Given};
 use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
-use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
-use super::term::{Term, TermSlopes};
+use super::sink::{Acting, CoordinateSink, DerivativePoint, Sink};
+use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::contact::StepForce;
 use crate::dynamics::AbaScratch;
@@ -24,46 +24,46 @@ use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
 #[derive(Clone, Debug)]
-pub(crate) struct Stops<T> {
+pub(crate) struct JointLimits<T> {
     /// All ends of joints in the order of [`each_end`], as if those within reach of the step pushed; none where all forces are explicit or a
     /// solver finds them.
     ends: Vec<Stop<T>>,
     /// The rows of a solver, and in which direction each pushes.
     rows: Vec<(usize, f64)>,
-    /// Joint forces at a = 0 and resistance, with the stops that push.
+    /// Joint forces at a = 0 and resistance, with the active joint limits.
     tau: Vec<T>,
     resistance: Vec<T>,
 }
 
-/// A stop in a step.
+/// A joint limit in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stop<T> {
     coordinate: usize,
     /// The direction of its push along the coordinate.
     inward: f64,
-    /// Along that direction; zero if the stop is released.
+    /// Along that direction; zero if the joint limit is released.
     force: StepForce<T>,
 }
 
 impl<T: Scalar> Stop<T> {
-    /// `true` if the stop pushes in some lane, or if nobody knows.
+    /// `true` if the joint limit pushes in some lane, or if this is unknown.
     fn may_push(&self) -> bool {
         let resistance = self.force.resistance;
         !resistance.has_value() || (0..T::LANES).any(|lane| resistance.value(lane) > 0.0)
     }
 
-    /// A number in the lanes in which the stop pushes, zero in others.
+    /// A number in the lanes in which the joint limit pushes, zero in others.
     fn where_pushing<const N: usize>(&self, x: Dual<T, N>) -> Dual<T, N> {
         let zero = T::zero();
         x.each(|x| zero.select_lt(self.force.resistance, x, zero))
     }
 
-    /// `true` if the stop pushes, which is decided in the first lane.
+    /// `true` if the joint limit pushes, which is decided in the first lane.
     pub(crate) fn is_pushing(&self) -> bool {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Releases the stop in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
+    /// Releases the joint limit in the lanes where it pulls at the acceleration `a`. Returns its previous force, negative there.
     fn release<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
     where
         T: Over<D>,
@@ -79,11 +79,10 @@ impl<T: Scalar> Stop<T> {
     }
 }
 
-/// Rounds in which stops that pull are released while the step is recorded: in the first all within reach push, in the second those that are left
-/// mostly do.
+/// Rounds in which pulling limits are released while the step is recorded: in the first all within reach push, in the second usually all that remain.
 const RECORDED_ROUNDS: usize = 2;
 
-/// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
+/// Passes each limited end of each joint to `each(coordinate, end)`, at the configuration `q`.
 fn each_end<P: Scalar, T: Over<P>>(
     simulator: &Simulator<P>,
     q: &[T],
@@ -94,7 +93,7 @@ fn each_end<P: Scalar, T: Over<P>>(
     }
 }
 
-impl<T: Scalar> Stops<T> {
+impl<T: Scalar> JointLimits<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let nv = simulator.model().nv();
         let zeros = || vec![T::zero(); nv];
@@ -111,12 +110,12 @@ impl<T: Scalar> Stops<T> {
         &self.ends
     }
 
-    /// Whether a stop pushes in the last step without rows, which is decided in the first lane.
+    /// Whether a joint limit pushes in the last step without rows, which is decided in the first lane.
     pub(crate) fn any_pushes(&self) -> bool {
         self.ends.iter().any(Stop::is_pushing)
     }
 
-    /// Resistance of coordinates in the last step without rows, stops that push among it, without bounded forces.
+    /// Resistance of coordinates in the last step without rows, active joint limits among it, without bounded forces.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
@@ -146,7 +145,7 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Adds the stops that push to joint forces and resistance.
+    /// Adds the active joint limits to joint forces and resistance.
     fn push<D: Scalar>(&mut self, forces: &Forces<T>, dt: D)
     where
         T: Over<D>,
@@ -159,7 +158,7 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Releases the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// Releases the joint limits that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
     /// there may be.
     fn release<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
     where
@@ -191,7 +190,7 @@ impl<T: Scalar> Stops<T> {
     }
 }
 
-impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
+impl<P: Scalar, T: Over<P>> Term<P, T> for JointLimits<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.ends.clear();
@@ -230,9 +229,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
 
 /// Derivatives of the term; they need no memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StopSlopes<T>(PhantomData<T>);
+pub(crate) struct JointLimitDerivatives<T>(PhantomData<T>);
 
-impl<T: Scalar> StopSlopes<T> {
+impl<T: Scalar> JointLimitDerivatives<T> {
     pub(super) fn new(_: &Simulator) -> Self {
         Self(PhantomData)
     }
@@ -255,7 +254,7 @@ where
     /// * `solved` – its row, where it has one
     fn weighted(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         stop: Option<&Stop<T>>,
         solved: Option<SolvedRow<T>>,
         out: &Numbers<'_, T>,
@@ -268,10 +267,10 @@ where
         sum.value
     }
 
-    /// States the force of an instant, or that of the end of the step where the stop pushes.
+    /// States the force of an instant, or that of the end of the step where the joint limit pushes.
     fn emit_force(
         &self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         stop: Option<&Stop<T>>,
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
@@ -288,7 +287,7 @@ where
         out.resistance(k, stop.where_pushing(force.resistance * dt));
     }
 
-    /// States y of its row, R f − reference under the force f that a solver has found, unless it gives way to any.
+    /// States y of its row, R f − reference under the force f that a solver has found, unless its compliance is infinite.
     fn emit_row(&self, solved: SolvedRow<T>, out: &mut impl CoordinateSink<Dual<T, N>>) {
         let Self { k, end, v, dt } = *self;
         let row = (end.stop).row(end.depth, v * end.inward, dt);
@@ -305,13 +304,13 @@ struct SolvedRow<T> {
     force: T,
 }
 
-/// Hands each end that has a row, by its coordinate and direction, to the row.
+/// Passes each end that has a row, by its coordinate and direction, to the row.
 fn solved_rows<'a, T: Scalar>(
-    at: &SlopePoint<'a, T>,
-    term: &'a Stops<T>,
+    at: &DerivativePoint<'a, T>,
+    term: &'a JointLimits<T>,
 ) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
     let balance = at.balance();
-    let mut rows = (at.point.simulator.held_rows()..)
+    let mut rows = (at.point.simulator.bilateral_rows()..)
         .zip(&term.rows)
         .peekable();
     move |k, inward| {
@@ -321,10 +320,15 @@ fn solved_rows<'a, T: Scalar>(
     }
 }
 
-impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
-    type Term = Stops<T>;
+impl<T: Scalar> TermDerivatives<T> for JointLimitDerivatives<T> {
+    type Term = JointLimits<T>;
 
-    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut S,
+    ) {
         let (point, mut ends) = (at.point, term.ends.iter());
         let dt = point.dt();
         each_end(point.simulator, point.q(), |k, end| {
@@ -334,7 +338,12 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
         });
     }
 
-    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+    fn emit_rows<S: Sink<T>>(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut S,
+    ) {
         let (point, mut row_of) = (at.point, solved_rows(at, term));
         let dt = point.dt();
         each_end(point.simulator, point.q(), |k, end| {
@@ -346,7 +355,12 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
         });
     }
 
-    fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+    fn emit_numbers(
+        &mut self,
+        at: &DerivativePoint<'_, T>,
+        term: &JointLimits<T>,
+        out: &mut Numbers<'_, T>,
+    ) {
         let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
         let actuation = point.simulator.actuation().filter(|_| out.has_parts());
         let Some(actuation) = actuation else { return };
@@ -365,7 +379,11 @@ impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
 }
 
 /// States all ends over the time step.
-fn emit_time_step<T: Scalar>(at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+fn emit_time_step<T: Scalar>(
+    at: &DerivativePoint<'_, T>,
+    term: &JointLimits<T>,
+    out: &mut Numbers<'_, T>,
+) {
     let (point, mut ends, mut row_of) = (at.point, term.ends.iter(), solved_rows(at, term));
     let dt = OfCoordinate::variable(T::constant(point.dt()), TIME_STEP);
     each_end(point.simulator, point.q(), |k, end| {

@@ -1,19 +1,20 @@
 //! Derivatives of rows of kinematic constraints.
 //!
-//! Seen from the two bodies that carry its anchors, a row is a small function of their poses and motions, and so are the forces of it on both: evaluations
-//! over numbers of one body give derivatives in its motion, which sinks take to the joints. The row of a coupler or a tendon is a function of the positions and rates of its joints (`tied_slopes.rs`).
+//! A row and its forces are small functions of the poses and motions of the two bodies of its attachment frames: evaluations over numbers of one body
+//! give derivatives in its motion, which sinks propagate to the joints. The row of a coupler or a tendon is a function of the positions and rates of
+//! its joints (`tied_derivatives.rs`).
 //!
-//! At an instant a spring is no row, but a force that follows from error and rate.
+//! At an instant a spring is not a row, but a force that depends on error and rate.
 
 use std::ops::Range;
 
+use super::bilateral_row::BilateralRow;
 use super::columns::turned_into;
 use super::constraints::{Constraints, has_springs};
-use super::held_row::HeldRow;
 use super::local::{FURTHER, OfBody, OfCoordinate, TIME_STEP, in_directions_of, part};
 use super::numbers::Numbers;
-use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
-use super::term::TermSlopes;
+use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, DerivativePoint, Own, Sink};
+use super::term::TermDerivatives;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
@@ -30,9 +31,9 @@ const ORIGIN: usize = 3;
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct ConstraintSlopes<T> {
+pub(crate) struct ConstraintDerivatives<T> {
     slots: Vec<Slots>,
-    /// ã, of which rows that tie joints know the entries of these.
+    /// ã, with the entries of these joints for rows that couple joints.
     seen: Vec<T>,
 }
 
@@ -60,7 +61,7 @@ impl Slots {
     }
 }
 
-impl<T: Scalar> ConstraintSlopes<T> {
+impl<T: Scalar> ConstraintDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let slots = PartSlots::new(simulator).constraints;
         let all = simulator.constraints().iter().zip(&slots);
@@ -73,8 +74,8 @@ impl<T: Scalar> ConstraintSlopes<T> {
 
 /// A constraint with the forces of its rows.
 #[derive(Clone, Copy)]
-pub(super) struct HeldConstraint<'a, T: Scalar> {
-    pub(super) at: &'a SlopePoint<'a, T>,
+pub(super) struct BilateralConstraint<'a, T: Scalar> {
+    pub(super) at: &'a DerivativePoint<'a, T>,
     pub(super) constraint: &'a Constraint,
     pub(super) slots: &'a Slots,
     pub(super) first_row: usize,
@@ -84,8 +85,8 @@ pub(super) struct HeldConstraint<'a, T: Scalar> {
 /// Rows between anchors over numbers of one body.
 type CarriedRows<T> = [Option<CarriedRow<OfBody<T>>>; SPATIAL];
 
-impl<T: Scalar> HeldConstraint<'_, T> {
-    /// States the rows between anchors and what they do to both bodies, in derivatives of one body after the other.
+impl<T: Scalar> BilateralConstraint<'_, T> {
+    /// States the rows between attachment frames and their forces on both bodies, with derivatives in one body after the other.
     fn emit_anchored(&self, out: &mut impl Sink<T>) {
         let [first, second] = self.constraint.kind().anchors() else {
             return;
@@ -139,7 +140,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         rows
     }
 
-    /// y = J ã + bias; over a step half of the bias is that at the velocity after it, which is a part by itself: that of [`Acting::Ahead`].
+    /// y = J ã + bias; over a step half of the bias is that at the velocity after it, a separate part: [`Acting::Ahead`].
     fn row(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
         let (rest, along_seen) = match self.is_ahead() {
             true => (own.row.bias * 0.5, Dual::from(0.0)),
@@ -154,7 +155,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    /// y − J ã of a row under its force, but for the half of the bias that is that at the velocity after a step.
+    /// y − J ã of a row under its force, except for the half of the bias that is that at the velocity after a step.
     pub(super) fn rest<const N: usize>(
         &self,
         row: &ConstraintRow<Dual<T, N>>,
@@ -173,7 +174,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         !self.is_spring_force()
     }
 
-    /// Whether the part of y at the velocity after a step is asked for: rows that tie joints have none.
+    /// Whether the part of y at the velocity after a step is requested: rows that couple joints have none.
     pub(super) fn is_ahead(&self) -> bool {
         matches!(self.at.acting, Acting::Ahead)
     }
@@ -196,7 +197,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    /// Forces that a solver has found; zeros where a spring is no row.
+    /// Forces that a solver has found; zeros where a spring is not a row.
     pub(super) fn forces(&self) -> &[T] {
         &self.at.row_forces()[self.first_row..][..self.constraint.rows()]
     }
@@ -231,9 +232,9 @@ fn with_rows<T: Scalar>(
     out(&all[..count]);
 }
 
-/// States all rows over the time step, but for the velocity after the step.
+/// States all rows over the time step, except for the velocity after the step.
 fn emit_time_step<T: Scalar>(
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     term: &Constraints<T>,
     out: &mut Numbers<'_, T>,
 ) {
@@ -249,10 +250,10 @@ fn emit_time_step<T: Scalar>(
     out.add_time_step(slope);
 }
 
-/// y − J ã of a row under its force, but for the half of the bias that is that at the velocity after a step; zero of a spring that is no row.
+/// y − J ã of a row under its force, except for the half of the bias that is that at the velocity after a step; zero of a spring that is not a row.
 fn held_rest<D: Scalar, T: Scalar, const N: usize>(
     row: &ConstraintRow<Dual<T, N>>,
-    at: &SlopePoint<'_, T>,
+    at: &DerivativePoint<'_, T>,
     force: T,
     dt: D,
 ) -> Dual<T, N>
@@ -264,7 +265,7 @@ where
         Acting::Start(_) => Some(row.bias),
         _ => at.point.half_step.map(|_| zero),
     };
-    let held = HeldRow::of(row, after, dt);
+    let held = BilateralRow::of(row, after, dt);
     match row.hold {
         Hold::Rigid { .. } => held.rest,
         _ if !held.takes_part() => zero,
@@ -272,12 +273,16 @@ where
     }
 }
 
-impl<T: Scalar> ConstraintSlopes<T> {
-    /// Hands each constraint whose rows have forces to `each`.
-    fn each_held(&self, at: &SlopePoint<'_, T>, mut each: impl FnMut(&HeldConstraint<'_, T>)) {
+impl<T: Scalar> ConstraintDerivatives<T> {
+    /// Passes each constraint whose rows have forces to `each`.
+    fn each_held(
+        &self,
+        at: &DerivativePoint<'_, T>,
+        mut each: impl FnMut(&BilateralConstraint<'_, T>),
+    ) {
         let (mut first_row, mut first_block) = (0, 0);
         for (constraint, slots) in at.point.simulator.constraints().iter().zip(&self.slots) {
-            each(&HeldConstraint {
+            each(&BilateralConstraint {
                 at,
                 constraint,
                 slots,
@@ -290,14 +295,20 @@ impl<T: Scalar> ConstraintSlopes<T> {
     }
 }
 
-impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for ConstraintDerivatives<T> {
     type Term = Constraints<T>;
 
-    fn emit_forces<S: Sink<T>>(&mut self, _: &SlopePoint<'_, T>, _: &Constraints<T>, _: &mut S) {}
+    fn emit_forces<S: Sink<T>>(
+        &mut self,
+        _: &DerivativePoint<'_, T>,
+        _: &Constraints<T>,
+        _: &mut S,
+    ) {
+    }
 
     fn emit_rows<S: Sink<T>>(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &Constraints<T>,
         out: &mut S,
     ) {
@@ -309,7 +320,7 @@ impl<T: Scalar> TermSlopes<T> for ConstraintSlopes<T> {
 
     fn emit_numbers(
         &mut self,
-        at: &SlopePoint<'_, T>,
+        at: &DerivativePoint<'_, T>,
         term: &Constraints<T>,
         out: &mut Numbers<'_, T>,
     ) {

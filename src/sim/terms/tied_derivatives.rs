@@ -1,19 +1,19 @@
-//! Derivatives of rows that tie joints: couplers and tendons.
+//! Derivatives of rows that couple joints: couplers and tendons.
 //!
-//! Such a row knows its joints by φ = Σ cᵢ qᵢ − length alone. One evaluation, over error, rate and the numbers of how it is held, is enough; the rest is linear in
-//! cᵢ, positions and rates.
+//! Such a row depends on its joints only through φ = Σ cᵢ qᵢ − length. One evaluation, over error, rate and the parameters of its force law,
+//! suffices; the rest is linear in cᵢ, positions and rates.
 
-use super::constraint_slopes::HeldConstraint;
+use super::constraint_derivatives::BilateralConstraint;
 use super::local::{OfCoordinate, POSITION, RATE};
 use super::numbers::Numbers;
 use super::sink::Sink;
 use crate::constraint::{ConstraintKind, ConstraintRow, Hold, JointMotion, TiedJoint};
 use crate::scalar::{Dual, Scalar};
 
-/// Directions of the numbers of how a row is held, after those of error and rate: time constant, or stiffness and damping.
+/// Directions of the parameters of the force law, after those of error and rate: time constant, or stiffness and damping.
 const HOLD: usize = 2;
 
-/// A row over error, rate, and how it is held.
+/// A row over error, rate and the parameters of its force law.
 fn seeded<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
     let number = |x, k| OfCoordinate::variable(x, HOLD + k);
     let hold = match row.hold {
@@ -35,9 +35,9 @@ fn seeded<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
     }
 }
 
-/// Slopes in what a row knows of a joint.
+/// Derivatives in what a row knows of a joint.
 #[derive(Clone, Copy)]
-struct JointSlopes<T> {
+struct JointDerivatives<T> {
     position: T,
     rate: T,
     /// In the acceleration of the joint by ã, and in the weight μ of its coordinate.
@@ -45,14 +45,14 @@ struct JointSlopes<T> {
     mu: T,
 }
 
-impl<T: Scalar> HeldConstraint<'_, T> {
+impl<T: Scalar> BilateralConstraint<'_, T> {
     /// Whether it ties joints; else its row.
     fn tied_row<'a>(&self, rows: &'a [ConstraintRow<T>]) -> Option<&'a ConstraintRow<T>> {
         let ties = self.constraint.kind().joints().next().is_some();
         ties.then(|| &rows[self.first_row])
     }
 
-    /// States the row in derivatives of one joint after the other; its forces on them are constant, but for those of a spring at an instant.
+    /// States the row in derivatives of one joint after the other; its forces on them are constant, except for those of a spring at an instant.
     pub(super) fn emit_tied(&self, rows: &[ConstraintRow<T>], out: &mut impl Sink<T>) {
         let Some(row) = self.tied_row(rows) else {
             return;
@@ -78,7 +78,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         });
     }
 
-    /// Hands each entry of J to `each`, with its coordinate.
+    /// Passes each entry of J to `each`, with its coordinate.
     fn each_entry(&self, mut each: impl FnMut(usize, T)) {
         for TiedJoint { body, coefficient } in self.constraint.kind().joints() {
             let body = self.at.point.model().body(body);
@@ -86,7 +86,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    /// Adds the slopes in its own numbers, and in ratio and offset of joints of it that follow another one.
+    /// Adds the derivatives in its own numbers, and in ratio and offset of joints of it that follow another one.
     pub(super) fn emit_tied_numbers(
         &self,
         seen: &[T],
@@ -109,12 +109,12 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         out.add(&(length_at + 1..self.slots.own.end), &sum.eps[HOLD..]);
     }
 
-    /// λ y − μᵀ Jᵀ f, over error, rate and how it is held, and its slopes in what it knows of a joint of coefficient 1.
+    /// λ y − μᵀ Jᵀ f, over error, rate and how it is held, and its derivatives in what it knows of a joint of coefficient 1.
     fn weighted(
         &self,
         row: &ConstraintRow<OfCoordinate<T>>,
         out: &Numbers<'_, T>,
-    ) -> (OfCoordinate<T>, JointSlopes<T>) {
+    ) -> (OfCoordinate<T>, JointDerivatives<T>) {
         let mut along = T::zero();
         self.each_entry(|k, c| along += c * out.mu()[k]);
         let (weighted, seen, force) = match row.spring_force().filter(|_| self.is_spring_force()) {
@@ -125,7 +125,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
                 (y.each(|x| x * weight), weight, force)
             }
         };
-        let slopes = JointSlopes {
+        let slopes = JointDerivatives {
             position: weighted.eps[POSITION],
             rate: weighted.eps[RATE],
             seen,
@@ -134,8 +134,8 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         (weighted, slopes)
     }
 
-    /// Adds the slopes in coefficients, and of joints that follow another one in its ratio r and its offset.
-    fn add_coefficients(&self, by: &JointSlopes<T>, seen: &[T], out: &mut Numbers<'_, T>) {
+    /// Adds the derivatives in coefficients, and of joints that follow another one in its ratio r and its offset.
+    fn add_coefficients(&self, by: &JointDerivatives<T>, seen: &[T], out: &mut Numbers<'_, T>) {
         let point = self.at.point;
         for (i, tied) in self.constraint.kind().joints().enumerate() {
             let body = point.model().body(tied.body);

@@ -1,4 +1,4 @@
-//! Gradient of the weighted momenta of start and end where constraints hold the robot, in what both are made of, at fixed states:
+//! Gradient of the weighted momenta of start and end of a constrained robot in all parameters, at fixed states:
 //!
 //! > πᵀ (M(q) v + J(q)ᵀ λ) − yᵀ (M(q⁺) v⁺ − J(q⁺)ᵀ λ⁺) + κᵀ φ(q⁺) − σᵀ J(q⁺) v⁺.
 //!
@@ -16,11 +16,11 @@ use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::integrators::method::StepPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::{Acting, SlopePoint, SlopeWeights, StepSlopes};
+use crate::sim::terms::{Acting, DerivativePoint, StepGradientSum, TermWeights};
 
 /// Working memory.
 #[derive(Clone, Debug)]
-pub(super) struct HeldNumbers<T: Scalar> {
+pub(super) struct BilateralParameters<T: Scalar> {
     balance: BalanceAdjoint<T>,
     found: AccelerationScratch<T>,
     /// A configuration, at rest.
@@ -50,9 +50,9 @@ impl<T: Scalar> RowWeights<T> {
     }
 }
 
-impl<T: Differentiable> HeldNumbers<T> {
+impl<T: Differentiable> BilateralParameters<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (nv, rows) = (simulator.model().nv(), simulator.held_rows());
+        let (nv, rows) = (simulator.model().nv(), simulator.bilateral_rows());
         let zeros = |n: usize| vec![T::zero(); n];
         Self {
             balance: BalanceAdjoint::new(simulator),
@@ -71,7 +71,7 @@ impl<T: Differentiable> HeldNumbers<T> {
         at: &StepPoint<'_, T>,
         taken: &TakenStep<T>,
         weights: &Weights<T>,
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         let held = &taken.point().held;
         let [own, end] = &held.impulses;
@@ -107,26 +107,26 @@ impl<T: Differentiable> HeldNumbers<T> {
         simulator: &Simulator,
         at: &State<T>,
         u: &[T],
-        out: &mut StepSlopes<'_, T>,
+        out: &mut StepGradientSum<'_, T>,
     ) {
         self.state.q.copy_from(&at.q);
         let at_rest = EvaluationPoint::instant(simulator, &self.state, u);
         simulator.apply_terms(&at_rest, &mut self.found);
         let accelerations = [at.v.as_slice(), &self.rest];
         for (a, own) in accelerations.into_iter().zip(&self.weights) {
-            let point = SlopePoint {
+            let point = DerivativePoint {
                 point: &at_rest,
                 a,
                 acting: Acting::Start(&own.forces),
             };
-            let weights = SlopeWeights {
+            let weights = TermWeights {
                 mu: &own.mu,
                 y: &own.y,
                 by_contact: &[],
                 friction: &[],
             };
             let [q, v, u] = &mut self.unused;
-            let mut slopes = StepSlopes {
+            let mut slopes = StepGradientSum {
                 q,
                 v,
                 contact: &mut *out.contact,
