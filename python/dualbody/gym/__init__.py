@@ -3,8 +3,8 @@
 >>> import gymnasium, dualbody.gym
 >>> envs = gymnasium.make_vec("dualbody/CartPole-v0", num_envs=64)
 
-A `Task` is a simulator with NumPy functions of the arrays of a batch: observations, rewards, termination. All states are stepped in one call.
-A `Balance` is data, and runs without functions of Python.
+A `Task` is a simulator with NumPy functions of the arrays of a batch: observations, rewards, termination. All states are stepped in one call. A `Balance` is data, and is stepped
+without functions of Python.
 """
 
 from __future__ import annotations

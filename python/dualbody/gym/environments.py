@@ -123,7 +123,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins episodes: an observation for each state, and an empty info. seed: one for all, or one for each state; options: "reset_mask"
-        (num_envs,) selects those that begin anew, all if it is left out."""
+        (num_envs,) selects the states to reset, all by default."""
         mask = (options or {}).get("reset_mask") if self._episodes is not None else None
         seeds: Sequence[int | None]
         if seed is None or isinstance(seed, (int, np.integer)):
