@@ -234,6 +234,14 @@ fn reference_is_where_the_file_has_its_bodies() {
 }
 
 #[test]
+fn defaults_that_limit_joints_do_not_reach_free_ones() {
+    let xml = r#"<mujoco><default><joint limited="true" actuatorfrclimited="true"/></default><worldbody><body name="box">
+        <joint name="root" type="free"/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>"#;
+    let (scene, report) = text(xml);
+    assert_eq!((scene.model.nq(), scene.model.nv()), (7, 6), "{report}");
+}
+
+#[test]
 fn a_free_body_alone_floats_and_options_hold_it() {
     let free = "<mujoco><worldbody><body name='box' pos='0 0 2'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
     let (scene, _) = text(free);

@@ -151,6 +151,10 @@ fn limits(
     context: &mut Context<'_>,
 ) -> Result<Limits, LoadError> {
     let mut limits = Limits::default();
+    // A default that limits joints reaches free ones too, which have no range.
+    if kind == Kind::Free {
+        return Ok(limits);
+    }
     let range = entry.range("range", "limited", compiler.autolimits)?;
     match (range, kind) {
         (Some(range), Kind::Hinge) => {
