@@ -4,11 +4,11 @@ use dualbody::autodiff::{Dual, finite_difference};
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::model::samples;
 use dualbody::sim::{
-    Activation, Actuation, Actuator, ActuatorFunction, ActuatorPoint, BatchSimulator, Servo,
-    StepScratch,
+    Activation, Actuation, Actuator, ActuatorFunction, ActuatorNetwork, ActuatorPoint,
+    BatchSimulator, Servo, StepScratch,
 };
 use dualbody::{Cast, Integrator, Scalar, Simulator, State};
-use nalgebra::DVector;
+use nalgebra::{DVector, dmatrix};
 
 const DT: f64 = 0.01;
 /// Two ways to the same numbers in other orders of operations.
@@ -42,6 +42,13 @@ impl ActuatorFunction for Network {
     }
 }
 
+/// Two layers on errors and velocities of now and two steps ago.
+fn layers() -> ActuatorNetwork {
+    let hidden = dmatrix![1.0, 0.5, -0.2, 0.1; 0.3, -0.4, 0.1, 0.2];
+    let last = (dmatrix![4.0, -3.0], vec![0.05]);
+    ActuatorNetwork::new(vec![(hidden, vec![0.1, -0.2]), last], &[0, 2])
+}
+
 fn kinds() -> Vec<(&'static str, Activation)> {
     vec![
         ("delay", Activation::delay(3)),
@@ -63,6 +70,7 @@ fn kinds() -> Vec<(&'static str, Activation)> {
             "late network",
             Activation::function(Network, &[3.0, 0.04]).with_delay(2),
         ),
+        ("layers", Activation::function(layers(), &[])),
     ]
 }
 
@@ -228,6 +236,45 @@ fn gradients_equal_products_with_jacobians_and_derivatives_in_all_parameters() {
             }
         }
     }
+}
+
+#[test]
+fn a_network_looks_at_errors_and_velocities_of_its_ages() {
+    let simulator = Simulator::new(samples::pendulum())
+        .with_time_step(DT)
+        .with_activation("pivot", Activation::function(layers(), &[]))
+        .expect("the pivot");
+    let mut state = simulator.state(&[0.2], &[-0.3]);
+    let mut seen = vec![[0.0; 2]; 2];
+    for k in 0..5 {
+        let u = (0.7 * f64::from(k)).sin();
+        seen.push([u - state.q[0], state.v[0]]);
+        let [then, .., now] = &seen[seen.len() - 3..] else {
+            panic!("three steps")
+        };
+        let [error, old_error, v, old_v] = [now[0], then[0], now[1], then[1]];
+        let soft = |x: f64| x / (1.0 + x.abs());
+        let first = soft(error + 0.5 * old_error - 0.2 * v + 0.1 * old_v + 0.1);
+        let second = soft(0.3 * error - 0.4 * old_error + 0.1 * v + 0.2 * old_v - 0.2);
+        let torque = 4.0 * first - 3.0 * second + 0.05;
+        // J = 1/3 kg·m², and gravity m g l/2 sin q
+        let a = 3.0 * (torque - 0.5 * 9.81 * state.q[0].sin());
+        let next = simulator.step(&state, &[u]);
+        assert!((next.v[0] - state.v[0] - DT * a).abs() < SAME, "step {k}");
+        state = next;
+    }
+}
+
+#[test]
+#[should_panic(expected = "expected 2 columns")]
+fn a_network_whose_layers_do_not_fit_is_refused() {
+    let _ = ActuatorNetwork::new(vec![(dmatrix![1.0], vec![0.0])], &[0]);
+}
+
+#[test]
+#[should_panic(expected = "looks back at most 16 steps")]
+fn a_network_that_looks_back_too_far_is_refused() {
+    let _ = ActuatorNetwork::new(vec![(dmatrix![1.0, 1.0], vec![0.0])], &[17]);
 }
 
 // Second derivatives through the function of a user: those of the first ones by differences.
