@@ -84,16 +84,16 @@ mod tests {
                 let off = distance(c, s) - peak;
                 assert!(off > -1e-12 && off < 1e-6, "{k}: {off:e}");
                 n_found += 1;
+                let least = peak + 1e-3;
+                assert_eq!(normal_of_quarter([x, y], [a, b], least), None, "{k}");
             }
-            let least = peak + 1e-3;
-            assert_eq!(normal_of_quarter([x, y], [a, b], least), None, "{k}");
         }
         assert!(n_found > 100, "{n_found}");
     }
 
     #[test]
     fn points_without_a_normal_and_segments_have_none() {
-        assert_eq!(normal_of_quarter([0.1, -0.5], [1.0, 0.5], -9.0), None);
+        assert_eq!(normal_of_quarter([0.9, -0.5], [1.0, 0.5], -9.0), None);
         assert_eq!(normal_of_quarter([0.5, 0.5], [1.0, 0.0], -9.0), None);
         let [c, s] = normal_of_quarter([0.0, 0.2], [1.0, 0.5], -9.0).expect("a normal");
         assert_eq!([c, s], [0.0, 1.0]);
