@@ -18,7 +18,13 @@ pub(super) fn add(mut simulator: Simulator, parts: &Bound<'_, PyAny>) -> PyResul
     }
     for (input, value) in given.cast::<PyDict>()? {
         let input: String = input.extract()?;
-        check_kind(format_args!("activations[\"{input}\"]"), &value, "sim", &["Activation"], "")?;
+        check_kind(
+            format_args!("activations[\"{input}\"]"),
+            &value,
+            "sim",
+            &["Activation"],
+            "",
+        )?;
         let own = activation_of(&value)?;
         simulator = guarded(|| simulator.with_activation(&input, own))?.or_raise()?;
     }
@@ -59,7 +65,11 @@ fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     if let Some((lower, upper)) = value.getattr("range")?.extract()? {
         own = guarded(|| own.with_range(lower, upper))?;
     }
-    Ok(if value.getattr("early")?.extract()? { own.early() } else { own })
+    Ok(if value.getattr("early")?.extract()? {
+        own.early()
+    } else {
+        own
+    })
 }
 
 fn network_of(value: &Bound<'_, PyAny>) -> PyResult<ActuatorNetwork> {
@@ -78,7 +88,10 @@ fn network_of(value: &Bound<'_, PyAny>) -> PyResult<ActuatorNetwork> {
                 numbers.len()
             )));
         }
-        layers.push((DMatrix::from_row_slice(rows, numbers.len() / rows, &numbers), offsets));
+        layers.push((
+            DMatrix::from_row_slice(rows, numbers.len() / rows, &numbers),
+            offsets,
+        ));
     }
     let ages: Vec<usize> = value.getattr("ages")?.extract()?;
     guarded(|| ActuatorNetwork::new(layers, &ages))

@@ -1,7 +1,8 @@
 //! One step.
 
-use dualbody::State;
 use dualbody::sim::{BatchStates, RolloutStatus};
+use dualbody::{Scalar, State};
+use nalgebra::DVector;
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;

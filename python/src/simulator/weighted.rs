@@ -28,7 +28,11 @@ impl Weighted<'_> {
     fn state<T: Scalar>(&self, step: usize, state: &State<T>) -> T {
         weighted(self.q, step, state.q.iter())
             + weighted(self.v, step, state.v.iter())
-            + weighted(self.contact, step, state.contact.iter().chain(&state.activation))
+            + weighted(
+                self.contact,
+                step,
+                state.contact.iter().chain(&state.activation),
+            )
     }
 }
 
