@@ -267,6 +267,6 @@ fn impossible_followers_and_springs_are_refused_by_name() {
             .build()
             .expect_err("a circle")
             .to_string()
-            .contains("circle")
+            .contains("cycle")
     );
 }
