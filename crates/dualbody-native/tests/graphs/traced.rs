@@ -456,5 +456,5 @@ fn a_step_says_where_something_whirls() {
     let error = graph
         .evaluate(&[0.1, 0.2, 90.0, -90.0, 0.0, 0.0])
         .expect_err("fast");
-    assert!(error.to_string().contains("whirl"), "{error}");
+    assert!(error.to_string().contains("rotates fast"), "{error}");
 }
