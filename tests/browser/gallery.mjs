@@ -28,6 +28,7 @@ const PICTURES = [
   ["bouncing_ball", 2.3, { azimuth: -75, elevation: 8, distance: 2.2, lookAt: [0.5, 0, 0.5] }],
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
   ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
+  ["quadruped_walk", 2.05, { azimuth: -60, elevation: 10, distance: 1.5, lookAt: [1.5, 0, 0.2] }],
   ["four_bar", 0.6, { azimuth: -75, elevation: 8, distance: 1.1, lookAt: [0.2, 0, 0.7] }],
   ["quadrotor", 5.2, { azimuth: -75, elevation: 10, distance: 3.7, lookAt: [0, 0, 0.95] }],
   ["two_arms", 0.3, { azimuth: -60, elevation: 14, distance: 3.2, lookAt: [0, 0, 1.1] }],

@@ -10,7 +10,7 @@ bash tests/browser/install.sh
 if [ "${1:-}" = --gallery ]; then
   for example in pendulum inverse_dynamics derivatives batch computed_torque cartpole pages plots \
     cartpole_swing_up acrobot_swing_up arm_reach quadruped_jump_in_flight hopper mpc_cartpole obstacle_course \
-    hopper_codesign payload falling_spheres bouncing_ball box_on_incline quadruped_stand four_bar two_arms newtons_cradle stack quadrotor \
+    hopper_codesign payload falling_spheres bouncing_ball box_on_incline quadruped_stand quadruped_walk four_bar two_arms newtons_cradle stack quadrotor \
     gripper push_box reach_around dominoes pour; do
     cargo run --quiet --release --features full --example "$example" > /dev/null
   done
