@@ -14,8 +14,11 @@ getters! { PySimulator {
     /// Number of inputs.
     nu: usize = |own| own.simulator.nu();
 
-    /// Numbers of the contact state: zero but for contacts with bristles.
-    n_contact: usize = |own| own.simulator.n_contact();
+    /// Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations.
+    n_contact: usize = |own| own.simulator.n_contact() + own.simulator.n_activation();
+
+    /// Numbers of the activations of inputs: the last ones of `contact`.
+    n_activation: usize = |own| own.simulator.n_activation();
 
     /// Number of tangent directions of the state.
     n_tangent: usize = |own| own.simulator.n_tangent();
