@@ -18,6 +18,8 @@ use crate::scalar::{Over, Scalar};
 ///   `MuJoCo` uses that of the body without rotation; so a box on its corners creeps several times as fast as in `MuJoCo`. A larger coefficient of
 ///   friction does not help, even an infinite one: with the defaults a plate of 0.5 m × 0.5 m creeps down a slope of 1.2 rad at 15.5 mm/s.
 ///   [`friction_impedance_ratio`](Self::friction_impedance_ratio) divides this speed.
+/// * For the same reason a stack of boxes is softer than in `MuJoCo`. With the defaults ten boxes of 0.2 m and 1 kg buckle under their own weight, after about
+///   18 s in steps of 5 ms; eight stand. With a largest impedance of 0.99, which is five times as stiff, ten stand for a minute at 1e-14 m/s.
 /// * With long steps, an impact lasts several steps and can tip a body that should slide: a box of width 0.4 times its height with μ = 0.37 on a
 ///   slope of ½ tips over at 10 ms. [`Rigid`](crate::contact::Rigid) distinguishes both cases correctly.
 /// * The derivatives of each step are exact, but those of a motion through a bounce are biased at any step length. The depth at the first step in
