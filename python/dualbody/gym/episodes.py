@@ -19,7 +19,7 @@ Observations = NDArray[np.float32]
 Seeds = Sequence[int | None]
 #: Observations, rewards, ends, cuts; the last observations of episodes that ended if others began in their places
 Step = tuple[Observations, Array, Flags, Flags, Observations | None]
-OVER = "episodes are over: reset them with options={'reset_mask': flags}"
+OVER = "an episode is over: reset it (in a batch with options={'reset_mask': flags})"
 
 
 class Episodes(Protocol):

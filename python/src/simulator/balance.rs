@@ -246,7 +246,7 @@ impl PyBalance {
         let waits = self.all.as_ref().is_some_and(Environments::needs_reset);
         match waits && self.auto_reset == AutoReset::Never {
             true => Err(PyRuntimeError::new_err(
-                "episodes are over: reset them with options={'reset_mask': flags}",
+                "an episode is over: reset it (in a batch with options={'reset_mask': flags})",
             )),
             false => Ok(()),
         }
