@@ -2,17 +2,15 @@
 //!
 //! `cargo run --release --features render --example quadruped_pushed` – writes `out/quadruped_pushed/index.gif` and a page beside it.
 
+#[path = "common/quadruped.rs"]
+mod quadruped;
+
 use std::error::Error;
 
-use dualbody::constraint::Anchor;
-use dualbody::contact::{ContactLaw, RelaxedRigid, Terrain};
-use dualbody::sim::{Actuation, Actuator, FrameActuator, Rollout, RolloutStatus, Servo};
-use dualbody::spatial::Representation;
+use dualbody::sim::{Rollout, RolloutStatus};
 use dualbody::view::{Camera, PictureOptions, Recording};
-use dualbody::{Contacts, Model, Simulator, State};
+use dualbody::{Simulator, State};
 
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
-const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
 const TIME_STEP: f64 = 2e-3;
 /// Stiffness and damping of the servos, N·m/rad and N·m·s/rad.
 const GAINS: [f64; 2] = [60.0, 2.0];
@@ -26,7 +24,7 @@ const PUSH: f64 = 0.15;
 const DURATION: f64 = 3.6;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let simulator = robot()?;
+    let simulator = quadruped::on_servos(GAINS, TIME_STEP)?;
     let start = settle(&simulator);
     let rollout = simulator.rollout(&start, steps(DURATION), |time, _, u| control(time, u));
     assert!(rollout.status == RolloutStatus::Completed);
@@ -38,32 +36,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     assert!(most > 0.05 && last < 0.05);
     save(&simulator, &rollout)
-}
-
-/// A position servo in each joint, rigid ground under the feet, and a hand at the trunk.
-fn robot() -> Result<Simulator, Box<dyn Error>> {
-    let model = Model::from_urdf_file(FILE)?;
-    let mut actuation = Actuation::from_model(&model);
-    for joint in model.joint_names() {
-        let own = actuation.actuators()[model.joint_v(model.find_joint(joint)?).start];
-        let servo = Some(Servo::position(GAINS[0], GAINS[1]));
-        actuation = actuation.with_actuator(&model, joint, Actuator { servo, ..own })?;
-    }
-    let law = ContactLaw::RelaxedRigid(RelaxedRigid {
-        friction: 0.8,
-        ..RelaxedRigid::default()
-    });
-    let contacts = Contacts::new(&model, Terrain::flat(0.0), law).with_links(&model, &FEET)?;
-    let hand = FrameActuator::wrench(
-        "hand",
-        Anchor::frame(&model, "trunk")?,
-        Representation::Mixed,
-    );
-    Ok(Simulator::new(model)
-        .with_time_step(TIME_STEP)
-        .with_actuation(actuation)
-        .with_contacts(contacts)
-        .with_frame_actuators(hand.to_vec()))
 }
 
 /// The push at a time, N.

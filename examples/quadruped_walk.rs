@@ -7,6 +7,8 @@
 mod leg;
 #[path = "quadruped_walk/policy.rs"]
 mod policy;
+#[path = "common/quadruped.rs"]
+mod quadruped;
 #[path = "quadruped_walk/task.rs"]
 mod task;
 #[path = "quadruped_walk/train.rs"]

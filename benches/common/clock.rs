@@ -67,3 +67,9 @@ fn time(function: &mut impl FnMut(), calls: u32) -> f64 {
 pub(crate) fn is_test() -> bool {
     std::env::args().any(|argument| argument == "--test")
 }
+
+/// The arguments of the program without options, among which are those of criterion and of `cargo bench`.
+pub(crate) fn arguments() -> Vec<String> {
+    let all = std::env::args().skip(1);
+    all.filter(|argument| !argument.starts_with("--")).collect()
+}

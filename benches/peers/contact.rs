@@ -11,7 +11,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-use common::clock::{Clock, is_test};
+use common::clock::{Clock, arguments, is_test};
 use common::robots::{CROUCH, FEET};
 use dualbody::contact::{ContactLaw, Contacts, Impedance, RelaxedRigid, Terrain};
 use dualbody::linearize::LinearizeScratch;
@@ -27,10 +27,7 @@ const DAMPING: f64 = 2.0;
 const STEPS_TO_REST: usize = 5000;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments[..] {
         [] if is_test() => {

@@ -7,7 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-use common::clock::{Clock, is_test};
+use common::clock::{Clock, arguments, is_test};
 use common::functions::{
     aba, crba, forward_derivatives, inverse_derivatives, linearize, rnea, step,
 };
@@ -17,10 +17,7 @@ use dualbody::model::Base;
 use dualbody::{ModelOptions, Simulator};
 
 fn main() {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     match &arguments[..] {
         [] if is_test() => report(&path("panda"), Base::Fixed, Clock::ONCE),
         [file, base] if base == "fixed" => report(file, Base::Fixed, Clock::EXACT),

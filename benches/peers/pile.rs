@@ -11,7 +11,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::clock::is_test;
+use common::clock::{arguments, is_test};
 use dualbody::cone::Status;
 use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, Rigid, Terrain};
 use dualbody::model::{Mass, Object, World};
@@ -33,10 +33,7 @@ const SIZES: [usize; 3] = [100, 300, 1000];
 const STEPS: usize = 200;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let number = |k: usize| -> usize { arguments[k].parse().expect("a number") };
     match arguments[..] {

@@ -14,7 +14,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::clock::{Clock, is_test};
+use common::clock::{Clock, arguments, is_test};
 use common::robots::asset;
 use dualbody::io::MjcfScene;
 use dualbody::linearize::LinearizeScratch;
@@ -29,10 +29,7 @@ const EVERY: usize = 20;
 const SPREAD: f64 = 0.01;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let number = |text: &str| text.parse().expect("a number");
     match arguments[..] {

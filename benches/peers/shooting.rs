@@ -12,7 +12,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::clock::is_test;
+use common::clock::{arguments, is_test};
 use dualbody::identify::{Adjustable, Dataset, Segment, ShootingOptions, shoot};
 use dualbody::{Model, Simulator, State};
 use nalgebra::{DMatrix, DVector};
@@ -26,10 +26,7 @@ const ARMATURE: f64 = 0.1;
 const DEVIATIONS: [f64; 2] = [1e-4, 1e-3];
 
 fn main() {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments[..] {
         [] if is_test() => fit(&moving(), 10),

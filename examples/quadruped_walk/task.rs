@@ -3,22 +3,14 @@
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
 
-use dualbody::constraint::Anchor;
-use dualbody::contact::{ContactLaw, RelaxedRigid, Terrain};
 use dualbody::model::BodyId;
-use dualbody::sim::{
-    Actuation, Actuator, BATCH_WIDTH, BatchScalar, BatchSimulator, Environment, Environments,
-    Episode, FrameActuator, Servo,
-};
-use dualbody::spatial::Representation;
-use dualbody::{Contacts, Lanes, Model, Simulator, State};
+use dualbody::sim::{BATCH_WIDTH, BatchScalar, BatchSimulator, Environment, Environments, Episode};
+use dualbody::{Lanes, Simulator, State};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, RngExt, SeedableRng};
 
-use super::leg;
+use super::{leg, quadruped};
 
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
-const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
 pub(crate) const TIME_STEP: f64 = 4e-3;
 /// Time steps for each action, and seconds of an episode.
 pub(crate) const DECIMATION: usize = 5;
@@ -46,27 +38,9 @@ pub(crate) const ACTIONS: usize = 14;
 /// Entries of an observation.
 pub(crate) const OBSERVED: usize = 9;
 
-/// The robot: a position servo in each joint, rigid ground under the feet, and a hand at the trunk.
+/// The robot: a position servo in each joint, regularised ground under the feet, and a hand at the trunk.
 pub(crate) fn robot() -> Result<Simulator, Box<dyn Error>> {
-    let model = Model::from_urdf_file(FILE)?;
-    let mut actuation = Actuation::from_model(&model);
-    for joint in model.joint_names() {
-        let own = actuation.actuators()[model.joint_v(model.find_joint(joint)?).start];
-        let servo = Some(Servo::position(GAINS[0], GAINS[1]));
-        actuation = actuation.with_actuator(&model, joint, Actuator { servo, ..own })?;
-    }
-    let law = ContactLaw::RelaxedRigid(RelaxedRigid {
-        friction: 0.8,
-        ..RelaxedRigid::default()
-    });
-    let contacts = Contacts::new(&model, Terrain::flat(0.0), law).with_links(&model, &FEET)?;
-    let trunk = Anchor::frame(&model, "trunk")?;
-    let hand = FrameActuator::wrench("hand", trunk, Representation::Mixed);
-    Ok(Simulator::new(model)
-        .with_time_step(TIME_STEP)
-        .with_actuation(actuation)
-        .with_contacts(contacts)
-        .with_frame_actuators(hand.to_vec()))
+    quadruped::on_servos(GAINS, TIME_STEP)
 }
 
 /// Walks along x.

@@ -34,7 +34,7 @@ struct Point {
 pub(super) struct OnFaces {
     pub(super) pair: PairFeature,
     pub(super) distance: f64,
-    /// How far outside of the one the other lies there, m; not positive where they lie on one another.
+    /// Distance by which one part is outside of the other there, m; not positive where they overlap.
     pub(super) outside: f64,
 }
 

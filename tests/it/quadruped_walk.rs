@@ -4,6 +4,8 @@
 mod leg;
 #[path = "../../examples/quadruped_walk/policy.rs"]
 mod policy;
+#[path = "../../examples/common/quadruped.rs"]
+mod quadruped;
 #[path = "../../examples/quadruped_walk/task.rs"]
 mod task;
 #[path = "../../examples/quadruped_walk/walk.rs"]

@@ -48,7 +48,7 @@ getters! { PyModel {
     /// Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg.
     armature: Bound<'py, PyAny> = |own, py| vector(py, own.model.armature().to_vec()).into_any();
 
-    /// What was remarked at loading; None for a robot that was built.
+    /// Remarks of the reader; None for a robot that was built in code.
     import_report: Option<Py<PyImportReport>> = |own, py| own.report.as_ref().map(|report| report.clone_ref(py));
 
     /// Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names.

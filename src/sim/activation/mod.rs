@@ -214,7 +214,7 @@ pub(crate) struct Arguments<L> {
 
 impl<P: Scalar> Activation<P> {
     /// # Panics
-    /// If a number makes no sense, with its name.
+    /// If a parameter is outside of its domain; the message names it.
     pub(crate) fn check(&self) {
         self.check_numbers();
         assert!(
