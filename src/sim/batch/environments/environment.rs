@@ -1,4 +1,4 @@
-//! The trait of a task.
+//! The trait of tasks of reinforcement learning.
 
 use num_traits::One;
 use rand::Rng;
