@@ -81,7 +81,7 @@ class ContactForces:
     def _places(self) -> Array:
         import numpy as np
 
-        places: Array = np.concatenate([self.links, self.frames[..., :3, 3]], axis=-1)
+        places: Array = np.concatenate([self.links.astype(np.float64), self.frames[..., :3, 3]], axis=-1)
         return places
 
     def _between(self, first: str, second: str) -> Array:

@@ -68,7 +68,7 @@ class _Call(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
         return None, *out
 
     @staticmethod
-    def jvp(ctx: Any, _: Any, *tangents: Any) -> Any:
+    def jvp(ctx: Any, _: Any, *tangents: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         call, tensors = ctx.call, ctx.saved_tensors
         inputs, n = tensors[: call.n_inputs], call.n_inputs
         if call.kind == "value":
@@ -81,7 +81,7 @@ class _Call(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
         return tuple(_bind(call, *inputs, *more))
 
     @staticmethod
-    def vmap(info: Any, axes: Any, call: Call, *tensors: Any) -> Any:
+    def vmap(info: Any, axes: Any, call: Call, *tensors: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         results, where = call.on_batch(_XP, _bind, list(tensors), list(axes[1:]), info.batch_size)
         return tuple(results), tuple(where)
 

@@ -30,12 +30,15 @@ class Episodes(Protocol):
 
     def reset(self, mask: Flags | None = None) -> Observations:
         """Begins episodes, those of a mask or all."""
+        ...
 
     def step(self, actions: Any) -> Step:
         """Takes a step with each action. A state that diverges stays where it was, and its episode is over."""
+        ...
 
     def first(self) -> tuple[Array, Array, int]:
         """The first state, and the number of steps of its episode so far."""
+        ...
 
 
 def episodes(task: Task | Balance, n: int, mode: AutoresetMode) -> Episodes:
