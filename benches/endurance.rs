@@ -32,7 +32,7 @@ const REST: usize = 20_000;
 const LAST: usize = 2_500;
 /// Dampers at the joints, N·m·s/rad.
 const DAMPING: f64 = 0.5;
-/// What a free body may gain in a flight of a second with the spin of a throw, by the first order of the step, as a part of its energy.
+/// Largest gain of a free body in a flight of one second with the spin of a throw, by the first order of the step, as a part of its energy.
 const DRIFT: f64 = 0.02;
 
 fn quadruped(law: ContactLaw) -> Simulator {

@@ -27,7 +27,7 @@ const STEPS: usize = 1000;
 /// Amplitude of the torques, N·m.
 const TORQUE: f64 = 0.05;
 
-/// Half the squares of all numbers of each step, with slopes by dual numbers.
+/// Half the sum of the squares of all states and inputs, with derivatives by dual numbers.
 struct ByDuals;
 
 impl RolloutCost for ByDuals {

@@ -27,7 +27,7 @@ const FORCE: f64 = 20.0;
 /// From one side to the other, the load hanging still.
 const START: [f64; 4] = [-1.0, PI, 0.0, 0.0];
 const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
-/// The ball, half in the ground: its middle and its radius, m. The load hangs at a height of 0.2 m.
+/// The ball, half in the ground: its middle and its radius, m. The load is at a height of 0.2 m.
 const BALL: [f64; 3] = [0.0, 0.0, 0.0];
 const RADIUS: f64 = 0.36;
 const COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];

@@ -104,7 +104,7 @@ fn run_standing(function: &str) {
 
 fn count<T: Seed>(simulator: &Simulator, mut function: impl FnMut(&Point<T>)) {
     let points = points::<T>(simulator);
-    // What working memory finds out at its first call is not counted.
+    // The first call sets up the workspace, which is not counted.
     function(&points[0]);
     measured(&mut || points.iter().for_each(&mut function));
 }

@@ -57,7 +57,7 @@ def load(program, robot, impedance):
         setattr(plane, name, value)
     model = spec.compile()
     disable = mujoco.mjtDisableBit
-    # Damping is explicit with us, and without actuation there are no limits and no dry friction.
+    # Damping is explicit in dualbody, and without actuation it has no limits and no dry friction.
     model.opt.disableflags |= disable.mjDSBL_EULERDAMP | disable.mjDSBL_LIMIT | disable.mjDSBL_FRICTIONLOSS
     model.opt.timestep = TIME_STEP
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER

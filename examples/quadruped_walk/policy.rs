@@ -2,7 +2,7 @@
 
 use super::task::{ACTIONS, OBSERVED, SPEED};
 
-/// What a leg knows: one, then the vertical along x and y, angular velocity, error of the speed along x, speed along y, direction.
+/// Number of observations of a leg: one, then the vertical along x and y, angular velocity, error of the speed along x, speed along y, direction.
 pub(crate) const KNOWN: usize = 9;
 /// Numbers of a policy: stride and lift, then for each half of the trot the rows of a front and a hind leg.
 pub(crate) const NUMBERS: usize = 2 + 2 * 2 * 3 * KNOWN;

@@ -163,7 +163,7 @@ def test_grids_and_points_that_memory_has_no_room_for_are_refused_by_name() -> N
         Terrain.function(lambda x, y: 0 * x, (0.0, 1e3), (0.0, 1e3), 1e-7)
     with pytest.raises(ValueError, match="have no end"):
         Terrain.function(lambda x, y: 0 * x, (0.0, np.inf), (0.0, 1.0), 0.1)
-    # Views that repeat one number take no memory, what is made of them does.
+    # Views that repeat one number take no memory; arrays made from them do.
     wide = HeightField((0.0, 0.0), (1.0, 1.0), np.broadcast_to(0, (10**6, 10**6)))
     with pytest.raises(MemoryError, match="grids of 1000000 × 1000000 heights"):
         wide.surface(0.5, 0.5)

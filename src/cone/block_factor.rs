@@ -164,7 +164,7 @@ impl BlockFactor {
         start + shift..end + shift
     }
 
-    /// Factorises what stands in the blocks.
+    /// Factorises the matrix in the blocks, in place.
     pub(super) fn factorize(&mut self) {
         vectorized(
             #[inline(always)]

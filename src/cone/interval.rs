@@ -43,7 +43,7 @@ impl<T: Scalar> Multipliers<T> {
         }
     }
 
-    /// Both products that the path wants to be κ.
+    /// Both products that equal κ on the central path.
     pub(super) fn products(&self, f: T, bound: T) -> [T; 2] {
         [self.z[0] * (bound + f), self.z[1] * (bound - f)]
     }

@@ -2,7 +2,7 @@
 //!
 //! Each step solves the problem with a spring of ρ between the forces and those of the step before, y + ρ (f − f̄). However many contacts are
 //! redundant, that has one solution where the laws are convex, and Newton's method on the active set finds it in the fewer steps the larger ρ
-//! is. What is left, ρ (f − f̄), vanishes as the steps come to rest: quickly in what moves, and at the residual velocity over ρ in forces that
+//! is. The remainder ρ (f − f̄) vanishes as the steps come to rest: quickly in velocities, and at the residual velocity over ρ in forces that
 //! only press against each other. So ρ falls as long as steps go well, and rises where they do not.
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024]
 
@@ -142,7 +142,7 @@ impl Search {
         let newton = &self.newton;
         let bounded = newton.best_force() <= STRONGEST * newton.size_of_problem();
         let mut units = newton.system.units.iter();
-        // What holds with a bounded force may hold for ever, as bilateral rows do.
+        // A row that holds with a bounded force may hold for ever, as bilateral rows do.
         let holds = |kind| matches!(kind, Kind::Row | Kind::Interval);
         let bilateral = units.any(|unit| holds(unit.kind) && !unit.absent);
         bounded && !bilateral && newton.kappa == 0.0 && self.regularization == 0.0

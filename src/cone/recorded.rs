@@ -84,7 +84,7 @@ impl<T: Scalar> Recorded<T> {
         interior.walk(values, factors, kappa, steps);
         interior.g.clone_from(&full.g);
         let residual = interior.arrive(full, factors, kappa);
-        // What is not a number is not found.
+        // A force that is not a number is not found.
         let found = T::constant(FOUND);
         let residual = residual.select_lt(found, residual, T::constant(f64::INFINITY));
         residual.is_at_most(FOUND, "the forces of contact and constraints are found");

@@ -34,7 +34,7 @@ impl Start {
     }
 }
 
-/// Rows from which on an island of several trees is solved by blocks; smaller ones are quicker in one piece.
+/// Least number of rows of an island of several trees that is solved by blocks; smaller ones are quicker in one piece.
 const MANY_ROWS: usize = 48;
 
 /// The problem of an island, with its solver.

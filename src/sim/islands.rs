@@ -1,4 +1,4 @@
-//! Rows that say nothing to each other: those on trees of joints between which there is no row.
+//! Islands of rows: groups of trees of joints that no row connects.
 //!
 //! G = J M⁻¹ Jᵀ then has a block for each such island, and the forces of each are a problem of their own: the cost is that of the islands, not that of all
 //! rows together. A robot is one tree, and one island.
@@ -105,7 +105,7 @@ pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
         own.push(first);
     }
     let mut out: Vec<usize> = (0..trees.len()).map(|k| root(&trees, k)).collect();
-    // What is between connected coordinates counts as connected with them.
+    // Coordinates between connected ones count as connected with them.
     for k in (1..out.len()).rev() {
         if out[k] < k {
             out[k - 1] = out[k - 1].min(out[k]);

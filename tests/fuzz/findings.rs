@@ -1,4 +1,4 @@
-//! What was found, by classes, with the first files of each.
+//! Findings by class, with the first files of each.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! What a run is asked to do.
+//! Options of a run.
 
 use crate::input::Kind;
 
@@ -21,7 +21,7 @@ pub(crate) struct Options {
     pub(crate) step: u64,
 }
 
-/// Who a process is.
+/// Role of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Role {
     /// Starts others and watches them.

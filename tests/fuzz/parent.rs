@@ -61,7 +61,7 @@ fn lock(findings: &Mutex<Findings>) -> std::sync::MutexGuard<'_, Findings> {
 struct Watch {
     child: Child,
     lines: Receiver<String>,
-    /// What it writes to its standard error.
+    /// File of its standard error.
     log: std::path::PathBuf,
     kind: String,
     index: u64,

@@ -1,4 +1,4 @@
-//! What cases are made from: the robots of `assets/`, files of the fuzzer's own, and recordings that the library writes.
+//! Seeds of cases: the robots of `assets/`, files of the fuzzer's own, and recordings that the library writes.
 
 use dualbody::view::Recording;
 use dualbody::{Model, State, model::samples};

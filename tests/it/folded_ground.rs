@@ -69,7 +69,7 @@ fn ground_beyond_the_border_of_a_grid_is_level() {
             assert!(level, "({x}, {y}): {ground:?}");
         }
     }
-    // Along the border it goes on as it is there.
+    // Beyond the border it keeps the height and slope of the border.
     let ground = ramp.surface(&0.7, &9.0);
     assert!((ground.height - 0.35).abs() < ROUNDING && (ground.slope[0] - 0.5).abs() < ROUNDING);
     let nowhere = ramp.surface(&f64::NAN, &0.0);
@@ -173,7 +173,7 @@ fn gains(simulator: &Simulator, states: &[State]) -> [f64; 2] {
     gains
 }
 
-// Of 1 to 20 J. What strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
+// Of 1 to 20 J. A ball that strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
 // any. Relaxed contact gives back what its springs have taken, of which nothing tells how much it is.
 #[test]
 fn nothing_round_gains_energy_over_edges_and_in_folds() {

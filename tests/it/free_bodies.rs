@@ -232,7 +232,7 @@ fn spinning_robots() -> Vec<(String, Simulator, State)> {
             }
         }
     }
-    // It whirls: the forces of the middle of the step are mixed in.
+    // In fast rotation the forces of the middle of the step are mixed in.
     let simulator = Simulator::new(offset_body(JointKind::Floating)).with_time_step(1e-3);
     let mut state = spinning(JointKind::Floating);
     state.v.rows_mut(3, 3).scale_mut(15.0);

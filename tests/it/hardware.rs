@@ -744,7 +744,7 @@ fn mesh_of_other_scale_and_density_equals_the_closed_form_of_a_tetrahedron() {
     fs::remove_dir_all(&folder).unwrap();
 }
 
-// What is not a homogeneous solid is stretched as it is: two balls on an axis move apart.
+// A body that is not a homogeneous solid is stretched particle by particle: two balls on an axis move apart.
 #[test]
 fn inertia_that_is_no_homogeneous_solid_is_stretched_with_its_shape() {
     let (mass, arm, length) = (3.0, 0.3, 1.0);

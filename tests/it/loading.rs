@@ -228,7 +228,7 @@ fn unknown_joint_to_keep_or_to_lock_is_an_error_that_names_it() {
         let both = ModelOptions::default().with_kept_joints(["hinge"]);
         let both = fail(both.with_locked_joint("hinge", &[0.0]));
         assert!(both.contains("\"hinge\""), "{both}");
-        // The description's own flaws are told as ever.
+        // Flaws of the description itself are still reported.
         let flaw = text.replace("0 1 0", "0 0 0");
         let kept = ModelOptions::default().with_kept_joints(["slide"]);
         let error = load_text(&kept, &flaw).expect_err("a zero axis");

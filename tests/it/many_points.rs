@@ -60,8 +60,8 @@ fn total_force(simulator: &Simulator, state: &State) -> Vector3<f64> {
     forces.iter().fold(Vector3::zeros(), |sum, f| sum + f)
 }
 
-// What a flat bottom does is decided by its corners, whichever points of it the solver starts with: dropped on an edge,
-// and sliding without turning, where friction does not depend on which points carry. But for one thing: a point that
+// The corners of a flat bottom decide its motion, whichever points of it the solver starts with: dropped on an edge,
+// and sliding without turning, where friction does not depend on which points carry. There is one exception: a point that
 // would come down within the step stops, so inner points stop a box that rocks where the corners, one edge of which is
 // on its way up, let that edge close its gap of 5 µm. Hence the bound.
 #[test]

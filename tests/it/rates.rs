@@ -1,4 +1,4 @@
-//! What moves: Jacobian rates, accelerations, momentum, each against the derivative in time of what it is the rate of.
+//! Jacobian rates, accelerations, momentum, each against the derivative in time of the quantity whose rate it is.
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::dynamics::{
@@ -29,7 +29,7 @@ struct InTime<'a, F> {
     f: F,
 }
 
-/// What is followed in time.
+/// The quantity that is differentiated in time.
 enum Quantity {
     Jacobian(FrameId, dualbody::spatial::Representation),
     Velocity(FrameId, dualbody::spatial::Representation),

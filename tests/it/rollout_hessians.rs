@@ -88,7 +88,7 @@ impl Case {
         all
     }
 
-    /// A body that slides on all its points, deep enough to stay there. A box on four rigid corners is at a kink: any tilt lifts one.
+    /// A body that slides on all its points, deep enough to stay there. A box on four rigid corners is at a nonsmooth point: any tilt lifts one.
     fn sliding(robot: &str, law: ContactLaw) -> Self {
         let model = asset(robot);
         let contacts = Contacts::new(&model, Terrain::flat(0.0), law);

@@ -131,7 +131,7 @@ fn pivot_of_a_swinging_pendulum_bears_the_closed_form() {
     }
 }
 
-// What accelerates a rotor does not pass the joint: τ = u − I_r α.
+// The torque that accelerates a rotor does not pass the joint: τ = u − I_r α.
 #[test]
 fn torque_behind_a_rotor_is_that_of_the_motor_less_its_inertia() {
     let simulator = Simulator::new(samples::pendulum().with_armature(0, 0.2));

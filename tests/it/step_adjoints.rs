@@ -281,7 +281,7 @@ fn grid() -> HeightField {
     HeightField::new([-1.3, -1.1], [0.45, 0.5], [7, 6], &heights)
 }
 
-/// Robots on ground that is no plane, which the force of a step follows or a solver finds.
+/// Robots on ground that is not a plane, which the force of a step follows or a solver finds.
 pub(crate) fn uneven_ground() -> Vec<Case> {
     let waves = TerrainFunction::new(Waves, &[0.03, 2.0, -1.5]);
     let grounds = [Terrain::HeightField(grid()), Terrain::Function(waves)];
@@ -732,7 +732,7 @@ fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     )
 }
 
-/// A robot with followers, which constraints hold too.
+/// A robot with mimic joints, which constraints hold too.
 fn gripper_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let model = gripper().build().expect("a robot with followers");
     let tip = Anchor::frame(&model, "tip").expect("a link");
@@ -800,7 +800,7 @@ impl RolloutCost for Everything {
     }
 }
 
-/// The same with slopes of its own.
+/// The same cost with derivatives of its own.
 struct ByHand;
 
 impl RolloutCost for ByHand {

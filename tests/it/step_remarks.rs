@@ -30,7 +30,7 @@ const DAMPING: f64 = 400.0;
 /// Zero of 1 − |R| of Runge and Kutta's method on the negative axis, x³ − 4 x² + 12 x = 24.
 const REAL_BOUND: f64 = 2.785_293_563_405_282;
 
-/// What pulls the mass back.
+/// The spring that pulls the mass back.
 #[derive(Clone, Copy, Debug)]
 enum By {
     Joint,
@@ -244,7 +244,7 @@ fn what_falls_is_no_mode_that_the_step_makes_grow() {
     }
 }
 
-// Its two frequencies are below 10 rad/s. In a step it falls by centimetres, which is no small motion.
+// Its two frequencies are below 10 rad/s. In a step it falls by centimetres, which is not a small motion.
 #[test]
 fn a_robot_that_falls_far_in_a_step_has_no_mode_that_grows() {
     let pendulum = Simulator::new(samples::double_pendulum()).with_integrator(RungeKutta4);

@@ -81,7 +81,7 @@ impl Objective for Valley<'_> {
     }
 }
 
-// What a function gives once it is to stop is not taken for its value.
+// The result of a function that was told to stop is not used as its value.
 #[test]
 fn minimisers_end_at_a_signal_and_take_no_value_after_it() {
     for minimizer in Minimizer::ALL {

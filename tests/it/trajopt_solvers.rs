@@ -1,4 +1,4 @@
-//! What all solvers have in common, through the one trait that calls them; and systems of users, with memory of their
+//! Properties of all solvers, through the one trait that calls them; and systems of users, with memory of their
 //! own and without a rate.
 
 use crate::common::OTHER_ALGORITHM;

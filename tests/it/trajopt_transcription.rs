@@ -333,7 +333,7 @@ fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     solution.cost
 }
 
-// The sum of the costs of the stages is of first order in the step; three steps tell its limit, but for terms of third
+// The sum of the costs of the stages is of first order in the step; three steps give its limit up to terms of third
 // order.
 #[test]
 fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
@@ -346,7 +346,7 @@ fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
     assert!(error < 1e-2 * (short - limit).abs());
 }
 
-// Nothing but gravity acts from outside: the angular momentum about the centre of mass stays, but for the error of the
+// Only gravity acts from outside: the angular momentum about the centre of mass is constant up to the error of the
 // mesh.
 #[test]
 fn momentum_of_a_floating_robot_is_conserved_to_fourth_order() {

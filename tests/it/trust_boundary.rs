@@ -132,7 +132,7 @@ fn meshes_are_found_below_the_root_only_by_whatever_name() {
         "{found:?}"
     );
     assert!(found[3..].iter().all(Option::is_none), "{found:?}");
-    // Each stands in a visual and in a collision.
+    // Each is in a visual and in a collision.
     let warnings = reasons(&report);
     assert_eq!(warnings.len(), 2 * (uris.len() - 3));
     for uri in &uris[3..] {
@@ -265,7 +265,7 @@ fn included_files_that_are_no_sdf_are_not_quoted() {
             );
         }
     }
-    // Of what is SDF, all is told.
+    // Errors in an SDF file are quoted in full.
     folders.robot(
         "secret",
         "<sdf version='1.9'><model name='a'><link name='a'/><link name='a'/></model></sdf>",

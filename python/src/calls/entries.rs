@@ -140,7 +140,7 @@ impl OfEntry<'_> {
         in_rows(self.call.count, found, out, one)?
     }
 
-    /// What stands behind the inputs: changes of inputs or weights of results.
+    /// The part after the inputs: changes of inputs, or weights of results.
     fn more(&self, p: usize, k: usize) -> &[f64] {
         self.rows
             .row(self.given + usize::from(self.call.has_parameters) + p, k)

@@ -97,7 +97,7 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// What stands behind the inputs: changes of inputs or weights of results.
+    /// The part after the inputs: changes of inputs, or weights of results.
     fn more(&self, p: usize, k: usize) -> &[f64] {
         self.rows.row(
             self.parameters + usize::from(self.call.has_parameters) + p,

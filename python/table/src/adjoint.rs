@@ -9,7 +9,7 @@ use dualbody::dynamics::{
 /// Slopes of a weighted sum in the tangent of q, in the other vectors, and in all parameters.
 type Slopes = Vec<Vec<f64>>;
 
-/// Computes slopes of a weighted sum of the results of a function: model, rows, weights.
+/// Computes the gradient of a weighted sum of the results of a function: model, rows, weights.
 pub type Adjoint = fn(&Model, &[&[f64]], &[f64]) -> Slopes;
 
 /// The gradient of a function of this name in all inputs and parameters at once; `None` if there is none but that by dual numbers.

@@ -14,7 +14,7 @@ use nalgebra::DVector;
 use crate::Memory;
 use crate::write::{write_all, write_matrix};
 
-/// What computes a row from rows, with memory.
+/// A function that computes a row from rows, with a workspace.
 macro_rules! rows {
     ($($name:ident, $m:ident, $memory:ident, $x:ident, $out:ident => $body:block)*) => { $(
         /// The function of this name of `dynamics`.

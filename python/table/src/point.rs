@@ -7,7 +7,7 @@ use crate::{Dual, Memory, Own, Prepared, Robot, is_configuration};
 
 /// Numbers in which a function has derivatives: rows of arguments, then parameters of the model if they are given.
 pub struct Point<'a> {
-    /// What the function is of.
+    /// The robot that the function belongs to.
     pub robot: Robot<'a, f64>,
     /// Names of the arguments.
     pub names: &'a [&'static str],
@@ -207,7 +207,7 @@ impl Point<'_> {
         }
     }
 
-    /// Writes slopes that somebody else found in the tangent of an input, row by row.
+    /// Writes derivatives in the tangent of an input, row by row.
     pub fn write_slopes(&self, i: usize, slopes: &[f64], out: &mut [f64]) {
         self.write(self.tangent(i).as_ref(), slopes, out);
     }

@@ -1,4 +1,4 @@
-//! Numbers that make no sense, and problems without solution.
+//! Invalid numbers, and problems without solution.
 
 use super::*;
 use crate::cone::{REGULARIZATION, Status};

@@ -29,7 +29,7 @@ use crate::sim::state::State;
 /// ```
 #[derive(Debug)]
 pub struct BatchSimulator {
-    /// Whose time step, integrator, actuation and structure all have.
+    /// Simulator with the time step, integrator, actuation and structure of all states.
     simulator: Simulator,
     variants: Option<Variants>,
     len: usize,
@@ -200,7 +200,7 @@ impl BatchSimulator {
         let out = Self {
             variants,
             len,
-            // Which features of shapes touch, and when an impact happens, differs from state to state.
+            // The features that touch, and the time of an impact, differ from state to state.
             side_by_side: has_lanes()
                 && !simulator.contacts().is_some_and(Contacts::have_pairs)
                 && !may_bounce,

@@ -30,7 +30,7 @@ pub(crate) struct DerivativePoint<'a, T: Scalar = f64> {
 pub(crate) enum Acting<'a, T: Scalar = f64> {
     /// All, with the rows of a solver where there are any.
     All(Option<&'a Balance<T>>),
-    /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
+    /// Forces without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
     Start(&'a [T]),
     /// Gaps of contact points, instead of y of their normals. No forces.
     Gaps(&'a Balance<T>),

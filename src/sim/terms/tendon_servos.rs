@@ -157,7 +157,7 @@ impl<'a, T: Scalar> Found<'a, T> {
         }
     }
 
-    /// y of the row at its force but for L̈, R F − reference, over numbers with derivatives.
+    /// y of the row at its force without L̈, R F − reference, over numbers with derivatives.
     fn rest<const N: usize>(line: &Line<Dual<T, N>>, force: T) -> Dual<T, N> {
         let (reference, compliance) = line.row();
         compliance.each(|x| x * force) - reference

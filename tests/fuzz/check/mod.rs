@@ -1,4 +1,4 @@
-//! What must hold of every file. A check says whether the file was accepted, or what does not hold.
+//! Properties that every file must have. A check returns whether the file was accepted, or the property that fails.
 
 mod description;
 mod mesh;
@@ -12,7 +12,7 @@ use crate::input::{Case, Kind};
 /// Bytes that a message may have, beside the lists that a report cuts.
 const MAX_MESSAGE: usize = 20_000;
 
-/// What all checks share: made once, so that a case costs what its own file costs.
+/// Data shared by all checks: made once, so that the cost of a case is that of its own file.
 pub(crate) struct Checks {
     recordings: recording::Recordings,
     meshes: mesh::Meshes,
@@ -52,7 +52,7 @@ impl Checks {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What cannot be removed must not hide what was found.
+        // A folder that cannot be removed must not hide a finding.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

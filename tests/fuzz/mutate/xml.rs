@@ -21,11 +21,11 @@ pub(crate) struct Element {
 enum Node {
     Element(Element),
     Text(String),
-    /// Written as it is.
+    /// Written without change.
     Raw(&'static str),
 }
 
-/// What XML has beside elements, well-formed and not.
+/// Parts of XML other than elements, well-formed and not.
 const RAW: [&str; 12] = [
     "<!-- - -->",
     "<![CDATA[]]>",

@@ -265,7 +265,7 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
     assert_none(&refusals);
 }
 
-// What a solver decides on values goes on with the tangent there, so that the last digits of a width may be missing.
+// A solver that decides on values continues along the tangent there, so that the last digits of a width may be missing.
 #[test]
 fn interval_steps_hold_those_of_numbers_inside() {
     /// Of the width.

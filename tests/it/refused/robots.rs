@@ -118,7 +118,7 @@ fn contacts_of_another_robot_are_refused() {
     refused("another robot", || {
         Simulator::new(twin).with_contacts(contacts.clone())
     });
-    // A robot that differs in numbers is no other robot.
+    // A robot that differs only in its parameters counts as the same robot.
     let heavy = model.with_gravity(vector![0.0, 0.0, -1.6]);
     let _ = Simulator::new(heavy).with_contacts(contacts);
 }

@@ -1,4 +1,4 @@
-//! What goes wrong without a GPU.
+//! Errors that need no GPU.
 
 use std::fs;
 use std::path::PathBuf;
@@ -219,7 +219,7 @@ fn a_signal_ends_before_the_next_kernel_that_is_not_compiled() {
     let all = signal.watch(|| folder.compiler().compile_all(&source, architecture));
     let error = all.expect_err("an error");
     assert!(matches!(error, CudaError::Stopped { .. }), "{error}");
-    // What was compiled before is found.
+    // A kernel that was compiled before is found.
     let found = signal.watch(|| folder.compiler().compile(&self::source(), architecture));
     assert!(found.expect("a kernel").log().is_none());
 }

@@ -12,7 +12,7 @@ use dualbody_cuda::{Outputs, Real};
 
 use crate::machine::{Left, Machine, Run};
 
-/// What a device has and C has not. Blocks are of three threads, so that the last one is not full.
+/// Definitions of CUDA that C lacks. Blocks have three threads, so that the last one is not full.
 const DEVICE: &str = r#"#include <math.h>
 #include <stddef.h>
 #include <stdio.h>

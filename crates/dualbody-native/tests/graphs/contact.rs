@@ -43,7 +43,7 @@ fn thrown(simulator: &Simulator, height: f64, v: &[f64]) -> State {
     state
 }
 
-/// What was found along a motion.
+/// Findings along a motion.
 #[derive(Debug, Default)]
 struct Found {
     steps: usize,
