@@ -390,7 +390,7 @@ def test_soft_contact_has_a_restitution() -> None:
 
 
 def test_remarks_name_the_longest_step() -> None:
-    # A damper of 200 N·m·s on 1/3 kg·m²: Runge and Kutta's method is stable up to 2.785 / 600 s.
+    # A damper of 200 N·m·s on 1/3 kg·m²: the Runge–Kutta method is stable up to 2.785 / 600 s.
     pendulum = db.samples.pendulum().with_damping(0, 200.0)
     simulator = db.Simulator(pendulum, time_step=0.01)
     assert simulator.remarks([0.0]) == []

@@ -131,13 +131,13 @@ fn check<T: Scalar>(problem: &ConeProblem<'_, T>, smoothing: f64) {
     let has = |kind| problem.blocks.contains(&kind);
     assert!(
         problem.law == Law::Convex || !has(Block::Cone),
-        "{}: the forces of Coulomb's law, of rigid contact and of soft contact in implicit steps, are found by a search that decides on the values \
-         of numbers, which traced ones do not have; relaxed rigid contact can be traced",
+        "{}: the forces of Coulomb's law, of rigid contact and of soft contact in implicit steps, are found by a search that depends on the values \
+         of numbers, which traced numbers do not have; use regularised contact (RelaxedRigid)",
         file!()
     );
     assert!(
         smoothing == 0.0 || !(has(Block::Ray) || has(Block::Interval)),
-        "{}: smoothed contact beside stops of joints or bounded forces cannot be traced",
+        "{}: smoothed contact beside joint limits or bounded forces cannot be traced",
         file!()
     );
 }

@@ -306,7 +306,7 @@ impl<P: Scalar> Simulator<P> {
         };
         assert!(
             refused.is_none(),
-            "\"{}\" has {}, which the implicit midpoint rule does not simulate: take another integrator",
+            "\"{}\" has {}, which the implicit midpoint rule does not simulate: use another integrator",
             self.model.name(),
             refused.unwrap_or_default(),
         );

@@ -230,7 +230,7 @@ impl Track {
         let name = &self.name;
         assert!(
             are_finite,
-            "the place of \"{name}\" has a number that is not finite"
+            "the pose of \"{name}\" has a number that is not finite"
         );
         self.placement = placement;
         self

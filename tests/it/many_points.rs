@@ -179,7 +179,7 @@ fn limit_of_points_is_kept_and_reported() {
 }
 
 #[test]
-#[should_panic(expected = "0 points of a link carry nothing")]
+#[should_panic(expected = "points_per_link is 0, expected at least 1")]
 fn no_points_per_link_are_refused() {
     let _ = on_grid(is_corner, 0);
 }

@@ -27,7 +27,7 @@ const OMEGA: f64 = 30.0;
 const STIFFNESS: f64 = MASS * OMEGA * OMEGA;
 /// N·s/m: a time constant of 5 ms.
 const DAMPING: f64 = 400.0;
-/// Zero of 1 − |R| of Runge and Kutta's method on the negative axis, x³ − 4 x² + 12 x = 24.
+/// Zero of 1 − |R| of the Runge–Kutta method on the negative axis, x³ − 4 x² + 12 x = 24.
 const REAL_BOUND: f64 = 2.785_293_563_405_282;
 
 /// The spring that pulls the mass back.

@@ -77,7 +77,7 @@ impl<R: Real> NativeFunction<R> {
     /// * `outputs` – output, likewise; not to be used where a condition does not hold
     ///
     /// # Errors
-    /// If a condition does not hold that the graph takes for granted.
+    /// If a condition of the graph does not hold.
     ///
     /// # Panics
     /// If there are not as many inputs or outputs.

@@ -40,7 +40,7 @@ impl Numbers {
         write(inputs, &mut self.inputs);
     }
 
-    /// The next state, if the step is compiled and what it takes for granted holds.
+    /// The next state, if the step is compiled and its conditions hold.
     pub(crate) fn step(&mut self, functions: &Functions) -> Option<&[f64]> {
         let step = functions.step.as_ref()?;
         step.holds(&self.inputs, &mut self.next)

@@ -162,7 +162,7 @@ impl<P: Scalar> HeightField<P> {
         let [nx, ny] = self.size;
         assert!(
             nx * ny <= MOST_RECORDED_NODES,
-            "{}: a height field of {nx} × {ny} nodes is too large to be traced, for each of its cells is compared with; at most \
+            "{}: a height field of {nx} × {ny} nodes is too large to be traced, since a trace compares with every cell; at most \
              {MOST_RECORDED_NODES} are possible",
             file!()
         );

@@ -125,7 +125,7 @@ impl Actuation<f64> {
         let body = model.body(model.joint_body(id));
         assert!(
             body.coupling.is_none(),
-            "\"{joint}\" follows another joint, which is the one to actuate"
+            "\"{joint}\" mimics another joint: actuate that joint"
         );
         assert!(
             actuator.position.is_none() || body.joint.nq() == 1,

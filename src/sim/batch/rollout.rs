@@ -217,7 +217,7 @@ impl BatchRollout {
     pub fn status(&self, i: usize) -> RolloutStatus {
         assert!(
             i < self.len,
-            "there are {} trajectories, none {i}",
+            "there are {} trajectories, got trajectory {i}",
             self.len
         );
         self.groups[i / BATCH_WIDTH].status()[i % BATCH_WIDTH]
@@ -230,7 +230,7 @@ impl BatchRollout {
     pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
         assert!(
             i < self.len,
-            "there are {} trajectories, none {i}",
+            "there are {} trajectories, got trajectory {i}",
             self.len
         );
         self.groups[i / BATCH_WIDTH].solver_failures()[i % BATCH_WIDTH]

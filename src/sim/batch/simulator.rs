@@ -257,7 +257,7 @@ impl BatchSimulator {
     /// # Panics
     /// If there is no such state.
     pub fn simulator(&self, i: usize) -> &Simulator {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
+        assert!(i < self.len, "there are {} states, got state {i}", self.len);
         let own = self.variants.as_ref().map(|variants| &variants.singles[i]);
         own.unwrap_or(&self.simulator)
     }

@@ -173,7 +173,7 @@ fn constraints_of_another_robot_or_with_senseless_numbers_are_refused() {
     let pin = Constraint::ball([anchor, world()]);
     refused("\"cartpole\" has no frame 30", || with(pin));
     let open = Constraint::ball([world().moved([NAN, 0.0, 0.0]), world()]);
-    refused("an anchor's placement is NaN", || with(open));
+    refused("pose of an attachment frame is NaN", || with(open));
     let rod = Constraint::distance([world(), world()], 1.0);
     let kind = ConstraintKind::Distance {
         anchors: [world(), world()],
