@@ -1,4 +1,4 @@
-"""Relaxed rigid contact of this crate beside MuJoCo, whose reference acceleration and impedance it follows: motions, and times.
+"""Regularised contact of this crate compared with MuJoCo, whose reference acceleration and impedance it has: motions, and times.
 
     python -m venv VENV && VENV/bin/pip install mujoco==4.0.0
     cargo bench --bench contact --no-run                       # prints the path of the program

@@ -1,4 +1,4 @@
-//! Rigid and relaxed rigid contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
+//! Rigid and regularised contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
 //! derivatives.
 
 use dualbody::cone::Mode;

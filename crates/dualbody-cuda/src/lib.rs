@@ -87,7 +87,7 @@
 //! | humanoid (35) | 493 M, 914 M | 213 M, 327 M | 127 M, 283 M | 116 M, 319 M | 3.58 M, 6.36 M | 19.6 M, 42.8 M |
 //! | quadruped on four feet, soft contact | – | – | 617 M, 2.68 G | 834 M, 3.49 G | 8.34 M, 14.6 M | 53.1 M, 115 M |
 //! | humanoid on both feet (eight points), soft contact | – | – | 124 M, 230 M | 112 M, 256 M | 2.14 M, 4.02 M | 16.8 M, 35.0 M |
-//! | quadruped on four feet, relaxed rigid contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
+//! | quadruped on four feet, regularised contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
 //!
 //! Batches are of 1,048,576 states, or of what fits into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
 //! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.

@@ -135,7 +135,7 @@ fn steps_and_jacobians_equal_those_of_the_library() {
     }
 }
 
-/// A quadruped on the feet of relaxed rigid contact.
+/// A quadruped on its feet with regularised contact.
 fn quadruped() -> Simulator {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
     let model = Model::from_urdf_file(assets.join("quadruped.urdf")).expect("a robot");
