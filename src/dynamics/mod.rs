@@ -104,7 +104,7 @@ pub use acceleration::{
     frame_jacobian_derivative_into,
 };
 pub(crate) use adjoint::{
-    EnergyGradientSum, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
+    EnergyGradientSum, EnergySweep, Gradients, ParameterSlots, Pushed, Rates, Sweep, Weighted,
 };
 pub use adjoint::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,

@@ -78,7 +78,7 @@ impl Tangent {
             .collect()
     }
 
-    /// Slopes in coordinates from those in the tangent.
+    /// Derivatives in coordinates from those in the tangent.
     fn to_coordinates(&self, slopes: &[f64], out: &mut [f64]) {
         for (j, out) in out.iter_mut().enumerate() {
             *out = (0..self.nv)
@@ -164,7 +164,7 @@ impl Point<'_> {
         }
     }
 
-    /// Slopes of weighted sums of the results in an input: a row for each row of weights.
+    /// Derivatives of weighted sums of the results in an input: a row for each row of weights.
     pub fn pull(
         &self,
         f: &Prepared<Dual>,
@@ -194,7 +194,7 @@ impl Point<'_> {
         self.write(tangent.as_ref(), &slopes, out);
     }
 
-    /// Writes slopes in an input, tangent ones in coordinates.
+    /// Writes derivatives in an input, tangent ones in coordinates.
     fn write(&self, tangent: Option<&Tangent>, slopes: &[f64], out: &mut [f64]) {
         match tangent {
             None => out.copy_from_slice(slopes),

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::identify::shooting::slopes::Slopes;
+use crate::identify::shooting::slopes::Derivatives;
 use crate::numbers::Domain;
 use crate::sim::{StepPoint, StepScratch};
 
@@ -69,7 +69,7 @@ fn slopes_are_the_same_in_both_modes() {
     let adjustable = 0..simulator.parameters().len() - 1;
     let targets: Vec<_> = adjustable.map(|k| vec![(k, 1.0)]).collect();
     let of = |targets: &[Vec<(usize, f64)>]| {
-        let mut slopes = Slopes::new(&simulator, targets);
+        let mut slopes = Derivatives::new(&simulator, targets);
         slopes.update(&simulator, &at, &next);
         (slopes.by_state, slopes.by_number)
     };

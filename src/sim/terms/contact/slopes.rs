@@ -346,7 +346,7 @@ impl<T: Scalar> TermDerivatives<T> for ContactDerivatives<T> {
 }
 
 impl<T: Scalar> Contact<T> {
-    /// Slopes of the step of the bristle of a point that takes part in the force along one of its axes across.
+    /// Derivatives of the step of the bristle of a point that takes part in the force along one of its axes across.
     fn bristle_by_force(&self, contacts: &Contacts, of: usize, axis: usize, dt: f64) -> Vector3<T> {
         let index = self.touching()[of];
         let point = &self.points[index];
