@@ -63,13 +63,6 @@ impl ConeOptions {
         self.smoothing = kappa;
         self
     }
-
-    /// Returns the options with a selection of smoothed laws.
-    #[must_use]
-    pub fn with_smoothed(mut self, smoothed: Smoothed) -> Self {
-        self.smoothed = smoothed;
-        self
-    }
 }
 
 /// Solves [`ConeProblem`]s. Its working memory grows to the size of the largest problem and is reused.

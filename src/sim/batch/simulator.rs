@@ -230,6 +230,7 @@ impl BatchSimulator {
 
     /// Steps the states one by one with the code for a single state. This is automatic on a CPU without [registers for
     /// lanes](crate::Lanes::is_supported). Results do not depend on it.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_states_one_by_one(mut self) -> Self {
         self.side_by_side = false;
