@@ -32,7 +32,7 @@
 //! | force on a frame as a force on its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
 //! | forces given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
-//! Functions of a frame also apply to links and bodies: each link has a frame of the same name; for a body, which has no name, use the frame of its first link.
+//! Functions of a frame also apply to links and bodies: each link has a frame of the same name. A body has no name: use the frame of its first link.
 //!
 //! | frame of | by name | by id |
 //! |---|---|---|

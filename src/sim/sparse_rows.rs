@@ -29,7 +29,7 @@ pub(super) struct SparseRows<T> {
 #[derive(Clone, Debug)]
 struct Place {
     segments: Range<usize>,
-    /// Which of the rows that have these segments.
+    /// Index among the rows that have these segments.
     index: usize,
 }
 

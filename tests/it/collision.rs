@@ -290,7 +290,7 @@ fn derivatives_equal_central_differences_where_features_do_not_switch() {
             let (Some(coarse), Some(fine)) = (difference(STEP), difference(STEP / 2.0)) else {
                 continue;
             };
-            // Where the two differ much, features are so near that the distance is no polynomial over the step.
+            // Where the two differ much, features are so near that the distance is not a polynomial over the step.
             if (coarse - fine).abs() < DIFFERENCE {
                 let expected = (4.0 * fine - coarse) / 3.0;
                 let found = exact.distance.eps[k];

@@ -43,9 +43,9 @@
 //!
 //! # Memory
 //! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are reversed on the way to the
-//! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
-//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
-//! humanoid. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
+//! device ([`Numbers::upload_states`]); arrays in that order need no reversal ([`Numbers::upload`]).
+//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed. A and B of a
+//! humanoid need 86 kB in `f64`. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
 //!
 //! # How large it gets
 //! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with

@@ -80,7 +80,7 @@ pub fn contact_report<T: Scalar>(simulator: &Simulator<T>, x: &[&[T]]) -> Contac
     simulator.contact_report(&state(simulator, x), x[2])
 }
 
-/// What touches.
+/// The contacts of a simulator.
 ///
 /// # Panics
 /// If there are no contacts.

@@ -28,7 +28,7 @@ impl<'a, P: Scalar> Robot<'a, P> {
         }
     }
 
-    /// What acts on it.
+    /// The simulator.
     ///
     /// # Panics
     /// If there is a model only.

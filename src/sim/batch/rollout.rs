@@ -260,8 +260,8 @@ impl BatchRollout {
         &self.numbers[start..start + length]
     }
 
-    /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv + length of the contact state);
-    /// numbers of the contact state and of activations), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
+    /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv +
+    /// lengths of the contact state and of activations), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). The rest of each trajectory is
     /// unspecified.
     #[doc(hidden)]
     pub fn into_numbers(self) -> Vec<f64> {

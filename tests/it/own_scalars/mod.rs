@@ -1,7 +1,7 @@
 //! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record what is done
 //! with them.
 //!
-//! None of them has derivatives, and none is `f64`: whoever takes their values for all of them loses the width, wins
+//! None of them has derivatives, and none is `f64`: code that uses only their values loses the width, wins
 //! digits that are not there, or records constants.
 
 mod interval;

@@ -27,7 +27,7 @@ fn jacobian_equals_differences_with_starts_as_variables() {
 pub(super) fn check_jacobian(mut problem: Shooting<'_>) {
     let mut x = problem.start();
     for (x, domain) in x.iter_mut().zip(&problem.variables.domains) {
-        // Away from the least values, beyond which there is no robot.
+        // Away from the least values, beyond which parameters are not those of a robot.
         *x += if *domain == Domain::Finite { 0.0 } else { 0.1 };
     }
     let (m, n) = (problem.n_residuals(), problem.n_directions(&x));

@@ -6,7 +6,7 @@ use rand::Rng;
 use crate::sim::batch::{BATCH_WIDTH, BatchScalar};
 use crate::sim::state::State;
 
-/// A task of reinforcement learning over lanes: how an episode starts, what is observed, how an action becomes the input of the simulator, what is rewarded, and when it is over.
+/// A task of reinforcement learning over lanes: start of an episode, observations, input of the simulator for an action, reward, and end.
 /// [`Environments`](super::Environments) runs it.
 ///
 /// Numbers are those of [`BATCH_WIDTH`] episodes side by side; decisions are made lane by lane, as by [`Scalar::select_lt`](crate::Scalar::select_lt) or over
