@@ -183,7 +183,7 @@ fn main() {
     let mass = asset("quadruped").total_mass();
     let soft = ContactLaw::Soft(SoftContact::estimate(mass, 4, 2e-3));
     check("soft", quadruped(soft), throws, 0);
-    // Impacts of many redundant corners at once are the hardest problems there are: now and then one is solved regularised, and says so.
+    // Impacts of many redundant corners at once are the hardest problems: now and then one is solved regularised, which its status reports.
     for acceptable in [0.0, SolverOptions::default().acceptable] {
         let name = format!("rigid, acceptable from {acceptable:e} on");
         check(&name, rigid(acceptable), throws, throws.div_ceil(20));

@@ -3,7 +3,7 @@
 //! `cargo bench --features plot --bench growth` – writes `out/growth.csv` and `out/growth.svg`, prints exponents.
 //!
 //! Expected, with n bodies: RNEA, ABA and a step go through the tree once, so n¹ in a chain and in a bush. The Jacobian of a step has
-//! 2n × 3n entries and multiplies with M⁻¹, so n² at the very least, whatever the tree; for the deepest chains n³ in the limit. An
+//! 2n × 3n entries and multiplies with M⁻¹, so at least n² for any tree; for the deepest chains n³ in the limit. An
 //! exponent between two sizes next to each other that is far above the fit is a cliff: of a cache, or of a chunk of directions. So
 //! some sizes are one above a multiple of a chunk.
 

@@ -13,7 +13,7 @@ use common::clock::{Clock, is_test};
 use common::robots::{ASSETS, chain, path};
 use dualbody::ModelOptions;
 
-/// A robot of many links, to see that nothing grows faster than the text.
+/// A robot of many links: no cost may grow faster than the text.
 const CHAINS: [usize; 3] = [16, 128, 1024];
 /// Both sides take so many turns.
 const ROUNDS: usize = 15;

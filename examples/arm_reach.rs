@@ -21,7 +21,7 @@ const NAME: &str = "arm_reach";
 const DT: f64 = 0.02;
 const HORIZON: usize = 75;
 const READY: [f64; 7] = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785];
-/// A configuration of which only the pose of the hand is asked for.
+/// A configuration that defines the target pose of the hand.
 const GOAL: [f64; 7] = [1.2, 0.3, 0.2, -1.6, 0.1, 2.0, 1.2];
 /// Obstacle in the way: a sphere, m.
 const RADIUS: f64 = 0.1;

@@ -67,7 +67,7 @@ fn wanted(start: f64, t: f64) -> (f64, f64, f64) {
     )
 }
 
-/// Computed torque at the crank: the acceleration of the rocker is affine in it, so two accelerations tell how.
+/// Computed torque at the crank: the acceleration of the rocker is affine in it, so two accelerations determine it.
 fn follow(simulator: &Simulator, start: &State) -> Rollout {
     let mut scratch = StepScratch::new(simulator);
     let mut rocker = |state: &State, torque: f64| {

@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page(NAME, &recording)
 }
 
-/// A cart that hangs its pole into the depth, with a load at the end.
+/// A cart with its pole downwards and a load at the end.
 fn crane() -> Result<Model, Box<dyn Error>> {
     Ok(Model::from_urdf_file(FILE)?.with_frame("load", "pole", &at([0.0, 0.0, 1.0]))?)
 }

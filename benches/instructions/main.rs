@@ -109,7 +109,7 @@ fn count<T: Seed>(simulator: &Simulator, mut function: impl FnMut(&Point<T>)) {
     measured(&mut || points.iter().for_each(&mut function));
 }
 
-/// Its name is what `run.sh` asks the counter for, so it must stay a function.
+/// `run.sh` passes its name to the counter, so it must stay a function.
 #[inline(never)]
 fn measured(function: &mut dyn FnMut()) {
     black_box(function)();

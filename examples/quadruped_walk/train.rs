@@ -38,7 +38,7 @@ fn first_guess() -> Vec<f64> {
     out
 }
 
-/// Trains a policy, and tells how it goes.
+/// Trains a policy, and prints its progress.
 ///
 /// * `keep` – is handed the policy after each iteration, as text
 pub(crate) fn train(simulator: &Simulator, mut keep: impl FnMut(String)) {

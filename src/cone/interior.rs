@@ -141,7 +141,7 @@ impl<T: Scalar> Interior<T> {
         }
     }
 
-    /// Goes a fixed number of steps along the path, whatever it finds on the way, to a κ of at least `kappa`.
+    /// Goes a fixed number of steps along the path, without early end, to a κ of at least `kappa`.
     pub(super) fn walk(
         &mut self,
         system: &System<T>,

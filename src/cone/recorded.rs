@@ -3,7 +3,7 @@
 //! A graph has no loops and no branches, so the active set cannot be looked for. The interior-point method of `interior.rs` needs
 //! none: each of its steps is the same arithmetic, and the number of them that leads to the end is nearly the same for every problem. It is
 //! recorded [`STEPS`] times, to the κ of [`RELATIVE`], at which the smoothed law is nearly the exact one, and once more over the numbers as
-//! they are, which gives what is differentiated its derivatives by the implicit function theorem: the steps before see values alone.
+//! they are, which gives the derivatives by the implicit function theorem: the steps before it use values only.
 //!
 //! How far the last step ends from there is a [condition](crate::scalar::traced::Graph::conditions) of the graph.
 //!
@@ -21,7 +21,7 @@ use crate::linalg::Symmetric;
 use crate::scalar::Scalar;
 
 /// Steps along the path. Problems along motions of a quadruped and of a box are near their end after at most 20; of random ones of four to eight contacts,
-/// regularised as relaxed contact is, among them heavy bodies on light ones and more contacts than a body can tell apart, 99 of 100 after at most 23.
+/// regularised as relaxed contact is, among them heavy bodies on light ones and more contacts than determine the forces on a body, 99 of 100 after at most 23.
 const STEPS: usize = 24;
 /// Steps where there are only bilateral rows: one solves them, and each more takes out what the ridge of redundant ones has left.
 const BILATERAL_STEPS: usize = 2;

@@ -90,7 +90,7 @@ impl Search {
         forces.all(|(f, scale)| (f * scale).is_finite())
     }
 
-    /// A problem that says nothing in place of one that is not finite.
+    /// An empty problem in place of one that is not finite.
     pub(super) fn give_up(&mut self) -> Certificate {
         self.newton.system.blank();
         self.newton.blocks.blank();

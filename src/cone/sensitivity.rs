@@ -125,7 +125,7 @@ impl<T: Scalar> ConeSolver<T> {
         }
     }
 
-    /// W′ with all that its numbers hold; units that give way without a force say nothing to others.
+    /// W′ with all that its numbers hold; units that give way without a force do not couple to others.
     fn scale_matrix(&mut self, problem: &ConeProblem<'_, T>) {
         let (system, out) = (&self.search.newton.system, &mut self.transposed.matrix);
         let n = system.n;

@@ -32,7 +32,7 @@ pub struct ConeOptions {
     pub smoothing: f64,
     /// Laws that κ smooths; by default all (bilateral rows need no smoothing).
     pub smoothed: Smoothed,
-    /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
+    /// Whether modes, and the certificate beyond status and iterations, are computed.
     pub(crate) measured: bool,
 }
 

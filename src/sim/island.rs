@@ -44,7 +44,7 @@ pub(super) struct Island<T: Scalar> {
     blocks: Vec<usize>,
     kinds: Vec<Block>,
     friction: Vec<T>,
-    /// G, where the island is solved in one piece, or derivatives are asked for.
+    /// G, where the island is solved in one piece, or derivatives are needed.
     matrix: Vec<T>,
     regularization: Vec<T>,
     free_velocity: Vec<T>,

@@ -15,10 +15,10 @@ const MAX_FILES: usize = 3;
 /// Where they are kept.
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/out/fuzz");
 
-/// How often a run says how far it is.
+/// Interval between reports of progress.
 const INTERVAL: Duration = Duration::from_secs(30);
 
-/// Everything that the children of a run have told.
+/// All reports of the children of a run.
 pub(crate) struct Findings {
     options: Options,
     seeds: Seeds,

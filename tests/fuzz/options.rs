@@ -2,10 +2,10 @@
 
 use crate::input::Kind;
 
-/// Cases where nothing else is said: what the tests of the project have time for.
+/// Default number of cases: as many as the tests of the project have time for.
 const DEFAULT_EXECUTIONS: u64 = 8_000;
 
-/// Seed where nothing else is said; with the index it makes a case.
+/// Default seed; with the index it makes a case.
 const DEFAULT_SEED: u64 = 1;
 
 /// A run, or the part of one that a process does.
@@ -30,7 +30,7 @@ pub(crate) enum Role {
     Child,
     /// Runs one case, in sight.
     Replay,
-    /// Has nothing to do: another test was asked for.
+    /// Has nothing to do, since another test was selected.
     Idle,
 }
 

@@ -176,7 +176,7 @@ impl Seeds {
         trees.collect()
     }
 
-    /// Names and values of the files of a kind, and words that its language knows.
+    /// Names and values of the files of a kind, and words of its language.
     pub(crate) fn words(&self, kind: Kind) -> &[String] {
         &self.words[kind as usize]
     }

@@ -788,7 +788,7 @@ fn capsules_along_one_axis_are_separated_across_it() {
     }
 }
 
-// A margin says only that nothing farther away is looked for.
+// A margin only limits the search to nearer features.
 #[test]
 fn a_manifold_within_a_margin_is_empty_exactly_where_shapes_are_farther_apart() {
     each_pair(12, 3000, |pair, _, name| {

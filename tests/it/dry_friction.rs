@@ -160,7 +160,7 @@ fn exact(simulator: &Simulator) -> Vec<(usize, f64)> {
         .collect()
 }
 
-// Newton–Euler says which joint forces the step had; what is not of the input is friction.
+// Newton–Euler gives the joint forces of the step; the part that is not the input is friction.
 #[test]
 fn friction_of_an_arm_obeys_its_law_in_every_step() {
     let (mut sticking, mut sliding, mut arriving) = (0, 0, 0);

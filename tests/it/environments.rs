@@ -150,7 +150,7 @@ fn an_episode_is_what_steps_of_a_simulator_give() {
         }
     }
     assert!(next.terminated[0] || next.truncated[0]);
-    // The step after an end begins another episode, whatever the action.
+    // The step after an end begins another episode, for any action.
     one.step(&[1e3], &mut next);
     assert_eq!(
         (next.rewards[0], next.terminated[0], next.truncated[0]),

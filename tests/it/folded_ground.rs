@@ -174,7 +174,7 @@ fn gains(simulator: &Simulator, states: &[State]) -> [f64; 2] {
 }
 
 // Of 1 to 20 J. A ball that strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
-// any. Relaxed contact gives back what its springs have taken, of which nothing tells how much it is.
+// any. Regularised contact returns the energy of its springs, whose amount is not known.
 #[test]
 fn nothing_round_gains_energy_over_edges_and_in_folds() {
     for (model, terrain) in shapes()

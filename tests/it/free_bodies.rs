@@ -295,7 +295,7 @@ fn vjp_of_spinning_bodies_equals_jacobians_forward_mode_and_central_differences(
         let parameters = simulator.parameters();
         let expected = gradient(&function, parameters.as_slice());
         assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &name);
-        // Mass and first moment of the base, which say where its centre of mass is.
+        // Mass and first moment of the base, which determine its centre of mass.
         for k in 0..4 {
             let value = |by: f64| {
                 let (mut moved, mut out) = (parameters.clone(), [0.0]);

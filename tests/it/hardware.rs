@@ -734,7 +734,7 @@ fn mesh_of_other_scale_and_density_equals_the_closed_form_of_a_tetrahedron() {
     );
     let error = Hardware::new(&robot(&folder.join("none.obj"), [1.0; 3]), &chosen(&all));
     assert!(error.unwrap_err().to_string().contains("cannot be read"));
-    // Where no volume is asked for, nothing is read.
+    // Where no volume is needed, no file is read.
     let open = Hardware::new(
         &robot(&open, [1.0; 3]),
         &[ScaledLink::new("stone", &all[..3])],

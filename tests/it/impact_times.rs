@@ -463,7 +463,7 @@ fn states_of_a_batch_are_those_of_single_simulators() {
     }
 }
 
-// Four corners at once are not an isolated impact: the box leaves at the end of the step in which it would land, as fast as its law says.
+// Four corners at once are not an isolated impact: the box leaves at the end of the step in which it would land, with the speed of its contact model.
 #[test]
 fn box_that_lands_flat_bounces_in_whole_steps() {
     const E: f64 = 0.5;

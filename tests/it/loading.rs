@@ -157,7 +157,7 @@ fn dynamics_of_a_chain_of_5000_links_fit_an_ordinary_stack_and_invert_each_other
     thread.join().expect("no overflow");
 }
 
-/// A slider, then two hinges, of which the second moves a link without inertia; each format says the same.
+/// A slider, then two hinges, of which the second moves a link without inertia; the same in each format.
 const SLIDER_AND_HINGES: [&str; 2] = [
     r#"<robot name="r"><link name="world"/>
     <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>

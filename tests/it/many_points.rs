@@ -126,7 +126,7 @@ fn nothing_sinks(simulator: &Simulator, worst: Status) {
     assert!(last.v.amax() < 1e-6 && energy(simulator.model(), last) < initial);
 }
 
-// As many iterations as are allowed, and a status that says so.
+// As many iterations as are allowed, and a status that reports the limit.
 #[test]
 fn limit_of_iterations_is_kept_and_reported() {
     let simulator = on_grid(is_corner, 4);
@@ -155,7 +155,7 @@ fn limit_of_iterations_is_kept_and_reported() {
     assert!(with(1).step(&start, &[]).is_finite());
 }
 
-// Fewer points than it takes to carry the box are kept to, and the status says so.
+// The limit holds with fewer points than carry the box, and the status reports it.
 #[test]
 fn limit_of_points_is_kept_and_reported() {
     let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());

@@ -578,7 +578,7 @@ fn orientations_in_five_ways_are_the_same() {
     }
 }
 
-/// Broken descriptions, each with what its error says.
+/// Broken descriptions, each with words of its error.
 #[test]
 fn broken_descriptions_are_errors_that_name_the_place() {
     let body = |inside: &str| {

@@ -135,7 +135,7 @@ fn every_step_of_a_pile_finds_its_forces() {
     }
 }
 
-// The last digits tell that the start was another one.
+// The last digits show that the start was another one.
 #[test]
 fn rollouts_with_a_warm_start_are_near_those_without_and_depend_on_nothing_else() {
     let mut same = 0;

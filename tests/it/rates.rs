@@ -328,7 +328,7 @@ fn energy_rate_equals_the_power_of_joint_and_external_forces() {
     });
 }
 
-// A free robot: ḣ = m g at the centre of mass, no moment, whatever its joints do.
+// A free robot: ḣ = m g at the centre of mass, no moment, for any motion of its joints.
 #[test]
 fn momentum_rate_of_a_free_robot_equals_its_weight() {
     for model in [free_body(), floating_robot()] {

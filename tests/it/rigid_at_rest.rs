@@ -27,7 +27,7 @@ fn box_at_rest(incline: f64, height: f64) -> (Simulator, State) {
     (simulator, state)
 }
 
-// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, from whichever side rounding has the box on. Seen from the corners a
+// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, on either side on which rounding places the box. Seen from the corners a
 // roll moves two of them up and two down, so that −275 is its exact slope on both sides as well.
 #[test]
 fn slopes_of_a_resting_box_are_the_means_of_both_sides() {

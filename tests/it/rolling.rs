@@ -108,7 +108,7 @@ fn cylinder_rolls_down_with_two_thirds_of_sliding() {
     }
 }
 
-/// A coin that leans, about an axis of which no point of the rims knows, with some spin.
+/// A coin that leans about an axis in no special direction of the rims, with some spin.
 fn leaning_coin(simulator: &Simulator, lean: f64) -> State {
     let height = RADIUS * lean.sin() + 0.01 * lean.cos();
     let axis = nalgebra::Unit::new_normalize(vector![0.8, 0.33, 0.0]);

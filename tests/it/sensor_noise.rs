@@ -1,4 +1,4 @@
-//! Imperfections of sensors against what their settings say: deviations, walks, steps, rates, delays, seeds.
+//! Imperfections of sensors against their settings: deviations, walks, steps, rates, delays, seeds.
 
 use dualbody::model::samples;
 use dualbody::sim::{NoisySensors, Sensor, SensorNoise, Sensors};

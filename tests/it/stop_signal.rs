@@ -1,4 +1,4 @@
-//! Long calls that a signal ends: the best so far is kept, and the status says so.
+//! Long calls that a signal ends: the best iterate is kept, and the status reports the signal.
 
 use dualbody::minimize::{MinimizeOptions, Minimizer, Objective, Status, minimize};
 use dualbody::model::samples;

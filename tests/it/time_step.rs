@@ -1,4 +1,4 @@
-//! The time step as a parameter: its slopes beside forward mode, finite differences and known truths, and what else knows it.
+//! The time step as a parameter: its derivatives against forward mode, finite differences and closed forms, and other functions of it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -55,7 +55,7 @@ impl VectorFunction for Weighted<'_> {
     }
 }
 
-/// The slope of the step in the time step by adjoints, which has to be that of forward mode and, where asked for, of finite differences. Returns how far it
+/// The derivative of the step in the time step by adjoints, which must equal that of forward mode and, on request, of finite differences. Returns how far it
 /// is from zero.
 fn assert_slope(simulator: &Simulator, state: &State, u: &[f64], what: &str, differs: bool) -> f64 {
     let adjoint = DVector::from_fn(simulator.n_tangent(), |k, _| (k as f64 + 0.3).sin());

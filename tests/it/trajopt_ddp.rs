@@ -301,7 +301,7 @@ fn bounded_reach_from_rest_ends_where_the_one_from_the_unbounded_optimum_does() 
 }
 
 // Here the first policy without bounds leads nowhere; bounds are kept from the start.
-// Crocoddyl's BoxFDDP takes 8 iterations from a guess like this if told not to trust that it obeys the dynamics, 26 if
+// Crocoddyl's BoxFDDP takes 8 iterations from a guess like this if it does not assume that the guess obeys the dynamics, 26 if
 // it may.
 #[test]
 fn bounded_flight_from_a_guess_that_obeys_the_dynamics_takes_as_few_iterations_as_from_one_that_does_not()

@@ -332,7 +332,7 @@ fn cost_without_a_minimum_diverges() {
         assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
         assert!(solution.cost < -1e25, "{minimizer:?}");
     }
-    // A radius of trust grows too slowly to tell within the iterations.
+    // A trust radius grows too slowly for a check within the iterations.
     let solution = SingleShooting::new(&problem).solve(&guess, Minimizer::TrustRegion);
     assert!(
         !solution.is_converged() && solution.cost < -1.0,

@@ -157,7 +157,7 @@ impl<S> Outcome for Solution<S> {
     }
 }
 
-/// A simulator behind an actuator that gives twice what is asked, with the simulator's memory inside its own.
+/// A simulator behind an actuator that applies twice its input, with the simulator's workspace inside its own.
 struct Doubled(Simulator);
 
 struct Memory<T> {

@@ -300,7 +300,7 @@ fn mjcf_reads_and_names_meshes_below_the_root_only() {
     let file = folders.robot("r.urdf", &urdf(&uris));
     let (model, _) = folders.options().load_urdf_file(&file).expect("a robot");
     let mjcf = model.to_mjcf().expect("a file");
-    // The triangles of the one that is allowed, and of the others nothing but what the description calls them.
+    // The triangles of the one that is allowed, and of the others only their names in the description.
     assert!(
         mjcf.contains("vertex=\"0 0 0 ") && !mjcf.contains("7.25"),
         "{mjcf}"

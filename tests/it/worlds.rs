@@ -1,4 +1,4 @@
-//! Worlds of several robots and objects: each member moves as it does alone, whatever else is there.
+//! Worlds of several robots and objects: each member moves as it does alone, independent of the other members.
 
 use std::ops::Range;
 

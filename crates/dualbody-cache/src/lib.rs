@@ -76,7 +76,7 @@ impl Cache {
     pub fn path<'a>(&self, name: &str, texts: impl IntoIterator<Item = &'a str>) -> PathBuf {
         let mut hash = Sha256::new();
         for text in texts {
-            // The length tells "ab", "c" from "a", "bc".
+            // The length distinguishes "ab", "c" from "a", "bc".
             hash.update((text.len() as u64).to_le_bytes());
             hash.update(text);
         }

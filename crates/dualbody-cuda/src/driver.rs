@@ -25,6 +25,6 @@ pub(crate) fn uninitialized(
     stream: &Arc<CudaStream>,
     bytes: usize,
 ) -> Result<CudaSlice<u8>, DriverError> {
-    // SAFETY: bytes may have any bits, and nothing but kernels reads them, after they have written them.
+    // SAFETY: bytes may have any bits, and only kernels read them, after they have written them.
     unsafe { stream.alloc(bytes.max(1)) }
 }

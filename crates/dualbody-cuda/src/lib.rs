@@ -2,7 +2,7 @@
 //!
 //! The library's computation is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
 //! is kept in a folder, and run. There is no second copy of the physics. Nothing is needed to build this crate; the driver (`libcuda`) and NVRTC (`libnvrtc`) are looked for when a
-//! program runs, and where one is missing an error says what was looked for.
+//! program runs, and an error names the missing library.
 //!
 //! | question | function |
 //! |---|---|

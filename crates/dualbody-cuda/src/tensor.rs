@@ -45,7 +45,7 @@ pub unsafe fn dlpack_of<R: DlpackElement, O: Send>(
         .set_data(address as *mut c_void)
         .set_device(DLDevice::cuda(device))
         .set_dtype(R::DTYPE);
-    // SAFETY: the caller says that the numbers are there; sizes and strides are a matrix's, row by row.
+    // SAFETY: the caller guarantees that the numbers are there; sizes and strides are a matrix's, row by row.
     Ok(unsafe { tensor.finish() })
 }
 

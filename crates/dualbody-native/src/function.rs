@@ -96,7 +96,7 @@ impl<R: Real> NativeFunction<R> {
         }
     }
 
-    /// [`call`](Self::call) that does not say which condition does not hold; `false` if one does not.
+    /// [`call`](Self::call) without the name of the condition; `false` if one does not hold.
     pub(crate) fn holds(&self, inputs: &[R], outputs: &mut [R]) -> bool {
         self.loaded.call(inputs, outputs) == 0
     }

@@ -1,6 +1,6 @@
 //! Generated C of [`dualbody`], compiled and loaded while a program runs.
 //!
-//! A function of a robot that is computed over and over takes less time as straight-line code that knows the robot's numbers than as loops over its
+//! A function of a robot that is computed over and over takes less time as straight-line code with the robot's parameters than as loops over its
 //! bodies: [`dualbody::codegen`] traces it and writes C, this crate hands that to the system's compiler, keeps what comes out in a folder, and loads it.
 //!
 //! | question | function |
@@ -10,7 +10,7 @@
 //! | which compiler, which flags, kept where? | [`Compiler`] |
 //! | end a compiler that takes too long? | a [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) it is started |
 //!
-//! Without a compiler [`NativeSimulator::or_own`] says so, and computes by the library's own code. When to compile and when not:
+//! Without a compiler, [`NativeSimulator::or_own`] computes by the library's own code, and has the reason. When to compile and when not:
 //! [`dualbody::codegen`], "Which way when".
 //!
 //! # Examples

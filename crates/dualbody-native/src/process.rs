@@ -4,7 +4,7 @@
 //! it is asked to terminate. So all of them are one group of processes, which is killed as a whole.
 //!
 //! A terminal's Ctrl-C does not reach this group, and the program that Ctrl-C ends cannot kill it any more. So a shell in a third group reads from a pipe
-//! of the program. It kills the group unless it reads that the compiler is done: when the program says so, and when the program ends in whatever way,
+//! of the program. It kills the group unless it reads that the compiler is done: when the program reports it, and when the program ends in any way,
 //! which closes the pipe.
 
 use std::io;

@@ -69,7 +69,7 @@ impl NativeSimulator {
         })
     }
 
-    /// [`new`](Self::new) that falls back on the library's own code where nothing can be compiled; [`reason`](Self::reason) says why.
+    /// [`new`](Self::new) that falls back on the library's own code where nothing can be compiled; [`reason`](Self::reason) explains why.
     ///
     /// # Panics
     /// As [`new`](Self::new) does.

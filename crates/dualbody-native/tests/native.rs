@@ -1,6 +1,6 @@
 //! Compiled functions beside the library's own code, the folder they are kept in, and what goes wrong.
 //!
-//! Without a C compiler the tests that need one say so, and pass.
+//! Without a C compiler the tests that need one print a line, and pass.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -464,7 +464,7 @@ fn inputs_for_another_number_of_states_are_refused() {
     );
 }
 
-/// A compiler that says what it predefines, starts a process that writes into a file for ever, as a compiler starts others, and waits for it.
+/// A compiler that prints its predefined macros, starts a process that writes into a file for ever, as a compiler starts others, and waits for it.
 #[cfg(unix)]
 fn endless(folder: &Folder) -> (Compiler, PathBuf) {
     use std::os::unix::fs::PermissionsExt;

@@ -16,7 +16,7 @@ pub struct BatchRollout {
     /// Time between two states, s.
     pub time_step: f64,
     len: usize,
-    /// Steps that were asked for.
+    /// Requested steps.
     steps: usize,
     nq: usize,
     nv: usize,

@@ -1,4 +1,4 @@
-//! Descriptions: an error with its source, or a robot whose dynamics are finite or say that they are not, and that reads back from
+//! Descriptions: an error with its source, or a robot whose dynamics are finite or reported as not finite, and that reads back from
 //! what is written of it.
 
 use dualbody::dynamics::{bias_forces, forward_dynamics, inverse_dynamics, mass_matrix};

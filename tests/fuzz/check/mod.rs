@@ -65,7 +65,7 @@ fn check_message(text: &str, source: &str) -> Result<(), String> {
     check_text(text)
 }
 
-/// Text that others have a say in holds no control characters.
+/// Text from outside has no control characters.
 fn check_characters(text: &str) -> Result<(), String> {
     if text.chars().any(|c| c.is_control() && c != '\n') {
         return Err(format!("text with control characters: {:?}", head(text)));

@@ -1,4 +1,4 @@
-//! Bytes, whatever they mean.
+//! Changes of bytes, independent of their meaning.
 
 use rand::RngExt;
 

@@ -1,4 +1,4 @@
-//! Changes to files, each at a level at which the file still says something: a tree of elements, a table, a tree of values, bytes.
+//! Changes to files, each at a level at which the file keeps a structure: a tree of elements, a table, a tree of values, bytes.
 
 pub(crate) mod bytes;
 pub(crate) mod json;

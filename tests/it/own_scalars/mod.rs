@@ -207,7 +207,7 @@ fn beside(i: usize, x: f64) -> f64 {
     x + if i.is_multiple_of(2) { 0.9 } else { -0.9 } * RADIUS
 }
 
-/// Why an interval does not hold a number, or says nothing about it: is wider than `widest`, relative to the number or
+/// Reason why an interval does not contain a number, or is uninformative: wider than `widest`, relative to the number or
 /// to one.
 fn refusal(interval: Interval, x: f64, (slack, widest): (f64, f64), what: &str) -> Option<String> {
     let wide = interval.width() > widest * x.abs().max(1.0);
@@ -289,7 +289,7 @@ fn interval_steps_hold_those_of_numbers_inside() {
 /// Roundings of single precision through a whole robot, relative to the largest number of a result.
 const SINGLE: f64 = 2e-4;
 
-/// Compares results in single precision; says whether they are more than those in double precision, rounded.
+/// Compares results in single precision; returns whether they differ from rounded results in double precision.
 #[track_caller]
 fn assert_near(actual: &[Single], expected: &[f64], what: &str) -> bool {
     let largest = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));

@@ -49,7 +49,7 @@ fn assert_not_set<T: Clone>(good: &T, numbers: &[Senseless<T>]) {
     }
 }
 
-/// Runs what must panic, and compares what it says.
+/// Runs work that must panic, and compares its message.
 #[track_caller]
 fn refused<R>(message: &str, work: impl FnOnce() -> R) {
     let caught = catch_unwind(AssertUnwindSafe(work)).err();

@@ -45,7 +45,7 @@ pub(crate) fn source() -> CudaKernel {
 
 pub(crate) const HOPPER: (u32, u32) = (9, 0);
 
-/// NVRTC, if it is there; says so if not.
+/// NVRTC; prints a line if it is missing.
 pub(crate) fn has_nvrtc(folder: &Folder) -> bool {
     match folder
         .compiler()

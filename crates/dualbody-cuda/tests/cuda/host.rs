@@ -40,7 +40,7 @@ static void give(const void *all, size_t count, size_t size)
 pub(crate) struct Host;
 
 impl Host {
-    /// The CPU, if there is a compiler; says so if not.
+    /// The CPU; prints a line if there is no compiler.
     pub(crate) fn new() -> Option<Self> {
         let found = Command::new("cc").arg("--version").output().is_ok();
         if !found {

@@ -27,7 +27,7 @@ const ASSETS: [&str; 12] = [
     "ur5",
 ];
 
-/// Whether there is a compiler; says so if not.
+/// Whether there is a compiler; prints a line if not.
 pub(crate) fn has_compiler() -> bool {
     let found = Command::new("cc").arg("--version").output().is_ok();
     if !found {
@@ -146,7 +146,7 @@ fn inputs(model: &Model, graph: &Graph) -> Vec<Vec<f64>> {
     (1..4).map(at).collect()
 }
 
-/// Compares functions in C with their graphs, of which other tests say that they are the library's.
+/// Compares functions in C with their graphs, which other tests compare with the library.
 fn assert_compiled(name: &str, functions: &[(String, Model, Graph)], precision: Precision) {
     if !has_compiler() {
         return;

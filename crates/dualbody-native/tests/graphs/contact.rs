@@ -48,7 +48,7 @@ fn thrown(simulator: &Simulator, height: f64, v: &[f64]) -> State {
 struct Found {
     steps: usize,
     touching: usize,
-    /// Steps whose forces were not found, as the graph says.
+    /// Steps whose forces the graph did not find.
     broken: usize,
     worst: f64,
 }

@@ -362,7 +362,7 @@ fn adjoints_in_all_parameters_equal_dual_numbers() {
         let own = adjoint.evaluate(&x).expect("no conditions");
         let exact = jacobian(&f, theta.as_slice()).tr_mul(&DVector::from_vec(weights));
         assert_equal(&own, exact.as_slice(), OTHER_ALGORITHM, model.name());
-        // A few times the function itself, whatever the number of parameters.
+        // A few times the function itself, for any number of parameters.
         let (one, both) = (graph.counts().operations(), adjoint.counts().operations());
         assert!(both < 5 * one, "{}: {one}, {both}", model.name());
     }

@@ -30,7 +30,7 @@ pub trait Environment: Sync {
     /// * `drawn` – output: what the episode draws for itself, length [`n_drawn`](Self::n_drawn), zero on entry
     fn start(&self, rng: &mut dyn Rng, state: &mut State, drawn: &mut [f64]);
 
-    /// Writes the input of a time step, length `nu` and zero on entry. It is asked before each time step, so that servos, pushes and patterns of motion go on between two
+    /// Writes the input of a time step, length `nu` and zero on entry. It is called before each time step, so that servos, pushes and patterns of motion go on between two
     /// actions. By default the first entries of the input are the action.
     fn act(&self, episode: &Episode<'_>, action: &[BatchScalar], u: &mut [BatchScalar]) {
         let _ = episode;

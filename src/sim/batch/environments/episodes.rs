@@ -183,7 +183,7 @@ impl Episodes {
     }
 }
 
-/// Writes rows of lanes, as many as there are, where they are wanted.
+/// Writes the rows of lanes into the output.
 fn write_rows(lanes: &[BatchScalar], rows: &mut [f64], wanted: impl Fn(usize) -> bool) {
     let rows = rows.chunks_exact_mut(lanes.len().max(1)).enumerate();
     for (lane, row) in rows.filter(|(lane, _)| wanted(*lane)) {
