@@ -90,7 +90,7 @@ fn main() {
     }
 }
 
-/// Rounds for what takes long.
+/// Rounds of long measurements.
 const FEW_ROUNDS: usize = 7;
 
 /// A configuration of the arm in which its last link is off the axis of the first joint, rad.

@@ -26,7 +26,7 @@ const FUNCTIONS: [&str; 4] = ["rnea", "aba", "step", "linearize"];
 /// Builds a tree of so many bodies.
 type Build = fn(usize) -> Model;
 const TREES: [(&str, Build); 2] = [("chain", chain), ("bush", bush)];
-/// All sizes are gone through so often and the best is kept: what else the machine does would look like a cliff.
+/// All sizes are measured so often and the best time is kept: other work of the machine would look like a cliff.
 const PASSES: usize = 5;
 /// The exponent is fitted from here: below it the constant part of a call shows.
 const LARGE: usize = 16;

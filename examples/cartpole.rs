@@ -110,7 +110,7 @@ fn report(name: &str, simulator: &Simulator, rollout: &Rollout) -> Outcome {
     let file = name.replace(' ', "_");
     recording.save_csv(format!("{OUT}/{file}.csv"))?;
     recording.save_html(format!("{OUT}/{file}.html"))?;
-    // The last one is what the page of the example shows.
+    // The page of the example shows the last one.
     Ok(recording.save_html(format!("{OUT}/index.html"))?)
 }
 

@@ -161,7 +161,7 @@ fn sketch(problem: &Problem, start: &State, held: &DVector<f64>) -> Trajectory {
     out
 }
 
-/// The plan is what the simulator does with its torques, it keeps their limits, flies over the hurdle and ends standing
+/// Checks that the simulator reproduces the plan by its torques, and that the plan keeps their limits, flies over the hurdle and ends standing
 /// where it should.
 fn check(simulator: &Simulator, start: &State, plan: &Trajectory) {
     let played = simulator.rollout(start, HORIZON, |t, _, u| {

@@ -188,7 +188,7 @@ impl RolloutCost for Jump {
     }
 }
 
-/// The cost as a function of two variables, whose sines are the lengths within what can be built, and of the torques.
+/// The cost as a function of two variables, whose sines are the lengths within the buildable range, and of the torques.
 struct Design {
     simulator: Simulator,
     hardware: Hardware,

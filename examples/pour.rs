@@ -83,7 +83,7 @@ fn add_bin(world: &mut World) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Layers of three by three, each a little askew so that nothing falls straight onto what is below.
+/// Layers of three by three, each a little askew so that nothing falls straight onto the layer below.
 fn add_object(world: &mut World, k: usize) -> Result<(), Box<dyn Error>> {
     let (layer, place) = (k / 9, k % 9);
     let skew = 0.01 * (layer as f64).sin();

@@ -18,7 +18,7 @@ const DT: f64 = 0.01;
 /// Links of the rotors. Neighbours run in opposite senses, and turn the hull by so much per thrust, N·m/N.
 const ROTORS: [&str; 4] = ["front", "left", "rear", "right"];
 const TORQUE_RATIO: f64 = 0.016;
-/// The most thrust of a rotor, and what each carries, N.
+/// Largest thrust of a rotor, and the weight that each carries, N.
 const MOST: f64 = 7.0;
 const HELD: f64 = 9.81 / 4.0;
 /// Steps of hovering, before and after the loop, and of the loop, which is 2 m high.

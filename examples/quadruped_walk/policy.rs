@@ -1,4 +1,4 @@
-//! The policy: offsets of the feet, linear in what is observed; one matrix for legs on the ground, and one for legs in the air.
+//! The policy: offsets of the feet, linear in the observations; one matrix for legs on the ground, and one for legs in the air.
 
 use super::task::{ACTIONS, OBSERVED, SPEED};
 
@@ -7,7 +7,7 @@ pub(crate) const KNOWN: usize = 9;
 /// Numbers of a policy: stride and lift, then for each half of the trot the rows of a front and a hind leg.
 pub(crate) const NUMBERS: usize = 2 + 2 * 2 * 3 * KNOWN;
 
-/// Sign of what is known in a mirror that exchanges left and right.
+/// Sign of each observation in a mirror that exchanges left and right.
 const MIRRORED: [f64; KNOWN] = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0];
 /// Whether each leg is a left one, is a hind one, and its place in the trot.
 const LEGS: [(bool, bool, f64); 4] = [

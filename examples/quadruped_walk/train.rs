@@ -1,5 +1,5 @@
 //! Training by augmented random search (Mania, Guy, Recht, "Simple random search of static policies is competitive for reinforcement learning", 2018): the policy goes along
-//! random directions in proportion to what it gains by them.
+//! random directions in proportion to the gain by each.
 
 use dualbody::Simulator;
 use rand::rngs::Xoshiro256PlusPlus;

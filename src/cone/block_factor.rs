@@ -1,7 +1,7 @@
 //! LU factors of a matrix by blocks, whose pattern is symmetric: of the nodes of a graph and its edges.
 //!
 //! Nodes are eliminated in an order of least degree, so that few blocks fill [Davis 2006, chapter 7]. Within a node there is pivoting, between nodes none:
-//! the matrices here are the identity and what laws with monotone slopes add to it.
+//! the matrices here are the identity plus the terms of laws with monotone derivatives.
 
 use crate::scalar::vectorized;
 use std::ops::Range;

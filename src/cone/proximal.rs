@@ -23,7 +23,7 @@ const FAILED: f64 = 10.0;
 /// With blocks ρ goes back to its value before a step that was not found. From then on it falls more gently: by the root of the factor before, at last by
 /// this one.
 const GENTLY_EASED: f64 = 0.5;
-/// Steps of Newton's method in a proximal step, in one piece and by blocks; what needs more goes in circles. Half of them is easy.
+/// Steps of Newton's method in a proximal step, in one piece and by blocks; a search that needs more steps is cycling. Half as many steps is an easy case.
 const NEWTON_STEPS: usize = 10;
 const NEWTON_STEPS_BY_BLOCKS: usize = 14;
 /// The part of the last residual to which a step is solved. The first one with blocks goes farther: from no forces, rounding decides the pieces of contacts that
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    // With a tolerance that no rounding reaches, the search ends with what is acceptable, or goes on where nothing is.
+    // With a tolerance below rounding, the search ends with acceptable forces, or continues where there are none.
     #[test]
     fn acceptable_forces_end_a_search_that_takes_long() {
         let mut search = search(3, &on_grid(3));

@@ -23,7 +23,7 @@ use crate::scalar::Scalar;
 /// Steps along the path. Problems along motions of a quadruped and of a box are near their end after at most 20; of random ones of four to eight contacts,
 /// regularised as relaxed contact is, among them heavy bodies on light ones and more contacts than determine the forces on a body, 99 of 100 after at most 23.
 const STEPS: usize = 24;
-/// Steps where there are only bilateral rows: one solves them, and each more takes out what the ridge of redundant ones has left.
+/// Steps where there are only bilateral rows: one solves them, and each further step removes an error by the ridge of redundant rows.
 const BILATERAL_STEPS: usize = 2;
 /// κ beside the size of the problem squared at the end of the path: smaller ones leave the matrices no digits. Forces differ from the exact law's by about as
 /// much of them where a contact clearly sticks, slides or opens, by more the slower it slides, and by the root of it between two pieces.

@@ -1,4 +1,4 @@
-//! The force that a law gives for what pushes a unit, and its slopes: the law with a spring between force and velocity.
+//! The force that a law gives for the push on a unit, and its derivatives: the law with a spring between force and velocity.
 //!
 //! With c = ρ f̄ − Xᵀ z − g and the compliance R + ρ the force is that with which the law holds for the velocity  (R + ρ) f − c: of the convex law the
 //! projection of c / (R + ρ) on the cone, of Coulomb's the normal part first and then the part across in its circle.

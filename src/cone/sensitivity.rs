@@ -1,4 +1,4 @@
-//! The sensitivity of the solution: what changes of velocities do to forces.
+//! The sensitivity of the solution: changes of forces by changes of velocities.
 //!
 //! The equations e(f, y) = 0 with y = W f + g give, in scaled numbers,  (∂e/∂f + ∂e/∂y W) δf = −∂e/∂y δg. Over a scalar with derivatives the
 //! factors are those of the values, and each further step makes one more order of δf exact.
@@ -125,7 +125,7 @@ impl<T: Scalar> ConeSolver<T> {
         }
     }
 
-    /// W′ with all that its numbers hold; units that give way without a force do not couple to others.
+    /// W′ with all parts of its scalars; units that give way without a force do not couple to others.
     fn scale_matrix(&mut self, problem: &ConeProblem<'_, T>) {
         let (system, out) = (&self.search.newton.system, &mut self.transposed.matrix);
         let n = system.n;

@@ -155,7 +155,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
         let mut certificate = Certificate::default();
-        // A constant: what is not called is not compiled.
+        // A constant, so that code that is not called is not compiled.
         if const { !T::HAS_VALUES } {
             self.statuses.push(certificate.status);
             self.recorded.solve(problem, self.options.smoothing, f);
@@ -246,7 +246,7 @@ impl<T: Scalar> ConeSolver<T> {
         certificate
     }
 
-    /// Takes forces that were found by blocks for those of the last solution, and gives them what the problem has besides values.
+    /// Takes forces that were found by blocks for those of the last solution, and adds the derivatives of the problem.
     pub(crate) fn adopt(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
         let regularization = self.search.regularization;
         self.y.resize(f.len(), T::zero());

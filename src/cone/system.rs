@@ -165,7 +165,7 @@ impl<T: Scalar> System<T> {
                 Block::Interval if !absent && !is_infinite_bound(friction(block)) => {
                     (Kind::Interval, 1)
                 }
-                // Rows by themselves: what takes no part has no law.
+                // Rows by themselves: a unit that takes no part has no law.
                 other => (Kind::Row, other.rows()),
             };
             let mu = if matches!(kind, Kind::Cone | Kind::Interval) {

@@ -1,4 +1,4 @@
-//! The sensitivity of the solution, transposed: from weights of the forces to weights of what they follow from.
+//! The sensitivity of the solution, transposed: from weights of the forces to weights of the problem's data.
 //!
 //! The equations e(f, y, μ) = 0 with y = W f + g give, in scaled numbers,  (∂e/∂f + ∂e/∂y W) δf = −∂e/∂y δg − ∂e/∂μ δμ. So weights λ of the forces
 //! become  −(∂e/∂y)ᵀ z of g and −(∂e/∂μ)ᵀ z of μ, where  (∂e/∂f + ∂e/∂y W)ᵀ z = λ: one solution for any number of rows. Over a scalar with
@@ -123,7 +123,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.transposed.jacobians = jacobians;
     }
 
-    /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from what is in `e`. Rows without a force count for nothing: their velocities may be without bounds.
+    /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from the values in `e`. Rows without a force have no weight: their velocities may be without bounds.
     fn subtract_product(&mut self, problem: &ConeProblem<'_, T>) {
         let (newton, own) = (&self.search.newton, &mut self.transposed);
         let (system, n) = (&newton.system, own.z.len());

@@ -119,7 +119,7 @@ impl<T: Scalar> Island<T> {
         self.blocks.clear();
     }
 
-    /// Forgets what it solved.
+    /// Discards the last solution.
     pub(super) fn forget(&mut self) {
         if let Some(own) = &mut self.by_blocks {
             own.given.kinds.clear();
@@ -212,7 +212,7 @@ impl<T: Scalar> Island<T> {
         certificate
     }
 
-    /// Finds its forces by blocks, lane by lane, then what they have besides values. Where the problem is that of the last solution, so are the forces.
+    /// Finds its forces by blocks, lane by lane, then their derivatives. Where the problem is that of the last solution, so are the forces.
     fn solve_by_blocks(
         &mut self,
         of: &ConeProblem<'_, T>,
@@ -271,7 +271,7 @@ impl<T: Scalar> Island<T> {
         own.statuses[lane] = own.certificate.status;
     }
 
-    /// Readies what was solved by blocks for derivatives, which take the rows in one piece.
+    /// Prepares a solution by blocks for derivatives, which use the rows in one piece.
     pub(super) fn prepare_slopes(
         &mut self,
         of: &ConeProblem<'_, T>,

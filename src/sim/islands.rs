@@ -82,7 +82,7 @@ impl Islands {
     }
 }
 
-/// First coordinate of what is connected with each one, by joints or by joints that follow others.
+/// First of the coordinates that are connected with each one, by joints or by mimic joints.
 pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
     let mut trees: Vec<usize> = (0..model.nv()).collect();
     let root = |trees: &[usize], mut k: usize| {

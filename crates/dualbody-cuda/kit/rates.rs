@@ -1,4 +1,4 @@
-//! How many states a second: the median of some runs, timed on the device, beside what the device can do at most.
+//! States a second: the median of some runs, timed on the device, compared with the limits of the device.
 
 use std::error::Error;
 use std::path::Path;

@@ -37,7 +37,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
 /// * `device` – its number, from 0
 ///
 /// # Errors
-/// If not, with what it is instead.
+/// If not, with its actual type.
 pub fn check_dlpack<R: DlpackElement>(
     tensor: &Dlpack,
     shape: [usize; 2],

@@ -20,7 +20,7 @@ pub(crate) fn order_by_stream(context: &CudaContext) {
     unsafe { context.disable_event_tracking() };
 }
 
-/// Memory for what kernels write before they read it. It is free again when the work that was handed on before has been done.
+/// Memory that kernels write before they read it. It is free again when earlier work has been done.
 pub(crate) fn uninitialized(
     stream: &Arc<CudaStream>,
     bytes: usize,

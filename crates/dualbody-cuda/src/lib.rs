@@ -48,7 +48,7 @@
 //! humanoid need 86 kB in `f64`. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
 //!
 //! # How large it gets
-//! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
+//! Straight-line code grows with the robot, and values that do not fit into the 255 registers of a thread are kept in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
 //! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom are in brackets:
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
@@ -89,7 +89,7 @@
 //! | humanoid on both feet (eight points), soft contact | – | – | 124 M, 230 M | 112 M, 256 M | 2.14 M, 4.02 M | 16.8 M, 35.0 M |
 //! | quadruped on four feet, regularised contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
 //!
-//! Batches are of 1,048,576 states, or of what fits into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
+//! Batches are of 1,048,576 states, or of as many as fit into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
 //! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
 //!
 //! # Safety

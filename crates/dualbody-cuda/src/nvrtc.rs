@@ -35,7 +35,7 @@ impl Program {
         Ok(Self(program.map_err(|error| error.to_string())?))
     }
 
-    /// Compiles it, for what the flags name.
+    /// Compiles it, for the architecture in the flags.
     pub(crate) fn compile(&self, flags: &[String]) -> Result<(), String> {
         // SAFETY: the program is one that NVRTC has made, and lives until it is dropped.
         let compiled = unsafe { result::compile_program(self.0, flags) };

@@ -14,7 +14,7 @@ use crate::error::CudaError;
 use crate::numbers::Numbers;
 use crate::real::Real;
 
-/// A tensor of `DLPack`, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
+/// A tensor of `DLPack`, version 1: the content of a capsule `dltensor_versioned` of Python, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
 ///
 /// When it is dropped, or its deleter is called, its memory is free again.
 pub type Dlpack = dlpark::versioned::Dlpack;

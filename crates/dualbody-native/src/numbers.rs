@@ -47,7 +47,7 @@ impl Numbers {
             .then_some(&self.next)
     }
 
-    /// Writes A and B, if they are compiled and what they take for granted holds. Returns whether it did.
+    /// Writes A and B, if they are compiled and their conditions hold. Returns whether it did.
     pub(crate) fn linearize(&mut self, functions: &Functions, out: &mut Linearization) -> bool {
         let Some(jacobians) = &functions.jacobians else {
             return false;

@@ -1,4 +1,4 @@
-//! Compiled functions beside the library's own code, the folder they are kept in, and what goes wrong.
+//! Compiled functions beside the library's own code, the folder they are kept in, and errors.
 //!
 //! Without a C compiler the tests that need one print a line, and pass.
 

@@ -1,4 +1,4 @@
-//! The central path: closed forms, its end, and what its derivatives are for.
+//! The central path: closed forms, its end, and the use of its derivatives.
 
 use super::*;
 use crate::cone::Smoothed;

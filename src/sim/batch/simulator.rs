@@ -333,7 +333,7 @@ impl BatchSimulator {
         (&self.simulator, self.variants.as_ref(), &mut self.workers)
     }
 
-    /// Hands each item to a thread, with what steps the group of the same index.
+    /// Passes each item to a thread, with the worker that steps the group of the same index.
     pub(super) fn for_each<I: Send>(
         &mut self,
         items: &mut [I],

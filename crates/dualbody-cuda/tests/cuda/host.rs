@@ -167,7 +167,7 @@ impl Machine for Host {
     }
 }
 
-/// Compiles a kernel with a program, hands it some bytes, and returns what it prints.
+/// Compiles a kernel with a program, passes some bytes to it, and returns its output.
 fn run(source: &CudaSource, main: &str, given: &[u8]) -> Vec<u8> {
     static RUNS: AtomicUsize = AtomicUsize::new(0);
     let number = RUNS.fetch_add(1, Ordering::Relaxed);

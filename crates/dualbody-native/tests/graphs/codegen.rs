@@ -53,7 +53,7 @@ impl Drop for Folder {
     }
 }
 
-/// A program that prints what functions return for their inputs.
+/// A program that prints the results of functions for their inputs.
 pub(crate) struct Program {
     folder: Folder,
     main: String,
@@ -97,7 +97,7 @@ impl Program {
         self.main = format!("{body}{}", self.main);
     }
 
-    /// Compiles and runs it; what each function printed, the number of broken conditions first.
+    /// Compiles and runs it. Returns the output of each function, the number of violated conditions first.
     pub(crate) fn run(&self, names: &[String]) -> Vec<f64> {
         let mut main = format!("#include <stdio.h>\n{}int main(void)\n{{\n", self.main);
         for name in names {

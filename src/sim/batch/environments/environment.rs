@@ -27,7 +27,7 @@ pub trait Environment: Sync {
     ///
     /// * `rng` – the generator of the state, whose numbers depend on the seed of the state and on its earlier episodes, not on other states
     /// * `state` – on entry the neutral state
-    /// * `drawn` – output: what the episode draws for itself, length [`n_drawn`](Self::n_drawn), zero on entry
+    /// * `drawn` – output: the draws of the episode for its own use, length [`n_drawn`](Self::n_drawn), zero on entry
     fn start(&self, rng: &mut dyn Rng, state: &mut State, drawn: &mut [f64]);
 
     /// Writes the input of a time step, length `nu` and zero on entry. It is called before each time step, so that servos, pushes and patterns of motion go on between two

@@ -30,7 +30,7 @@ pub(super) struct Episodes {
     drawn: Vec<BatchScalar>,
     action: Vec<BatchScalar>,
     observation: Vec<BatchScalar>,
-    /// A state that starts, and what it draws.
+    /// A state at its start, and its draws.
     start: State,
     start_drawn: Vec<f64>,
 }
