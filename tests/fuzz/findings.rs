@@ -102,7 +102,7 @@ impl Findings {
     }
 }
 
-/// A reason without what differs from case to case.
+/// A reason without the parts that differ from case to case.
 fn class(kind: &str, reason: &str) -> String {
     const LENGTH: usize = 90;
     let mut out = format!("{kind}: ");

@@ -122,7 +122,7 @@ impl Case {
         }
     }
 
-    /// As text; what is none is replaced.
+    /// As text; invalid bytes are replaced.
     pub(crate) fn text(&self) -> String {
         String::from_utf8_lossy(&self.bytes).into_owned()
     }

@@ -49,7 +49,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// From the command line; what is not known is for the harness of other tests.
+    /// From the command line; unknown options are for the harness of other tests.
     pub(crate) fn of(mut arguments: impl Iterator<Item = String>) -> Self {
         let mut out = Self::default();
         while let Some(argument) = arguments.next() {

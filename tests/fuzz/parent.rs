@@ -57,7 +57,7 @@ fn lock(findings: &Mutex<Findings>) -> std::sync::MutexGuard<'_, Findings> {
     findings.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A child and what it does.
+/// A child process and its work.
 struct Watch {
     child: Child,
     lines: Receiver<String>,

@@ -1,4 +1,4 @@
-//! Edges and folds of the ground, and what rolls over and into them.
+//! Edges and folds of the ground, and bodies that roll over and into them.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

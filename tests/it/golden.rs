@@ -180,7 +180,7 @@ impl Case {
     }
 }
 
-/// A description without the link `world`, if a link is fixed to it, which then floats: what the values were made of.
+/// A description without the link `world`, if a link is fixed to it, which then floats: the file from which the values were made.
 fn without_world(xml: &str) -> String {
     let mut parts = xml.split("<joint ").map(str::to_owned);
     let mut out = parts.next().unwrap_or_default();

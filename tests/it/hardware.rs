@@ -132,7 +132,7 @@ fn robots_at_their_own_sizes_are_what_they_are() {
     }
 }
 
-// All sizes by s and all densities by ρ is what `Model::scaled` does by the laws of dimensions.
+// A change of all sizes by s and all densities by ρ equals `Model::scaled`, by the laws of dimensions.
 #[test]
 fn uniform_change_of_all_sizes_equals_the_scaled_robot() {
     const S: f64 = 1.7;
@@ -398,7 +398,7 @@ fn points_of_contact_that_move_equal_those_of_the_changed_shapes() {
     }
 }
 
-/// A foot below a leg of its own link, and a rotor across it: what is not the chosen shape.
+/// A foot below a leg of its own link, and a rotor across it: parts besides the chosen shape.
 #[test]
 fn other_shapes_of_a_link_move_and_keep_their_kind() {
     let leg = Geometry::Cylinder {

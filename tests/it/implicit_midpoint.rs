@@ -1,4 +1,4 @@
-//! The implicit midpoint rule: order, derivatives by other means, and what it keeps.
+//! The implicit midpoint rule: order, derivatives by other means, and conserved quantities.
 
 use dualbody::autodiff::Dual;
 use dualbody::autodiff::finite_difference;

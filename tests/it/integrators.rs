@@ -356,7 +356,7 @@ enum Cell {
 
 use Cell::{Beyond, Diverges, Within};
 
-/// A robot at a state with what is documented of it: for each integrator, at steps of 1, 5 and 10 ms.
+/// A robot at a state, with its documented errors: for each integrator, at steps of 1, 5 and 10 ms.
 struct Documented {
     name: &'static str,
     simulator: Simulator,

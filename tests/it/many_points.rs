@@ -89,7 +89,7 @@ fn grid_of_points_moves_as_its_corners_do() {
     }
 }
 
-// No point that was left out goes into the ground, and what is found obeys the laws.
+// No point that was left out goes into the ground, and the forces obey the laws.
 #[test]
 fn points_that_are_left_out_do_not_sink() {
     for (acceptable, worst) in [(0.0, Status::Converged), (1e-6, Status::Acceptable)] {
@@ -118,7 +118,7 @@ fn nothing_sinks(simulator: &Simulator, worst: Status) {
         let status = report.certificate.status;
         assert!(status <= worst, "step {k}: {status:?}");
         let deepest = report.points.iter().map(|p| p.depth).fold(0.0, f64::max);
-        // Velocities of points obey the law to first order; what is left is ½ ω² r Δt² per step at 3 rad/s, undone in
+        // Velocities of points obey the law to first order; the remainder is ½ ω² r Δt² per step at 3 rad/s, undone in
         // 20 ms.
         assert!(deepest < 1e-3, "step {k}: {deepest}");
     }

@@ -1,4 +1,4 @@
-//! MJCF: descriptions of this folder's neighbour `tests/mjcf` against what `MuJoCo` computes of the same text, and what else is read.
+//! MJCF: descriptions of this folder's neighbour `tests/mjcf` against `MuJoCo`'s results for the same text, and other files that are read.
 
 use std::fs;
 use std::path::PathBuf;

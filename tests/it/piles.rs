@@ -158,7 +158,7 @@ fn rollouts_with_a_warm_start_are_near_those_without_and_depend_on_nothing_else(
     assert!(same < 2);
 }
 
-// The ground carries the weight of all, and each pair the weight of what is above it.
+// The ground carries the weight of all, and each pair the weight of the boxes above it.
 #[test]
 fn forces_in_a_stack_are_the_weights_above() {
     let simulator = simulator(&stack(8, 0.0), rigid(), 2e-3);

@@ -139,8 +139,8 @@ fn deepest(simulator: &Simulator, states: &[State]) -> f64 {
 }
 
 // The lowest point of a coin in fast rotation runs around its rim, and a step that keeps the point where it was from sinking
-// lets the next one sink, by ½ r α (Ω Δt)². Rigid contact lifts what has sunk in, in its recovery time, which takes m g
-// δ and no more. Relaxed contact gives back what its springs have taken.
+// lets the next one sink, by ½ r α (Ω Δt)². Rigid contact lifts a sunken point in its recovery time, which takes m g
+// δ and no more. Regularised contact returns the energy of its springs.
 #[test]
 fn energy_of_a_falling_coin_grows_by_no_more_than_lifts_it_out() {
     for law in sticky_laws(1e-4) {

@@ -1,4 +1,4 @@
-//! Second derivatives of rollouts: against differences of exact gradients, and what every Hessian is.
+//! Second derivatives of rollouts: against differences of exact gradients, and the symmetry of Hessians.
 
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::linearize::{RolloutCost, RolloutDirection};

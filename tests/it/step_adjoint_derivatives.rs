@@ -130,7 +130,7 @@ fn check(cases: impl IntoIterator<Item = Case>) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-// Explicit steps of what is stiff come to an end unless they are short.
+// Explicit steps of stiff robots diverge unless they are short.
 #[test]
 fn derivative_of_the_adjoint_equals_differences_of_every_robot_and_term() {
     check(Case::all().into_iter().map(|mut case| {

@@ -179,7 +179,7 @@ impl Case {
         let mut all = Vec::new();
         for (seed, model) in robots().into_iter().enumerate() {
             for integrator in INTEGRATORS {
-                // Explicit steps of what is stiff and fast would be numbers without meaning.
+                // Explicit steps of stiff and fast robots would diverge.
                 let fast = match integrator {
                     Integrator::RungeKutta4 => 2.0,
                     _ => 150.0,
@@ -207,7 +207,7 @@ impl Case {
         let (state, u, adjoint) = (&self.state, self.u.as_slice(), self.adjoint.as_slice());
         let mut out = StepGradient::zeros(&self.simulator);
         let mut scratch = VjpScratch::new(&self.simulator);
-        // Twice, so that what the first call leaves would show.
+        // Twice, so that an effect of the first call would show.
         for _ in 0..2 {
             (self.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut out);
         }

@@ -22,7 +22,7 @@ fn solve(problem: &Problem, options: DdpOptions) -> DdpSolution {
     solution
 }
 
-/// Asserts what holds for every result, good or bad.
+/// Asserts the properties of every result, good or bad.
 fn check_result(problem: &Problem, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {

@@ -28,7 +28,7 @@ const CURVATURES: &[Curvature] = match cfg!(feature = "second-order") {
     false => &[Curvature::GaussNewton],
 };
 
-/// All ways of solving a problem from a guess; what holds for every result is checked.
+/// All ways of solving a problem from a guess; the properties of every result are checked.
 fn outcomes(problem: &Problem, guess: &Trajectory) -> Vec<Outcome> {
     let mut all = Vec::new();
     for curvature in CURVATURES {

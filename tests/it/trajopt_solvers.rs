@@ -45,7 +45,7 @@ fn filling(leak: f64) -> Problem {
         .with_final_constraint(full)
 }
 
-/// Solves through the trait and checks what holds of every solution; returns it.
+/// Solves through the trait, checks the properties of every solution, and returns the solution.
 fn solve<S: Solver>(name: &str, solver: &mut S, problem: &Problem) -> Solution<S::Own> {
     let mut reports: Vec<Progress> = Vec::new();
     let guess = Trajectory::zero_input(problem);

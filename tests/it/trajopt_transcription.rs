@@ -97,7 +97,7 @@ fn solve_by(solver: &Transcription, problem: &Problem) -> TranscriptionSolution 
     solution
 }
 
-/// Asserts what holds for every result, good or bad.
+/// Asserts the properties of every result, good or bad.
 fn check_result(problem: &Problem, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
@@ -313,7 +313,7 @@ fn swing_up(time_step: f64, integrator: Integrator) -> Problem {
         .with_input_bounds(&[-20.0], &[20.0])
 }
 
-/// The cost of what differential dynamic programming finds near a curve, with this step.
+/// The cost of the solution of differential dynamic programming near a curve, with this step.
 fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     let problem = swing_up(time_step, Integrator::RungeKutta4);
     let mut guess = Trajectory::zero_input(&problem);

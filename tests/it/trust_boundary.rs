@@ -1,4 +1,4 @@
-//! Trust boundary: what files from others can make the program read, and what of it can be seen.
+//! Trust boundary: files that a description from others can make the program read, and the content that it can reveal.
 
 use std::fs;
 use std::path::{Path, PathBuf};

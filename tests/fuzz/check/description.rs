@@ -1,5 +1,5 @@
 //! Descriptions: an error with its source, or a robot whose dynamics are finite or reported as not finite, and that reads back from
-//! what is written of it.
+//! its written files.
 
 use dualbody::dynamics::{bias_forces, forward_dynamics, inverse_dynamics, mass_matrix};
 use dualbody::joint::JointKind;
@@ -13,13 +13,13 @@ use rand::RngExt;
 use super::{check_characters, check_message, check_page};
 use crate::input::{Case, Kind, Random};
 
-/// Larger robots are not put through what costs the cube of their size.
+/// Larger robots skip checks whose cost is the cube of their size.
 const MAX_DEGREES: usize = 60;
 
 /// Pages and files of other formats are made of every so many robots: they cost most.
 const FILES: u32 = 8;
 
-/// Difference of the mass matrices of a robot and of what is read back of it, by the largest entry.
+/// Difference of the mass matrices of a robot and of the robot that is read back, relative to the largest entry.
 const SAME_ROBOT: f64 = 1e-9;
 
 pub(super) fn check(case: &Case) -> Result<bool, String> {

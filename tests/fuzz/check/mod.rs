@@ -39,7 +39,7 @@ impl Checks {
         }
     }
 
-    /// Whether the file was accepted; an error is what does not hold.
+    /// Whether the file was accepted; an error is the property that fails.
     pub(crate) fn run(&self, case: &Case) -> Result<bool, String> {
         match case.kind {
             Kind::Urdf | Kind::Sdf | Kind::Mjcf => description::check(case),

@@ -195,7 +195,7 @@ fn mutate(root: &mut Element, others: &[&Element], words: &[String], random: &mu
     }
 }
 
-/// Drops, repeats or reorders what is in an element.
+/// Drops, repeats or reorders the content of an element.
 fn change_structure(element: &mut Element, random: &mut Random) {
     let n = element.children.len();
     if n == 0 {

@@ -1,4 +1,4 @@
-//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record what is done
+//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record the operations
 //! with them.
 //!
 //! None of them has derivatives, and none is `f64`: code that uses only their values loses the width, wins
@@ -234,7 +234,7 @@ const SMALL: [&str; 6] = [
 /// The largest width of their steps.
 const WIDEST_STEP: f64 = 1e-7;
 
-// All of these hold what they should: none but the step decides on values, and that only whether something turns so
+// All of these contain the exact results: only the step decides on values, and that only whether something turns so
 // fast that velocity forces are to be those of the middle of the step, far from the change between the two. Steps of
 // larger robots may be as wide as they like: they solve with one factorised matrix after another, each of which costs
 // trees of nine bodies nine digits.

@@ -21,7 +21,7 @@ struct Senseless<T> {
 }
 
 impl<T: Clone> Senseless<T> {
-    /// The words for each value, and what sets it in a copy of something good.
+    /// The words for each value, and a function that sets it in a copy of a valid object.
     fn cases<'a>(&'a self, good: &'a T) -> impl Iterator<Item = (String, impl Fn() -> T + 'a)> {
         self.values.iter().map(move |&x| {
             let said = self.said.replace("{}", &x.to_string());

@@ -1,4 +1,4 @@
-//! Numbers of robots, ids that they do not have, and what belongs to another robot.
+//! Parameters of robots, ids that they do not have, and parts of another robot.
 
 use dualbody::constraint::{Anchor, Constraint, ConstraintKind};
 use dualbody::contact::{ContactLaw, ContactPoint, Contacts, Rigid, Terrain};
