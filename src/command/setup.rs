@@ -16,7 +16,7 @@ const TIME_STEP: f64 = 1e-3;
 /// Penetration of soft ground by the robot at rest, m.
 const SOFT_DEPTH: f64 = 2e-3;
 
-/// How a robot is simulated.
+/// Options of the simulation of a robot.
 #[derive(Args, Debug)]
 pub(super) struct Setup {
     /// Time step, s; by default that of the file, or 0.001.

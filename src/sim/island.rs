@@ -23,7 +23,7 @@ pub(super) enum Start {
 }
 
 impl Start {
-    /// Where solutions start after a first one.
+    /// Start of solutions after the first one.
     ///
     /// * `stay` – whether forces stay from step to step
     pub(super) fn of(stay: bool) -> Self {

@@ -350,7 +350,7 @@ impl<P: Scalar> Simulator<P> {
         self.n_motion() + self.n_activation()
     }
 
-    /// The same without activations.
+    /// The simulator without activations.
     pub(crate) fn n_motion(&self) -> usize {
         2 * self.model.nv() + self.n_contact()
     }

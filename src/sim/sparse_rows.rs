@@ -25,7 +25,7 @@ pub(super) struct SparseRows<T> {
     beside: Vec<T>,
 }
 
-/// Where the entries of a row are.
+/// Place of the entries of a row.
 #[derive(Clone, Debug)]
 struct Place {
     segments: Range<usize>,

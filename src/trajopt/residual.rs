@@ -18,7 +18,7 @@ pub struct Node<'a, T: Scalar = f64> {
     /// The stage, from 0, or from the first stage of the problem
     /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is the last stage plus one.
     pub stage: usize,
-    /// The same system on all numbers.
+    /// The system on all scalars.
     system: &'a dyn AnySystem,
 }
 

@@ -124,7 +124,7 @@ impl<P: fmt::Debug> fmt::Debug for Function<P> {
     }
 }
 
-/// The same function, not one that is like it, with the same parameters.
+/// Equal if both share one function object and have the same parameters.
 impl<P: PartialEq> PartialEq for Function<P> {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.function, &other.function) && self.parameters == other.parameters

@@ -71,7 +71,7 @@ pub enum SimulatorRemark {
     ShortImpact {
         /// Link with the contact point that is worst.
         link: String,
-        /// How long an impact at 1 m/s lasts there, without damping, s.
+        /// Duration of an impact at 1 m/s there, without damping, s.
         duration: f64,
         /// The time step, s.
         time_step: f64,

@@ -27,7 +27,7 @@ use crate::spatial::{Force, Motion};
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactDerivatives<T: Scalar> {
-    /// Where a gradient in numbers of contacts may be asked for.
+    /// Workspace of gradients in parameters of contacts.
     numbers: Option<Box<OverNumbers<T>>>,
 }
 
