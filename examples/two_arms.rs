@@ -87,7 +87,7 @@ fn hold(simulator: &Simulator, start: &State) -> Rollout {
 fn check(first: &Rollout, second: &Rollout, apart: &Rollout, ball: f64) {
     let (n, g) = (STEPS as f64, 9.81);
     let fallen = 2.5 - g * DT * DT * n * (n + 1.0) / 2.0;
-    // q: seven numbers of the ball, then the left and the right arm; afterwards the arms alone.
+    // q: seven entries of the ball, then the left and the right arm; afterwards the arms alone.
     let arms = first.last().q.rows(7, 12).into_owned();
     let lone = &apart.last().q;
     let off = (0..12).map(|k| (arms[k] - lone[k % 6]).abs());

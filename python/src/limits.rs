@@ -35,7 +35,7 @@ pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()>
 /// Refuses trajectories that would not fit.
 ///
 /// * `count` – number of trajectories
-/// * `width` – numbers of a state and an input
+/// * `width` – entries of a state and an input
 pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> PyResult<()> {
     let of_state = (width * size_of::<f64>())
         .saturating_mul(COPIES)

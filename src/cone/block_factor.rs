@@ -21,7 +21,7 @@ pub(super) struct BlockFactor {
     neighbours: Vec<Vec<usize>>,
     /// By places: the later ones with which it has blocks, sorted, and the coordinates before each of these.
     later: Vec<Vec<(usize, usize)>>,
-    /// Index of the first number of each place: its own block, those above the diagonal, those below.
+    /// Index of the first entry of each place: its own block, those above the diagonal, those below.
     starts: Vec<usize>,
     values: Vec<f64>,
     /// Exchanges of rows in the blocks on the diagonal.

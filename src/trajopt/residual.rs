@@ -87,7 +87,7 @@ pub enum Dependence {
 /// ```
 /// use dualbody::{Scalar, trajopt::{Node, Residual}};
 ///
-/// /// How far the first two numbers of a state are from the unit circle.
+/// /// Distance of the first two entries of a state from the unit circle.
 /// struct OnCircle;
 /// impl Residual for OnCircle {
 ///     fn dim(&self, _: &Node<'_>) -> usize {

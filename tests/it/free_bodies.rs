@@ -310,7 +310,7 @@ fn vjp_of_spinning_bodies_equals_jacobians_forward_mode_and_central_differences(
     }
 }
 
-/// Squares of all numbers of the last state.
+/// Squares of all entries of the last state.
 struct Squares;
 
 impl RolloutCost for Squares {

@@ -307,7 +307,7 @@ fn arm(integrator: Integrator) -> (Simulator, State) {
     (simulator, start)
 }
 
-/// A sum of all numbers of the last state, with weights.
+/// A weighted sum of all entries of the last state.
 struct End;
 
 impl RolloutCost for End {
@@ -322,7 +322,7 @@ fn differences(x: f64, f: impl Fn(f64) -> f64) -> f64 {
     (f(x + step) - f(x - step)) / (2.0 * step)
 }
 
-// Through an impact with friction of an arm with damping, on a slope, in all numbers of the start, the inputs, and all parameters.
+// Through an impact with friction of an arm with damping, on a slope, in all entries of the start, the inputs, and all parameters.
 #[test]
 fn gradient_of_an_arm_that_hits_the_ground_equals_central_differences() {
     const STEPS: usize = 90;

@@ -256,7 +256,7 @@ fn fixed_joints_between_moving_ones_change_no_coordinate() {
     assert!(difference.amax() < SAME_ALGEBRA, "{difference}");
 }
 
-/// Asks the process that runs this test for the numbers of a robot.
+/// Environment variable that makes a process of this test print a robot.
 const PRINT: &str = "DUALBODY_TEST_PRINT_A_ROBOT";
 
 // Read in processes of their own: one as this one, one with another language, strange settings and no program to be

@@ -11,7 +11,7 @@ use rand::RngExt;
 use crate::common::everything::INTEGRATORS;
 use crate::common::{asset, generator, random_point};
 
-/// A cost of all numbers of a trajectory that is not quadratic.
+/// A cost of all entries of a trajectory that is not quadratic.
 struct Everything;
 
 impl RolloutCost for Everything {

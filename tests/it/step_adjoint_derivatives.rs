@@ -13,7 +13,7 @@ use rand::RngExt;
 use crate::common::generator;
 use crate::step_adjoints::{Case, closed_loops, solved_contact, uneven_ground};
 
-/// A cost of all numbers of the last state that is not quadratic, each beside its size.
+/// A cost of all entries of the last state that is not quadratic, each relative to its size.
 struct AtTheEnd {
     sizes: Vec<f64>,
 }

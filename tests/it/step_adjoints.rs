@@ -782,7 +782,7 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians_and_forward_mode() {
     }
 }
 
-/// A cost of all numbers of a trajectory.
+/// A cost of all entries of a trajectory.
 struct Everything;
 
 impl RolloutCost for Everything {

@@ -143,7 +143,7 @@ impl<'a, 'py> Asked<'a, 'py> {
 
     /// Trajectories, and the inputs that a control gave, as a Rollout of Python.
     ///
-    /// * `width` – numbers of a state
+    /// * `width` – entries of a state
     fn finish(
         self,
         of: &Bound<'py, PySimulator>,

@@ -98,7 +98,7 @@ impl Point<'_> {
         self.x.len() + usize::from(self.parameters.is_some())
     }
 
-    /// The numbers of an input.
+    /// The entries of an input.
     fn input(&self, i: usize) -> &[f64] {
         self.x.get(i).copied().or(self.parameters).unwrap_or(&[])
     }

@@ -347,7 +347,7 @@ fn spline<'a, P: Scalar>(h: &[P], ratios: &[f64], out: impl Iterator<Item = &'a 
 
 /// The transpose of [`spline`]: from derivatives in the n + 2 weights of a line to derivatives in the n heights, stored from the second position on.
 ///
-/// * `at` – index of each number of the line
+/// * `at` – index of each entry of the line
 fn spline_transposed<T: Scalar>(
     n: usize,
     ratios: &[f64],

@@ -100,10 +100,10 @@ impl<'a> Run<'a> {
 
 /// Rows of a shot in the Jacobian, which are filled one sample after another.
 pub(super) struct Rows<'a> {
-    /// Columns of the numbers of the robot, then of the start where it is a variable.
+    /// Columns of the parameters of the robot, then of the start where it is a variable.
     pub(super) block: &'a mut DMatrix<f64>,
     pub(super) next: usize,
-    /// Derivatives of numbers in the directions.
+    /// Derivatives of parameters in the directions.
     pub(super) slopes: &'a DMatrix<f64>,
     /// −1 / deviation of each row of a sample.
     pub(super) scales: &'a [f64],

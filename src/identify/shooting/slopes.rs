@@ -25,7 +25,7 @@ pub(super) struct Derivatives {
 enum Mode {
     /// The step linearised, and taken over dual numbers.
     Forward(Box<Forward>),
-    /// A vector-Jacobian product for each number of the next state.
+    /// A vector-Jacobian product for each entry of the next state.
     Adjoint(Box<Adjoint>),
 }
 
@@ -185,7 +185,7 @@ struct Product {
 }
 
 impl Product {
-    /// Finds the gradient of one number of the next state.
+    /// Finds the gradient of one entry of the next state.
     fn update(&mut self, simulator: &Simulator, at: &StepPoint<'_>, row: usize) {
         self.weights[row] = 1.0;
         let (scratch, out) = (&mut self.scratch, &mut self.gradient);

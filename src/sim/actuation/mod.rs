@@ -222,7 +222,7 @@ impl<P: Scalar> Actuation<P> {
 }
 
 impl Actuation<f64> {
-    /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
+    /// Hands every end of every joint with its derivatives in the parameters of its actuator to `each(coordinate, end)`.
     pub(super) fn each_seeded_end<T: Scalar>(
         &self,
         model: &Model,

@@ -102,7 +102,7 @@ pub(crate) trait BodySink<T: Scalar> {
     /// Takes y of rows at fixed forces and accelerations.
     fn rows(&mut self, rows: &[BodyRow<T>], own: Own);
 
-    /// Takes changes over the step of numbers of the contact state, or their rates at an instant, from one on.
+    /// Takes changes over the step of entries of the contact state, or their rates at an instant, from a first one.
     fn rates(&mut self, first: usize, rates: &[OfBody<T>]);
 
     /// Takes the friction of a block.
@@ -155,7 +155,7 @@ pub(crate) enum Own {
     Nothing,
     /// The first one: an input.
     Input(usize),
-    /// The last three: numbers of the contact state, from one on.
+    /// The last three: entries of the contact state, from a first one.
     Contact(usize),
     /// After the first one: parameters.
     Parameters(Range<usize>),

@@ -251,7 +251,7 @@ struct Weighted<T: Scalar> {
 }
 
 impl<T: Scalar> TendonDerivatives<T> {
-    /// Derivatives in the coefficients, in the numbers of the servo and in the time step, weighted.
+    /// Derivatives in the coefficients, in the parameters of the servo and in the time step, weighted.
     fn emit_numbers_of(
         &self,
         found: &Found<'_, T>,

@@ -286,7 +286,7 @@ fn interval_steps_hold_those_of_numbers_inside() {
     assert_none(&refusals);
 }
 
-/// Roundings of single precision through a whole robot, relative to the largest number of a result.
+/// Roundings of single precision through a whole robot, relative to the largest entry of a result.
 const SINGLE: f64 = 2e-4;
 
 /// Compares results in single precision; returns whether they differ from rounded results in double precision.

@@ -12,7 +12,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 const NAN: f64 = f64::NAN;
 const INFINITY: f64 = f64::INFINITY;
 
-/// A number of a `T`, and invalid values of it.
+/// A parameter of a `T`, and invalid values of it.
 struct Senseless<T> {
     /// The words that the message must have, with `{}` in place of the value.
     said: &'static str,

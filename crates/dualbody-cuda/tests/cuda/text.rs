@@ -139,7 +139,7 @@ fn functions_in_parts_have_the_status_of_each_state() {
     assert_eq!(found.numbers[5..7], [0.25, 3.0]);
 }
 
-// One condition on a number of the first kernel, one on a number of the last.
+// One condition on a value of the first kernel, one on a value of the last.
 #[test]
 fn conditions_of_functions_in_parts_are_those_of_their_graph() {
     const TURNS: usize = 4_000;

@@ -70,7 +70,7 @@ pub struct CudaSource {
     pub precision: Precision,
 }
 
-/// Layout of the numbers of a state in memory.
+/// Layout of the entries of a state in memory.
 #[derive(Clone, Copy)]
 pub(super) enum Layout {
     /// One beside the other.
