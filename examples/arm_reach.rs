@@ -122,7 +122,7 @@ impl Arm {
         let reached = frame_pose(self.simulator.model(), last, self.hand);
         let off = (reached.translation - self.target.translation).norm();
         let turned = (reached.rotation - self.target.rotation).norm();
-        println!("{nearest:.4} m from its middle at the nearest; in the end {off:.1e} m off");
+        println!("at least {nearest:.4} m from its middle; at the end {off:.1e} m from the target");
         assert!(nearest > CLEARANCE - 1e-5 && off < 1e-5 && turned < 1e-5);
         let (lower, upper) = self.simulator.effort_bounds();
         for u in &plan.inputs {

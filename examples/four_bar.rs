@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gap = norm(&simulator.constraint_errors(&torn));
     let closed = simulator.assemble(&torn)?;
     println!(
-        "the loop was {gap:.3} m open, {:.0e} after {} steps",
+        "the loop was open by {gap:.3} m, by {:.0e} after {} steps",
         closed.error, closed.iterations
     );
     let rollout = follow(&simulator, &closed.state);

@@ -320,7 +320,7 @@ fn check_gradient(design: &Design, x: &[f64]) {
             gradient[k]
         );
     }
-    println!("gradient {worst:.1e} from central differences");
+    println!("difference of the gradient from central differences: {worst:.1e}");
 }
 
 /// Writes the robot that was found, and both jumps.

@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [direct, over] = [0.0, CLEARANCE].map(|clearance| {
         let plan = solve(&carry(&simulator, load, clearance));
         println!(
-            "{} after {} iterations, cost {:.4}, {:.4} m from the middle of the ball at the nearest",
+            "{} after {} iterations, cost {:.4}, at least {:.4} m from the middle of the ball",
             plan.status,
             plan.iterations,
             plan.cost,

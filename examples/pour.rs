@@ -52,9 +52,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let most = rollout.states.iter().map(energy).fold(0.0, f64::max);
     let left = energy(end) / most;
     println!(
-        "{COUNT} objects: {widest:.3} m from the middle at most, {lowest:.3} m above the ground at least"
+        "{COUNT} objects: at most {widest:.3} m from the middle, at least {lowest:.3} m above the ground"
     );
-    println!("{left:.1e} of the kinetic energy is left");
+    println!("{left:.1e} of the kinetic energy remains");
     assert_eq!(rollout.status, RolloutStatus::Completed);
     assert!(widest < BIN - 0.9 * HALF && lowest > 0.9 * HALF && left < 0.02);
 

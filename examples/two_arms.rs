@@ -98,9 +98,9 @@ fn check(first: &Rollout, second: &Rollout, apart: &Rollout, ball: f64) {
         (0..6).map(|k| (u[k] - u[k + 6]).abs()).fold(0.0, f64::max)
     };
     let (before, after) = (borne(first), borne(second));
-    println!("the ball is at {ball:.4} m, the arms are within {off:.0e} rad of one that is alone");
+    println!("the ball is at {ball:.4} m, the arms are within {off:.0e} rad of a single arm");
     println!(
-        "carried over within {jump:.0e} rad; the weight takes {after:.1} N·m more of a left motor, {before:.0e} before"
+        "state kept within {jump:.0e} rad; the weight adds {after:.1} N·m to a left motor, {before:.0e} before"
     );
     assert!((ball - fallen).abs() < 1e-9 && off < 1e-9);
     assert!(jump == 0.0 && before < 1e-9 && after > 1.0);
