@@ -146,7 +146,7 @@ fn creep() -> Result<Plot, Box<dyn Error>> {
     const ANGLE: f64 = 0.4;
     let model = Model::from_urdf_file("assets/box.urdf")?;
     let mut plot = Plot::new("A box on a slope of 0.4 rad with a friction of 1")
-        .with_axes("t [s]", "way down the slope [mm]");
+        .with_axes("t [s]", "distance down the slope [mm]");
     for (name, law) in laws(1.0, 4) {
         let simulator = on(&model, Terrain::incline(ANGLE), law, 2e-3);
         let (sin, cos) = (0.5 * ANGLE).sin_cos();
