@@ -1,6 +1,6 @@
 //! Texts of the library in Python's words.
 
-/// Rust names in the library's messages and their Python names; longer names before their prefixes.
+/// What the library's messages name, and what that is called in Python; longer names before those that they begin with.
 const NAMES: [(&str, &str); 21] = [
     ("ModelOptions::with_base(Base::Fixed)", "base=\"fixed\""),
     (

@@ -35,7 +35,7 @@ pub(super) struct Unit<T = f64> {
 }
 
 impl Unit {
-    /// The parameter of its law, scaled, from that of its block.
+    /// The number of its law, scaled, from that of its block.
     ///
     /// * `scale` – s of its rows
     pub(super) fn own_number<T: Scalar>(&self, given: T, scale: f64) -> T {

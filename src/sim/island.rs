@@ -271,7 +271,7 @@ impl<T: Scalar> Island<T> {
         own.statuses[lane] = own.certificate.status;
     }
 
-    /// Prepares a solution by blocks for derivatives, which use the rows in one piece.
+    /// Readies what was solved by blocks for derivatives, which take the rows in one piece.
     pub(super) fn prepare_slopes(
         &mut self,
         of: &ConeProblem<'_, T>,

@@ -82,7 +82,7 @@ impl Islands {
     }
 }
 
-/// First of the coordinates that are connected with each one, by joints or by mimic joints.
+/// First coordinate of what is connected with each one, by joints or by joints that follow others.
 pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
     let mut trees: Vec<usize> = (0..model.nv()).collect();
     let root = |trees: &[usize], mut k: usize| {
@@ -105,7 +105,7 @@ pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
         own.push(first);
     }
     let mut out: Vec<usize> = (0..trees.len()).map(|k| root(&trees, k)).collect();
-    // Coordinates between connected ones count as connected with them.
+    // What is between connected coordinates counts as connected with them.
     for k in (1..out.len()).rev() {
         if out[k] < k {
             out[k - 1] = out[k - 1].min(out[k]);

@@ -474,7 +474,7 @@ impl<T: Scalar> Rows<T> {
     /// τ ← τ + Xᵀ f of one group of rows.
     #[inline(always)]
     fn push(&self, group: usize, x: &[[T; GROUP]], tau: &mut [T]) {
-        // The forces besides those of rows follow the last row, as if they had a force of one.
+        // What the forces act beside stands after the last row, as if it had a force of one.
         let mut forces = [T::one(); GROUP];
         for (own, &f) in forces.iter_mut().zip(&self.forces[GROUP * group..]) {
             *own = f;

@@ -30,7 +30,7 @@ pub(super) struct Episodes {
     drawn: Vec<BatchScalar>,
     action: Vec<BatchScalar>,
     observation: Vec<BatchScalar>,
-    /// A state at its start, and its draws.
+    /// A state that starts, and what it draws.
     start: State,
     start_drawn: Vec<f64>,
 }
@@ -183,7 +183,7 @@ impl Episodes {
     }
 }
 
-/// Writes the rows of lanes into the output.
+/// Writes rows of lanes, as many as there are, where they are wanted.
 fn write_rows(lanes: &[BatchScalar], rows: &mut [f64], wanted: impl Fn(usize) -> bool) {
     let rows = rows.chunks_exact_mut(lanes.len().max(1)).enumerate();
     for (lane, row) in rows.filter(|(lane, _)| wanted(*lane)) {

@@ -164,7 +164,7 @@ impl<T: Scalar> Contact<T> {
         self.axes[of]
     }
 
-    /// The rates of all entries of the contact state, in sequence.
+    /// The rates of all numbers of the contact state, in sequence.
     pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
         rates.flat_map(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
