@@ -321,7 +321,7 @@ impl Newton {
         }
     }
 
-    /// Removes the forces of separated units, and updates velocities.
+    /// Takes the forces of separated units away, and notes what that does to velocities.
     fn let_vanish(&mut self) {
         let n = self.system.n;
         self.vanished.fill(0.0);
