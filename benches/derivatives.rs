@@ -1,7 +1,7 @@
 //! Times of derivatives, named `function/method/robot`.
 //!
 //! `dense` sends dual numbers through the whole tree, a chunk of directions at a time; `tree` eliminates along it. Both give the
-//! same numbers; the difference is what the structure of the robot is worth.
+//! same numbers; the difference is the gain by the structure of the robot.
 //!
 //! `step` is a step on plain numbers (`f64`) and on dual numbers with four directions (`dual4`), and all its Jacobians (`linearize`), of
 //! robots in free motion and of one in contact: from how many directions on the Jacobians pay.

@@ -32,7 +32,7 @@ const REST: usize = 20_000;
 const LAST: usize = 2_500;
 /// Dampers at the joints, N·m·s/rad.
 const DAMPING: f64 = 0.5;
-/// What a free body may gain in a flight of a second with the spin of a throw, by the first order of the step, as a part of its energy.
+/// Largest gain of a free body in a flight of one second with the spin of a throw, by the first order of the step, as a part of its energy.
 const DRIFT: f64 = 0.02;
 
 fn quadruped(law: ContactLaw) -> Simulator {
@@ -183,7 +183,7 @@ fn main() {
     let mass = asset("quadruped").total_mass();
     let soft = ContactLaw::Soft(SoftContact::estimate(mass, 4, 2e-3));
     check("soft", quadruped(soft), throws, 0);
-    // Impacts of many redundant corners at once are the hardest problems there are: now and then one is solved regularised, and says so.
+    // Impacts of many redundant corners at once are the hardest problems: now and then one is solved regularised, which its status reports.
     for acceptable in [0.0, SolverOptions::default().acceptable] {
         let name = format!("rigid, acceptable from {acceptable:e} on");
         check(&name, rigid(acceptable), throws, throws.div_ceil(20));

@@ -27,7 +27,7 @@ const STEPS: usize = 1000;
 /// Amplitude of the torques, N·m.
 const TORQUE: f64 = 0.05;
 
-/// Half the squares of all numbers of each step, with slopes by dual numbers.
+/// Half the sum of the squares of all states and inputs, with derivatives by dual numbers.
 struct ByDuals;
 
 impl RolloutCost for ByDuals {
@@ -90,7 +90,7 @@ fn main() {
     }
 }
 
-/// Rounds for what takes long.
+/// Rounds of long measurements.
 const FEW_ROUNDS: usize = 7;
 
 /// A configuration of the arm in which its last link is off the axis of the first joint, rad.

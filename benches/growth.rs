@@ -3,7 +3,7 @@
 //! `cargo bench --features plot --bench growth` – writes `out/growth.csv` and `out/growth.svg`, prints exponents.
 //!
 //! Expected, with n bodies: RNEA, ABA and a step go through the tree once, so n¹ in a chain and in a bush. The Jacobian of a step has
-//! 2n × 3n entries and multiplies with M⁻¹, so n² at the very least, whatever the tree; for the deepest chains n³ in the limit. An
+//! 2n × 3n entries and multiplies with M⁻¹, so at least n² for any tree; for the deepest chains n³ in the limit. An
 //! exponent between two sizes next to each other that is far above the fit is a cliff: of a cache, or of a chunk of directions. So
 //! some sizes are one above a multiple of a chunk.
 
@@ -26,7 +26,7 @@ const FUNCTIONS: [&str; 4] = ["rnea", "aba", "step", "linearize"];
 /// Builds a tree of so many bodies.
 type Build = fn(usize) -> Model;
 const TREES: [(&str, Build); 2] = [("chain", chain), ("bush", bush)];
-/// All sizes are gone through so often and the best is kept: what else the machine does would look like a cliff.
+/// All sizes are measured so often and the best time is kept: other work of the machine would look like a cliff.
 const PASSES: usize = 5;
 /// The exponent is fitted from here: below it the constant part of a call shows.
 const LARGE: usize = 16;

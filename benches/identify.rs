@@ -1,4 +1,4 @@
-//! Identification of an arm from a noisy log, from raw channels to a robot that can be, with intervals; and its errors on another motion beside those of the
+//! Identification of an arm from a noisy log, from raw channels to a physically consistent robot, with intervals; and its errors on another motion beside those of the
 //! true robot.
 //!
 //! ```sh
@@ -56,7 +56,7 @@ fn motion(n: usize, seed: u64) -> Excitation {
     }
 }
 
-/// The robot as it is, with dampers and friction of the size of its joints.
+/// The true robot, with dampers and friction of the size of its joints.
 fn truth(model: &Model) -> Robot {
     let nv = model.nv();
     let size = |k: usize| 8.0 / (1.0 + k as f64);

@@ -25,7 +25,7 @@ const STEPS: usize = 400;
 /// Times that a step is taken.
 const REPEATS: usize = 3;
 
-/// What a fall costs.
+/// Cost of a fall.
 struct Fall {
     /// Of each step, s.
     times: Vec<f64>,

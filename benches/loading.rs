@@ -13,7 +13,7 @@ use common::clock::{Clock, is_test};
 use common::robots::{ASSETS, chain, path};
 use dualbody::ModelOptions;
 
-/// A robot of many links, to see that nothing grows faster than the text.
+/// A robot of many links: no cost may grow faster than the text.
 const CHAINS: [usize; 3] = [16, 128, 1024];
 /// Both sides take so many turns.
 const ROUNDS: usize = 15;
@@ -52,7 +52,7 @@ fn texts() -> Vec<(String, String)> {
     assets.into_iter().chain(chains).collect()
 }
 
-/// Best times of loading and of parsing, s: what else the machine does only adds to them.
+/// Best times of loading and of parsing, s: other work of the machine only adds to them.
 fn compare(text: &str, clock: Clock, rounds: usize) -> (f64, f64) {
     let options = ModelOptions::default();
     (0..rounds).fold((f64::INFINITY, f64::INFINITY), |(ours, theirs), _| {

@@ -21,7 +21,7 @@ const NAME: &str = "arm_reach";
 const DT: f64 = 0.02;
 const HORIZON: usize = 75;
 const READY: [f64; 7] = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785];
-/// A configuration of which only the pose of the hand is asked for.
+/// A configuration that defines the target pose of the hand.
 const GOAL: [f64; 7] = [1.2, 0.3, 0.2, -1.6, 0.1, 2.0, 1.2];
 /// Obstacle in the way: a sphere, m.
 const RADIUS: f64 = 0.1;
@@ -122,7 +122,7 @@ impl Arm {
         let reached = frame_pose(self.simulator.model(), last, self.hand);
         let off = (reached.translation - self.target.translation).norm();
         let turned = (reached.rotation - self.target.rotation).norm();
-        println!("{nearest:.4} m from its middle at the nearest; in the end {off:.1e} m off");
+        println!("at least {nearest:.4} m from its middle; at the end {off:.1e} m from the target");
         assert!(nearest > CLEARANCE - 1e-5 && off < 1e-5 && turned < 1e-5);
         let (lower, upper) = self.simulator.effort_bounds();
         for u in &plan.inputs {

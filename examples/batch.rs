@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         (0..ROBOTS).filter(|&i| rollout.status(i) != RolloutStatus::Completed),
     );
     println!("{standing} of {ROBOTS} cart-poles stand after {STEPS} steps");
-    println!("{} left the numbers that a computer has", stopped.count());
+    println!("{} diverged", stopped.count());
     println!(
         "{:.1} million steps a second on {} threads",
         rate * 1e-6,

@@ -1,4 +1,4 @@
-//! A ball bounces: heights fall by the square of the restitution, and dual numbers tell how they depend on it and on
+//! A ball bounces: heights fall by the square of the restitution, and dual numbers give their derivatives in it and in
 //! the fall.
 //!
 //! Rigid contact finds each bounce at its time within a step, so its derivatives hold bounce after bounce in steps of a

@@ -45,7 +45,7 @@ fn open_loop(simulator: Simulator) -> Outcome {
     // Nothing pushes along the rail, so the common centre of mass stays where it is.
     let along = |s: &State| center_of_mass(model, s.q.as_slice()).y;
     let shift = largest(rollout.states.iter().map(|s| along(s) - along(&start)));
-    println!("the centre of mass strays by {shift:.1e} m along the rail");
+    println!("the centre of mass moves by {shift:.1e} m along the rail");
     assert!(shift < 1e-6);
     Ok(())
 }
@@ -110,7 +110,7 @@ fn report(name: &str, simulator: &Simulator, rollout: &Rollout) -> Outcome {
     let file = name.replace(' ', "_");
     recording.save_csv(format!("{OUT}/{file}.csv"))?;
     recording.save_html(format!("{OUT}/{file}.html"))?;
-    // The last one is what the page of the example shows.
+    // The page of the example shows the last one.
     Ok(recording.save_html(format!("{OUT}/index.html"))?)
 }
 

@@ -1,4 +1,4 @@
-//! A pole on a cart is kept upright by a linear policy that is learnt in less than a second by the cross-entropy method: many candidates act at once, and the next ones are
+//! A linear policy keeps a pole on a cart upright. The cross-entropy method learns it in less than a second: many candidates act at once, and the next ones are
 //! drawn about the best.
 //!
 //! `cargo run --release --example cartpole_learned`

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rollout = follow(&simulator, &plan.trajectory, &real)?;
     common::save_plan(NAME, &simulator, &plan.trajectory, "pole")?;
     rollout.write_csv(simulator.model(), common::create(NAME, "closed_loop.csv")?)?;
-    // The page shows what happened instead of what was planned.
+    // The page shows the actual motion instead of the plan.
     let recording = common::record(NAME, simulator.model(), &rollout, "pole")?;
     common::save_page(NAME, &recording)
 }

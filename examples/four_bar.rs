@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gap = norm(&simulator.constraint_errors(&torn));
     let closed = simulator.assemble(&torn)?;
     println!(
-        "the loop was {gap:.3} m open, {:.0e} after {} steps",
+        "the loop was open by {gap:.3} m, by {:.0e} after {} steps",
         closed.error, closed.iterations
     );
     let rollout = follow(&simulator, &closed.state);
@@ -67,7 +67,7 @@ fn wanted(start: f64, t: f64) -> (f64, f64, f64) {
     )
 }
 
-/// Computed torque at the crank: the acceleration of the rocker is affine in it, so two accelerations tell how.
+/// Computed torque at the crank: the acceleration of the rocker is affine in it, so two accelerations determine it.
 fn follow(simulator: &Simulator, start: &State) -> Rollout {
     let mut scratch = StepScratch::new(simulator);
     let mut rocker = |state: &State, torque: f64| {

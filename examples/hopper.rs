@@ -161,7 +161,7 @@ fn sketch(problem: &Problem, start: &State, held: &DVector<f64>) -> Trajectory {
     out
 }
 
-/// The plan is what the simulator does with its torques, it keeps their limits, flies over the hurdle and ends standing
+/// Checks that the simulator reproduces the plan by its torques, and that the plan keeps their limits, flies over the hurdle and ends standing
 /// where it should.
 fn check(simulator: &Simulator, start: &State, plan: &Trajectory) {
     let played = simulator.rollout(start, HORIZON, |t, _, u| {
@@ -171,7 +171,7 @@ fn check(simulator: &Simulator, start: &State, plan: &Trajectory) {
     let off = pairs.map(|(state, x)| (simulator.pack(state) - x).amax());
     let off = off.fold(0.0, f64::max);
     let torque = plan.inputs.iter().map(|u| u.amax()).fold(0.0, f64::max);
-    println!("played by the simulator {off:.1e} from the plan, with at most {torque:.2} N·m");
+    println!("the simulated motion is within {off:.1e} of the plan, with at most {torque:.2} N·m");
     assert!(off < 1e-9 && torque <= simulator.effort_bounds().1[0] + 1e-9);
 
     let states = played.states.iter();
@@ -182,7 +182,7 @@ fn check(simulator: &Simulator, start: &State, plan: &Trajectory) {
     let end = played.last();
     let (miss, speed) = (end.q[0] - DISTANCE, end.v.amax());
     println!(
-        "{flight:.3} s in the air, {cleared:.3} m above the hurdle of {HURDLE} m; lands {miss:.1e} m off, {speed:.1e} from rest"
+        "{flight:.3} s in the air, {cleared:.3} m above the hurdle of {HURDLE} m; lands {miss:.1e} m from its target, with a speed of {speed:.1e}"
     );
     assert!(flight > 0.2 && cleared > 0.01);
     assert!(miss.abs() < 5e-3 && speed < 5e-3 && touches(&end));

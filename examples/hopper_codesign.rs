@@ -188,7 +188,7 @@ impl RolloutCost for Jump {
     }
 }
 
-/// The cost as a function of two variables, whose sines are the lengths within what can be built, and of the torques.
+/// The cost as a function of two variables, whose sines are the lengths within the buildable range, and of the torques.
 struct Design {
     simulator: Simulator,
     hardware: Hardware,
@@ -320,7 +320,7 @@ fn check_gradient(design: &Design, x: &[f64]) {
             gradient[k]
         );
     }
-    println!("gradient {worst:.1e} from central differences");
+    println!("difference of the gradient from central differences: {worst:.1e}");
 }
 
 /// Writes the robot that was found, and both jumps.

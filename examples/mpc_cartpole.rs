@@ -66,14 +66,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         if k % STAY == STAY - 1 {
             let miss = state.q[0] - target(k);
             println!(
-                "at {:.1} s the cart is {miss:.4} m off its target",
+                "at {:.1} s the cart is {miss:.4} m from its target",
                 k as f64 * DT
             );
             assert!(miss.abs() < 0.1);
         }
     }
     println!(
-        "tilted by {tilt:.3} rad at most; {:.0} µs for the longest step",
+        "largest tilt {tilt:.3} rad; {:.0} µs for the longest step",
         longest * 1e6
     );
     assert!(tilt < 0.5, "the pole stays up");

@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let size = MASS * 9.81 * LENGTH * (1.0 - ANGLE.cos());
     println!("the last ball rises to {highest:.4} rad, the first one fell from {ANGLE} rad");
     println!(
-        "energy changes by {:.1e} of what fell",
+        "energy changes by {:.1e} of the initial potential energy",
         (end - start) / size
     );
     assert!((highest - ANGLE).abs() < 0.01);

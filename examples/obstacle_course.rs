@@ -27,7 +27,7 @@ const FORCE: f64 = 20.0;
 /// From one side to the other, the load hanging still.
 const START: [f64; 4] = [-1.0, PI, 0.0, 0.0];
 const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
-/// The ball, half in the ground: its middle and its radius, m. The load hangs at a height of 0.2 m.
+/// The ball, half in the ground: its middle and its radius, m. The load is at a height of 0.2 m.
 const BALL: [f64; 3] = [0.0, 0.0, 0.0];
 const RADIUS: f64 = 0.36;
 const COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [direct, over] = [0.0, CLEARANCE].map(|clearance| {
         let plan = solve(&carry(&simulator, load, clearance));
         println!(
-            "{} after {} iterations, cost {:.4}, {:.4} m from the middle of the ball at the nearest",
+            "{} after {} iterations, cost {:.4}, at least {:.4} m from the middle of the ball",
             plan.status,
             plan.iterations,
             plan.cost,
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page(NAME, &recording)
 }
 
-/// A cart that hangs its pole into the depth, with a load at the end.
+/// A cart with its pole downwards and a load at the end.
 fn crane() -> Result<Model, Box<dyn Error>> {
     Ok(Model::from_urdf_file(FILE)?.with_frame("load", "pole", &at([0.0, 0.0, 1.0]))?)
 }

@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (k, (name, _)) in SOLIDS.iter().enumerate() {
         let (deviation, off) = (covariance[(k, k)].sqrt(), found.x[k] - TRUTH[k]);
         println!(
-            "{name:>12} {:7.1} ± {:4.1}, in truth {:6.1}",
+            "{name:>12} {:7.1} ± {:4.1}, true value {:6.1}",
             found.x[k],
             2.0 * deviation,
             TRUTH[k]
@@ -66,14 +66,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         .variance()
         .ok_or("as many torques as densities")?
         .sqrt();
-    println!("what is left of the torques: {noise:.4} N·m of noise, {NOISE} in truth");
+    println!("noise of the torques: {noise:.4} N·m, true value {NOISE}");
     assert!(found.is_converged() && found.held.is_empty());
     assert!((noise / NOISE - 1.0).abs() < 0.05);
 
     let (found, truth) = (fit.payload(&found.x)?, fit.payload(&TRUTH)?);
     let off = (found.com() - truth.com()).norm();
     println!(
-        "payload of {:.3} kg, {:.3} in truth; its centre of mass {:.2} mm off, its moments\n{:.5} kg·m², in truth{:.5}",
+        "payload of {:.3} kg (true value {:.3}); its centre of mass is {:.2} mm off; its moments\n{:.5} kg·m², true values{:.5}",
         found.mass,
         truth.mass,
         1e3 * off,

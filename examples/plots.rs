@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let x = deviation(&rollout.states[STEPS / 2]);
     let expected = (x.transpose() * &lqr.cost_to_go * &x)[0];
     println!(
-        "cost left halfway: {:.6e}, xᵀ P x = {expected:.6e}",
+        "cost of the second half: {:.6e}, xᵀ P x = {expected:.6e}",
         left[STEPS / 2]
     );
     assert!((left[STEPS / 2] / expected - 1.0).abs() < 0.02);

@@ -52,9 +52,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let most = rollout.states.iter().map(energy).fold(0.0, f64::max);
     let left = energy(end) / most;
     println!(
-        "{COUNT} objects: {widest:.3} m from the middle at most, {lowest:.3} m above the ground at least"
+        "{COUNT} objects: at most {widest:.3} m from the middle, at least {lowest:.3} m above the ground"
     );
-    println!("{left:.1e} of the kinetic energy is left");
+    println!("{left:.1e} of the kinetic energy remains");
     assert_eq!(rollout.status, RolloutStatus::Completed);
     assert!(widest < BIN - 0.9 * HALF && lowest > 0.9 * HALF && left < 0.02);
 
@@ -83,7 +83,7 @@ fn add_bin(world: &mut World) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Layers of three by three, each a little askew so that nothing falls straight onto what is below.
+/// Layers of three by three, each a little askew so that nothing falls straight onto the layer below.
 fn add_object(world: &mut World, k: usize) -> Result<(), Box<dyn Error>> {
     let (layer, place) = (k / 9, k % 9);
     let skew = 0.01 * (layer as f64).sin();

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let [guessed, end] = [&guess, &plan.trajectory].map(|of| found(&of.states[HORIZON]));
     println!(
-        "after {} iterations, cost {:.4}: pushed straight on to {guessed:.4?}, by the plan to {end:.4?}, to go to {GOAL:?}",
+        "after {} iterations, cost {:.4}: the guess pushes to {guessed:.4?}, the plan to {end:.4?}, the goal is {GOAL:?}",
         plan.iterations, plan.cost
     );
     // The plan is a motion of the simulator: played again it gets to the same place.

@@ -18,7 +18,7 @@ const DT: f64 = 0.01;
 /// Links of the rotors. Neighbours run in opposite senses, and turn the hull by so much per thrust, N·m/N.
 const ROTORS: [&str; 4] = ["front", "left", "rear", "right"];
 const TORQUE_RATIO: f64 = 0.016;
-/// The most thrust of a rotor, and what each carries, N.
+/// Largest thrust of a rotor, and the weight that each carries, N.
 const MOST: f64 = 7.0;
 const HELD: f64 = 9.81 / 4.0;
 /// Steps of hovering, before and after the loop, and of the loop, which is 2 m high.
@@ -115,7 +115,9 @@ fn check(flight: &Rollout, model: &Model, rest: &State) {
     let (height, up) = (top[2], 1.0 - 2.0 * (top[4] * top[4] + top[5] * top[5]));
     let planned = flight.inputs[HOVER..HOVER + LOOP].iter();
     let most = planned.map(|u| u.max()).fold(0.0, f64::max);
-    println!("hovers {caught:.0e} from rest, and after the loop {end:.0e}");
-    println!("{height:.2} m up, its axis points {up:.2} upwards; {most:.2} N a rotor at most");
+    println!("distance from rest: hovering {caught:.0e}, after the loop {end:.0e}");
+    println!(
+        "{height:.2} m high, vertical part of its axis {up:.2}; at most {most:.2} N per rotor"
+    );
     assert!(caught < 1e-2 && end < 1e-2 && most <= MOST && height > 1.8 && up < -0.9);
 }

@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let motion = common::save_plan(NAME, &simulator, &plan.trajectory, "trunk")?;
     common::save_page(NAME, &motion)?;
 
-    // The plan flown in steps small enough to keep what nature keeps.
+    // The plan flown in steps small enough to conserve momentum.
     let model = simulator.model();
     let fine = simulator.clone().with_time_step(DT / FINE as f64);
     let fine = fine.with_integrator(Integrator::RungeKutta4);
@@ -89,7 +89,7 @@ fn take_off(model: &Model) -> State {
 fn flight(simulator: &Simulator, start: &State) -> Result<Problem, Box<dyn Error>> {
     let x = simulator.pack(start);
     let nv = simulator.model().nv();
-    // The flight of the whole is what it is; only the legs are to stay near where they are.
+    // The motors do not change the flight of the whole; the cost only keeps the legs near their positions.
     let mut legs = vec![0.0; 2 * nv];
     legs[6..nv].fill(0.1);
     legs[nv + 6..].fill(1e-2);

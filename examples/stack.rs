@@ -15,7 +15,7 @@ const BRICKS: usize = 5;
 const SIZE: [f64; 3] = [0.4, 0.2, 0.1];
 const STEPS: usize = 400;
 
-/// The largest shift s under which a stack of n bricks of length l stands, m: the centre of those above the lowest one, n s / 2 beside its centre, is over
+/// The largest shift s under which a stack of n bricks of length l stands, m. The centre of those above the lowest one, n s / 2 beside its centre, is then over
 /// the edge at l / 2.
 fn limit() -> f64 {
     SIZE[0] / BRICKS as f64

@@ -87,7 +87,7 @@ fn hold(simulator: &Simulator, start: &State) -> Rollout {
 fn check(first: &Rollout, second: &Rollout, apart: &Rollout, ball: f64) {
     let (n, g) = (STEPS as f64, 9.81);
     let fallen = 2.5 - g * DT * DT * n * (n + 1.0) / 2.0;
-    // q: seven numbers of the ball, then the left and the right arm; afterwards the arms alone.
+    // q: seven entries of the ball, then the left and the right arm; afterwards the arms alone.
     let arms = first.last().q.rows(7, 12).into_owned();
     let lone = &apart.last().q;
     let off = (0..12).map(|k| (arms[k] - lone[k % 6]).abs());
@@ -98,9 +98,9 @@ fn check(first: &Rollout, second: &Rollout, apart: &Rollout, ball: f64) {
         (0..6).map(|k| (u[k] - u[k + 6]).abs()).fold(0.0, f64::max)
     };
     let (before, after) = (borne(first), borne(second));
-    println!("the ball is at {ball:.4} m, the arms are within {off:.0e} rad of one that is alone");
+    println!("the ball is at {ball:.4} m, the arms are within {off:.0e} rad of a single arm");
     println!(
-        "carried over within {jump:.0e} rad; the weight takes {after:.1} N·m more of a left motor, {before:.0e} before"
+        "state kept within {jump:.0e} rad; the weight adds {after:.1} N·m to a left motor, {before:.0e} before"
     );
     assert!((ball - fallen).abs() < 1e-9 && off < 1e-9);
     assert!(jump == 0.0 && before < 1e-9 && after > 1.0);

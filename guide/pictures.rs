@@ -98,7 +98,7 @@ fn laws(friction: f64, points: usize) -> [(&'static str, ContactLaw); 3] {
     [
         ("rigid", ContactLaw::Rigid(Rigid { friction, ..rigid })),
         (
-            "relaxed rigid",
+            "regularised",
             ContactLaw::RelaxedRigid(RelaxedRigid {
                 friction,
                 ..relaxed
@@ -146,7 +146,7 @@ fn creep() -> Result<Plot, Box<dyn Error>> {
     const ANGLE: f64 = 0.4;
     let model = Model::from_urdf_file("assets/box.urdf")?;
     let mut plot = Plot::new("A box on a slope of 0.4 rad with a friction of 1")
-        .with_axes("t [s]", "way down the slope [mm]");
+        .with_axes("t [s]", "distance down the slope [mm]");
     for (name, law) in laws(1.0, 4) {
         let simulator = on(&model, Terrain::incline(ANGLE), law, 2e-3);
         let (sin, cos) = (0.5 * ANGLE).sin_cos();
@@ -158,7 +158,7 @@ fn creep() -> Result<Plot, Box<dyn Error>> {
             |s: &State| 1e3 * ((at[0] - s.q[0]) * ANGLE.cos() + (at[2] - s.q[2]) * ANGLE.sin());
         let speed = 2.0 * (way(rollout.last()) - way(&rollout.states[250]));
         println!("{name}: creeps at {speed:.3} mm/s");
-        assert_eq!(speed > 1e-3, name == "relaxed rigid");
+        assert_eq!(speed > 1e-3, name == "regularised");
         let ways = rollout.times().zip(rollout.states.iter().map(way));
         plot = plot.with_line(name, ways.collect::<Vec<_>>());
     }

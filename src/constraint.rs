@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a tendon passes one joint or more, not none")]
+    #[should_panic(expected = "a tendon needs at least one joint, got none")]
     fn tendon_without_joints_is_refused() {
         let _ = Constraint::tendon(&samples::double_pendulum(), &[], 1.0);
     }

@@ -467,7 +467,7 @@ pub enum InvalidState {
         /// The number.
         value: f64,
     },
-    /// A number of the activations of inputs is NaN or infinite.
+    /// An entry of the activations of inputs is NaN or infinite.
     #[error("{}", message(format_args!("activation[{index}] is {value}")))]
     NonFiniteActivation {
         /// Index of the number among all activations.

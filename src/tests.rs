@@ -6,5 +6,5 @@ pub(crate) const ROUNDING: f64 = 1e-15;
 pub(crate) const SAME_ALGEBRA: f64 = 1e-12;
 /// Another algorithm for the same number, or an iteration that has converged: roundings of a whole robot, and of a linear solve.
 pub(crate) const OTHER_ALGORITHM: f64 = 1e-9;
-/// Extrapolated central differences: about eleven digits at inputs and slopes of size one, less where curvature is large.
+/// Extrapolated central differences: about eleven digits at inputs and derivatives of size one, less where curvature is large.
 pub(crate) const FINITE_DIFFERENCE: f64 = 1e-8;

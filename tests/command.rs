@@ -100,7 +100,7 @@ fn status_of_check_says_whether_there_is_a_flaw() {
 #[test]
 fn check_finds_a_step_that_is_too_long_for_a_spring() {
     let folder = Folder::new("stiff");
-    // 1 kg on 10⁴ N/m: 16 Hz. Runge and Kutta's method is stable up to 2.83 / 100 s.
+    // 1 kg on 10⁴ N/m: 16 Hz. The Runge–Kutta method is stable up to 2.83 / 100 s.
     let xml = r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0" stiffness="10000"/>
         <geom size="0.1" mass="1"/></body></worldbody></mujoco>"#;
     let file = folder.write("spring.xml", xml);

@@ -121,7 +121,7 @@ fn assert_below(what: &str, found: [f64; 2], most: [f64; 2]) {
     );
 }
 
-// Bounds here and below are three to seven times what was found.
+// Bounds here and below are three to seven times the measured errors.
 #[test]
 fn dynamics_in_single_precision_are_near_those_in_double() {
     for (robot, model) in [

@@ -63,7 +63,7 @@ fn time(function: &mut impl FnMut(), calls: u32) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// Whether the program is to run once only, to see that it runs: `--test`, as criterion has it.
+/// Whether the program only runs once as a test: the option `--test`, like criterion's.
 pub(crate) fn is_test() -> bool {
     std::env::args().any(|argument| argument == "--test")
 }

@@ -104,7 +104,7 @@ pub(crate) fn inverse_derivatives(simulator: &Simulator) -> impl FnMut(&Point<f6
     }
 }
 
-/// The Jacobian of inverse dynamics by dual numbers through the whole tree, `CHUNK` directions at a time: what the derivatives
+/// The Jacobian of inverse dynamics by dual numbers through the whole tree, `CHUNK` directions at a time: the baseline that the derivatives
 /// along the tree are to be compared with. In q as numbers, so for robots without quaternions.
 pub(crate) fn inverse_derivatives_dense(simulator: &Simulator) -> impl FnMut(&Point<f64>) {
     type Chunk = Dual<f64, CHUNK>;

@@ -1,4 +1,4 @@
-//! What the benches share: robots, random states, the functions that are measured, and a clock.
+//! Items shared by the benches: robots, random states, the functions that are measured, and a clock.
 
 #![allow(
     dead_code,

@@ -15,7 +15,7 @@ pub(crate) struct Point<T: Over<f64>> {
     pub(crate) state: State<T>,
     pub(crate) a: Vec<T>,
     pub(crate) tau: Vec<T>,
-    /// Of the length that the simulator wants.
+    /// Input, of the length of the simulator's.
     pub(crate) u: Vec<T>,
 }
 
@@ -59,7 +59,7 @@ impl Seed for Lanes<8> {
     }
 }
 
-/// The same random points for the same robot, whatever the scalar.
+/// Random points, the same for each scalar of a robot.
 pub(crate) fn points<T: Seed>(simulator: &Simulator) -> Vec<Point<T>> {
     let model = simulator.model();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);

@@ -28,7 +28,7 @@ pub(crate) fn asset(name: &str) -> Model {
     model
 }
 
-/// The quadruped with relaxed rigid contact at its feet, and a state in which all four are a millimetre deep.
+/// The quadruped with regularised contact at its feet, and a state in which all four are a millimetre deep.
 pub(crate) fn standing() -> (Simulator, State) {
     standing_under(ContactLaw::RelaxedRigid(RelaxedRigid::default()))
 }

@@ -1,11 +1,11 @@
 //! Runs one function so that its instructions can be counted: `run.sh` does, and compares with `counts.txt`.
 //!
 //! ```sh
-//! instructions                     # lists what there is to count
+//! instructions                     # lists the functions to count
 //! instructions rnea/f64/panda      # calls it once on each point
 //! ```
 //!
-//! Only what happens below [`measured`] is counted, not the loading of the robot. Data do not decide about branches but those of contact,
+//! Only instructions below [`measured`] are counted, not the loading of the robot. Data decide about branches of contact only,
 //! which has one state of its own, so a count belongs to a function, a robot and a compiler; from run to run it differs by no more than
 //! where memory happens to lie makes a difference to copying, about 1 ‰.
 
@@ -20,7 +20,7 @@ use common::robots::{asset, standing};
 use dualbody::autodiff::Dual;
 use dualbody::{Lanes, Simulator};
 
-/// The functions, by what they are called on.
+/// The functions, each with its scalar.
 const NAMES: [&str; 12] = [
     "kinematics/f64",
     "jacobian/f64",
@@ -104,12 +104,12 @@ fn run_standing(function: &str) {
 
 fn count<T: Seed>(simulator: &Simulator, mut function: impl FnMut(&Point<T>)) {
     let points = points::<T>(simulator);
-    // What working memory finds out at its first call is not counted.
+    // The first call sets up the workspace, which is not counted.
     function(&points[0]);
     measured(&mut || points.iter().for_each(&mut function));
 }
 
-/// Its name is what `run.sh` asks the counter for, so it must stay a function.
+/// `run.sh` passes its name to the counter, so it must stay a function.
 #[inline(never)]
 fn measured(function: &mut dyn FnMut()) {
     black_box(function)();

@@ -1,4 +1,4 @@
-"""Relaxed rigid contact of this crate beside MuJoCo, whose reference acceleration and impedance it follows: motions, and times.
+"""Regularised contact of this crate compared with MuJoCo, whose reference acceleration and impedance it has: motions, and times.
 
     python -m venv VENV && VENV/bin/pip install mujoco==4.0.0
     cargo bench --bench contact --no-run                       # prints the path of the program
@@ -57,7 +57,7 @@ def load(program, robot, impedance):
         setattr(plane, name, value)
     model = spec.compile()
     disable = mujoco.mjtDisableBit
-    # Damping is explicit with us, and without actuation there are no limits and no dry friction.
+    # Damping is explicit in dualbody, and without actuation it has no limits and no dry friction.
     model.opt.disableflags |= disable.mjDSBL_EULERDAMP | disable.mjDSBL_LIMIT | disable.mjDSBL_FRICTIONLOSS
     model.opt.timestep = TIME_STEP
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER

@@ -1,4 +1,4 @@
-//! Our side of the comparison of relaxed rigid contact with `MuJoCo`: robots as MJCF, motions, times; `contact.py` runs it.
+//! Our side of the comparison of regularised contact with `MuJoCo`: robots as MJCF, motions, times; `contact.py` runs it.
 //!
 //! ```sh
 //! contact mjcf ROBOT

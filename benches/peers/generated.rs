@@ -4,17 +4,18 @@
 //! generated FILE.urdf fixed|floating NAME FOLDER     # FOLDER/NAME_FUNCTION.c and .h; prints their operations, and where joints are
 //! ```
 
+#[path = "../common/mod.rs"]
+mod common;
+
 use std::error::Error;
 
+use common::clock::arguments;
 use dualbody::codegen::{self, Precision};
 use dualbody::model::Base;
 use dualbody::{Model, ModelOptions, Simulator};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| !a.starts_with("--"))
-        .collect();
+    let arguments = arguments();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let (file, base, name, folder) = match arguments[..] {
         [file, "fixed", name, folder] => (file, Base::Fixed, name, folder),

@@ -4,7 +4,7 @@
     cargo bench --bench pile --no-run                          # prints the path of the program
     taskset -c 0 VENV/bin/python benches/peers/pile.py PROGRAM [BODIES [REPETITIONS]]
 
-Both sides drop the same bodies, 0.2 m large, into a bin and take steps of 2 ms with friction 0.5. Relaxed rigid contact of this crate has the reference
+Both sides drop the same bodies, 0.2 m large, into a bin and take steps of 2 ms with friction 0.5. Regularised contact of this crate has the reference
 acceleration and impedance of MuJoCo; rigid contact has no peer there. MuJoCo has its defaults: Newton's method to 1e-8 from its last solution, once with
 its pyramids of friction, once with cones, which this crate has. Ours goes to 1e-12, from nothing in each step. The bodies tumble, so positions part after the
 first impacts; what is compared is the mean time of all steps, and of the last ones, in which they lie.

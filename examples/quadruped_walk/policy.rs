@@ -1,13 +1,13 @@
-//! The policy: offsets of the feet, linear in what is observed; one matrix for legs on the ground, and one for legs in the air.
+//! The policy: offsets of the feet, linear in the observations; one matrix for legs on the ground, and one for legs in the air.
 
 use super::task::{ACTIONS, OBSERVED, SPEED};
 
-/// What a leg knows: one, then the vertical along x and y, angular velocity, error of the speed along x, speed along y, direction.
+/// Number of observations of a leg: one, then the vertical along x and y, angular velocity, error of the speed along x, speed along y, direction.
 pub(crate) const KNOWN: usize = 9;
 /// Numbers of a policy: stride and lift, then for each half of the trot the rows of a front and a hind leg.
 pub(crate) const NUMBERS: usize = 2 + 2 * 2 * 3 * KNOWN;
 
-/// Sign of what is known in a mirror that exchanges left and right.
+/// Sign of each observation in a mirror that exchanges left and right.
 const MIRRORED: [f64; KNOWN] = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0];
 /// Whether each leg is a left one, is a hind one, and its place in the trot.
 const LEGS: [(bool, bool, f64); 4] = [

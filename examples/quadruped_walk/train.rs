@@ -1,5 +1,5 @@
 //! Training by augmented random search (Mania, Guy, Recht, "Simple random search of static policies is competitive for reinforcement learning", 2018): the policy goes along
-//! random directions in proportion to what it gains by them.
+//! random directions in proportion to the gain by each.
 
 use dualbody::Simulator;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -21,10 +21,10 @@ const TRAINED: f64 = 6.0;
 /// Size of a step in directions, which change stride, lift, and the offset of a foot for each thing that is known by about so much, m.
 const STEP: f64 = 0.5;
 const CHANGES: [f64; 3] = [0.004, 0.002, 0.004];
-/// Sizes of what is known.
+/// Sizes of the observations.
 const SIZES: [f64; KNOWN] = [1.0, 0.15, 0.15, 1.0, 1.0, 1.0, 0.3, 0.3, 0.3];
 
-/// The first guess: a trot that puts its feet down ahead of a trunk that is too fast or moves sideways, and takes shorter strides on the side to which it is to turn.
+/// The first guess: a trot that puts its feet down ahead of a trunk that is too fast or moves sideways. Strides are shorter on the side to which it turns.
 fn first_guess() -> Vec<f64> {
     let mut out = vec![0.0; NUMBERS];
     (out[0], out[1]) = (0.185, 0.07);
@@ -38,7 +38,7 @@ fn first_guess() -> Vec<f64> {
     out
 }
 
-/// Trains a policy, and tells how it goes.
+/// Trains a policy, and prints its progress.
 ///
 /// * `keep` – is handed the policy after each iteration, as text
 pub(crate) fn train(simulator: &Simulator, mut keep: impl FnMut(String)) {

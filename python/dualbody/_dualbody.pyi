@@ -449,7 +449,7 @@ class Simulator:
         """Sentences on a time step that is too long for this integrator, each with the longest step that will do; empty where there is none.
 
         For poses like q: vibrations and damped motions that grow, vibrations with less than ten steps a period, limits of joints, soft contact.
-        For a velocity like v, where it is given: rotations whose energy changes by more than about 1 % in a turn.
+        For a velocity like v, where it is given: rotations whose energy changes by more than about 1 % per revolution.
         """
     def constraint_errors(self, q: ArrayLike, v: ArrayLike) -> Array: ...
     def assemble(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]: ...

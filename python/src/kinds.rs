@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use crate::errors::type_error;
 
-/// Checks that an argument is of one of some classes of a module; a `TypeError` names it, what it is and what it takes.
+/// Checks that an argument is of one of some classes of a module; a `TypeError` names the argument, its type and the expected classes.
 ///
 /// * `module` – module of the package that has the classes
 /// * `hint` – how to make what is taken

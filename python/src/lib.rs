@@ -13,7 +13,7 @@
 //! | `jax` | how compiled programs of JAX call them |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `sensors`, `spatial`, `view`, `world` | an area of the library each |
 //!
-//! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
+//! Descriptions (contacts, motors, costs) are small classes in Python, which print and pickle by themselves; the functions here read them.
 
 mod arrays;
 mod calls;

@@ -11,7 +11,7 @@ use crate::errors::{OrRaise, Raise};
 /// Bytes of a state of one trajectory beside its numbers: while it is found each of its parts is a vector of its own.
 const STATE_OVERHEAD: usize = 256;
 
-/// Copies of a result that there are at a time: as it is found, and as an array.
+/// Copies of a result in memory at a time: the computed one, and the array.
 const COPIES: usize = 2;
 
 /// Bytes of a height of a grid on its way: where it is, as an array and as a number of Python, in the library with a weight of its spline.
@@ -35,7 +35,7 @@ pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()>
 /// Refuses trajectories that would not fit.
 ///
 /// * `count` – number of trajectories
-/// * `width` – numbers of a state and an input
+/// * `width` – entries of a state and an input
 pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> PyResult<()> {
     let of_state = (width * size_of::<f64>())
         .saturating_mul(COPIES)

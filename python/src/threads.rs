@@ -83,12 +83,12 @@ pub(crate) fn on_pool_stopped<R: Send>(
 /// How often work that takes long is looked after: for Ctrl-C and for its progress.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What long work and the thread that waits for it tell each other.
+/// Flags shared by long work and the thread that waits for it.
 #[derive(Default)]
 pub(crate) struct Watch {
     stop: StopSignal,
     done: AtomicUsize,
-    /// Whether somebody wants to know what is done: threads that all count wait for each other.
+    /// Whether progress is shown. Otherwise threads do not count, since counting makes them wait for each other.
     counts: bool,
 }
 

@@ -1,4 +1,4 @@
-"""The examples in the documentation of the modules give what stands beside them."""
+"""The examples in the documentation of the modules give the results that it states."""
 
 from __future__ import annotations
 

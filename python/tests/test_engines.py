@@ -88,7 +88,7 @@ def test_pinocchio_agrees(model: db.Model) -> None:
     frame = model.link_names[-1]
     jacobian = own.jacobian_to(q, db.frame_jacobian(model, q, frame, "mixed"))
     mass = own.mass_matrix_to(q, db.mass_matrix(model, q))
-    # There damping is no part of inverse dynamics.
+    # In that engine, damping is not a part of inverse dynamics.
     tau = own.force_to(q, db.inverse_dynamics(model, q, v, a) - model.damping * v)
     for k in range(COUNT):
         upper = np.triu(pin.crba(theirs, data, x[k]))

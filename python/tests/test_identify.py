@@ -155,7 +155,7 @@ def test_the_mass_of_a_link_is_found_with_its_moments() -> None:
     names, true = simulator.model.parameter_names, simulator.model.parameters
     start = names.index(f"{link}: mass")
     np.testing.assert_allclose(found.values, true[start], rtol=1e-2)
-    # All ten numbers of the body, in proportion.
+    # All ten parameters of the body, in proportion.
     own = found.model.parameters[start : start + 10]
     np.testing.assert_allclose(own, true[start : start + 10] * (own[0] / true[start]), atol=1e-12)
     with pytest.warns(UserWarning, match="LinkMass"):

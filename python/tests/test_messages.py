@@ -1,4 +1,4 @@
-"""Arguments that make no sense: each error names the argument, what it is and what is expected, in words of Python."""
+"""Invalid arguments: each error names the argument, its value and the expected one, in words of Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All numbers of a simulator: their values, slopes in them, and robots that differ within a batch."""
+"""All parameters of a simulator: their values, derivatives in them, and robots that differ within a batch."""
 
 from __future__ import annotations
 

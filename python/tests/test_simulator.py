@@ -163,7 +163,7 @@ def test_grids_and_points_that_memory_has_no_room_for_are_refused_by_name() -> N
         Terrain.function(lambda x, y: 0 * x, (0.0, 1e3), (0.0, 1e3), 1e-7)
     with pytest.raises(ValueError, match="have no end"):
         Terrain.function(lambda x, y: 0 * x, (0.0, np.inf), (0.0, 1.0), 0.1)
-    # Views that repeat one number take no memory, what is made of them does.
+    # Views that repeat one number take no memory; arrays made from them do.
     wide = HeightField((0.0, 0.0), (1.0, 1.0), np.broadcast_to(0, (10**6, 10**6)))
     with pytest.raises(MemoryError, match="grids of 1000000 × 1000000 heights"):
         wide.surface(0.5, 0.5)
@@ -390,7 +390,7 @@ def test_soft_contact_has_a_restitution() -> None:
 
 
 def test_remarks_name_the_longest_step() -> None:
-    # A damper of 200 N·m·s on 1/3 kg·m²: Runge and Kutta's method is stable up to 2.785 / 600 s.
+    # A damper of 200 N·m·s on 1/3 kg·m²: the Runge–Kutta method is stable up to 2.785 / 600 s.
     pendulum = db.samples.pendulum().with_damping(0, 200.0)
     simulator = db.Simulator(pendulum, time_step=0.01)
     assert simulator.remarks([0.0]) == []

@@ -6,7 +6,7 @@ use crate::scalar::traced::{Graph, Origin, Tracer, trace};
 
 /// Error for a graph of another robot, or of a robot that has changed since.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the graph was made of {}, not of \"{model}\" as it is (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
+#[error("the graph was made of {}, not of the present \"{model}\" (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
 pub struct OtherRobot {
     /// The robot of which the graph was recorded; `None` if unknown.
     pub origin: Option<Origin>,

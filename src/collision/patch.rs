@@ -25,7 +25,7 @@ pub(super) struct Patch {
     corners: [Corner; MAX_CORNERS],
     len: usize,
     pub(super) face: Option<Face>,
-    /// Where it is an end of a cylinder, of whose rim only some points are corners.
+    /// Set if it is an end of a cylinder, of whose rim only some points are corners.
     disc: Option<Disc>,
 }
 

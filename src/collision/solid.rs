@@ -84,7 +84,7 @@ impl<'a> Solid<'a> {
         }
     }
 
-    /// What a curved shape adds to its farthest vertex.
+    /// The part of a curved shape beyond its farthest vertex.
     fn bulge(&self, n: &Vector3<f64>) -> Vector3<f64> {
         match self.shape {
             Shape::Cylinder { radius, .. } => {

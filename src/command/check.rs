@@ -20,7 +20,7 @@ pub(super) struct Check {
     robot: Robot,
     #[command(flatten)]
     setup: Setup,
-    /// Take warnings about the file as flaws.
+    /// Count warnings about the file as flaws.
     #[arg(long)]
     strict: bool,
 }

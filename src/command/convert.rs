@@ -52,7 +52,7 @@ impl Convert {
             true => Some(Format::Mjcf),
             false => Format::by_ending(&self.output),
         };
-        let unknown = || format!("{}: say the format with --to", self.output.display());
+        let unknown = || format!("{}: give the format with --to", self.output.display());
         Ok(self.to.or(by_ending).ok_or_else(unknown)?)
     }
 }

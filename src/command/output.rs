@@ -43,7 +43,7 @@ impl Outcome {
         }
     }
 
-    /// The same text after a flaw was found.
+    /// The text, with the exit status of a flaw.
     pub(super) fn flawed_if(mut self, is_flawed: bool) -> Self {
         self.status = if is_flawed { FLAWED } else { SUCCESS };
         self

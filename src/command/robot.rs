@@ -163,7 +163,7 @@ impl Format {
         match first.min_by_key(|(at, _)| *at) {
             Some((_, format)) => Ok(format),
             None => Err(format!(
-                "{shown}: no <robot>, <sdf> or <mujoco> near its start; say its format with --format"
+                "{shown}: no <robot>, <sdf> or <mujoco> near its start; give its format with --format"
             )
             .into()),
         }

@@ -16,7 +16,7 @@ const TIME_STEP: f64 = 1e-3;
 /// Penetration of soft ground by the robot at rest, m.
 const SOFT_DEPTH: f64 = 2e-3;
 
-/// How a robot is simulated.
+/// Options of the simulation of a robot.
 #[derive(Args, Debug)]
 pub(super) struct Setup {
     /// Time step, s; by default that of the file, or 0.001.
@@ -28,13 +28,13 @@ pub(super) struct Setup {
     /// Ground: none, flat, flat:HEIGHT (m) or incline:ANGLE (rad); by default that of the file, or flat for a robot that floats.
     #[arg(long)]
     terrain: Option<TerrainWord>,
-    /// Law of contact with the ground; by default that of the file, or relaxed-rigid.
+    /// Contact model of the ground; by default that of the file, or relaxed-rigid.
     #[arg(long)]
     law: Option<LawWord>,
     /// Coefficient of friction of the ground.
     #[arg(long, value_parser = not_negative, allow_negative_numbers = true)]
     friction: Option<f64>,
-    /// Where a joint starts, rad or m; `base` is the floating base: x,y,z or x,y,z,w,i,j,k. May be given several times.
+    /// Start of a joint, rad or m; `base` is the floating base: x,y,z or x,y,z,w,i,j,k. May be given several times.
     #[arg(long = "start", value_name = "JOINT=NUMBERS")]
     starts: Vec<Assignment>,
     /// Velocity of a joint at the start, rad/s or m/s. May be given several times.
@@ -43,7 +43,7 @@ pub(super) struct Setup {
     /// Start from a keyframe of an MJCF file.
     #[arg(long, value_name = "NAME")]
     keyframe: Option<String>,
-    /// Hold the joints as they start, by servos with the effort limits of the file.
+    /// Hold the joints at their start by servos with the effort limits of the file.
     #[arg(long)]
     hold: bool,
 }

@@ -1,7 +1,7 @@
 //! LU factors of a matrix by blocks, whose pattern is symmetric: of the nodes of a graph and its edges.
 //!
 //! Nodes are eliminated in an order of least degree, so that few blocks fill [Davis 2006, chapter 7]. Within a node there is pivoting, between nodes none:
-//! the matrices here are the identity and what laws with monotone slopes add to it.
+//! the matrices here are the identity plus the terms of laws with monotone derivatives.
 
 use crate::scalar::vectorized;
 use std::ops::Range;
@@ -21,7 +21,7 @@ pub(super) struct BlockFactor {
     neighbours: Vec<Vec<usize>>,
     /// By places: the later ones with which it has blocks, sorted, and the coordinates before each of these.
     later: Vec<Vec<(usize, usize)>>,
-    /// Index of the first number of each place: its own block, those above the diagonal, those below.
+    /// Index of the first entry of each place: its own block, those above the diagonal, those below.
     starts: Vec<usize>,
     values: Vec<f64>,
     /// Exchanges of rows in the blocks on the diagonal.
@@ -164,7 +164,7 @@ impl BlockFactor {
         start + shift..end + shift
     }
 
-    /// Factorises what stands in the blocks.
+    /// Factorises the matrix in the blocks, in place.
     pub(super) fn factorize(&mut self) {
         vectorized(
             #[inline(always)]

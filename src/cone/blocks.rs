@@ -1,6 +1,6 @@
 //! A matrix G = Xᵀ X whose factor has few blocks: rows act on few nodes, as those of a contact act on two bodies.
 //!
-//! Products cost what the blocks have entries, and Newton's matrices become those of the nodes: with ∂f = −B⁻¹ (e + `E_y` Xᵀ δz) and δz = X δf,
+//! The cost of products is the number of entries of the blocks, and Newton's matrices become those of the nodes: with ∂f = −B⁻¹ (e + `E_y` Xᵀ δz) and δz = X δf,
 //!
 //! > (1 + X B⁻¹ `E_y` Xᵀ) δz = −X B⁻¹ e,
 //!
@@ -146,7 +146,7 @@ impl Columns {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blocks {
     pub(super) columns: Columns,
-    /// R, scaled, and what is added to it.
+    /// R, scaled, and the added regularisation.
     pub(super) diagonal: Vec<f64>,
     factor: BlockFactor,
     pub(super) z: Vec<f64>,

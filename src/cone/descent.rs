@@ -208,7 +208,7 @@ impl Descent {
         length.is_finite()
     }
 
-    /// Slope of what is minimised along the step:  (z + α δz)ᵀ δz + fᵀ(c + α δc) ∂c/∂α.
+    /// Slope of the objective along the step:  (z + α δz)ᵀ δz + fᵀ(c + α δc) ∂c/∂α.
     fn slope(&self, newton: &Newton, rho: f64, length: f64) -> f64 {
         let own = self.z.iter().zip(&self.step);
         let mut sum: f64 = own.map(|(z, step)| (z + length * step) * step).sum();

@@ -141,7 +141,7 @@ impl<T: Scalar> Interior<T> {
         }
     }
 
-    /// Goes a fixed number of steps along the path, whatever it finds on the way, to a κ of at least `kappa`.
+    /// Goes a fixed number of steps along the path, without early end, to a κ of at least `kappa`.
     pub(super) fn walk(
         &mut self,
         system: &System<T>,
@@ -188,7 +188,7 @@ impl<T: Scalar> Interior<T> {
         off.max(error / self.size).detached()
     }
 
-    /// The mean of the products that the path wants to be κ.
+    /// The mean of the products that equal κ on the central path.
     fn gap(&self, system: &System<T>) -> T {
         let (mut sum, mut count) = (T::zero(), 0.0);
         for (index, unit) in system.units.iter().enumerate() {
@@ -276,7 +276,7 @@ impl<T: Scalar> Interior<T> {
             c[0] *= mu;
         } else {
             let (f, y) = (self.f[unit.row], self.y[unit.row]);
-            // This row only tells the step of `extra`; Signorini's law stands in its place.
+            // This row only gives the step of `extra`; Signorini's law replaces it.
             self.extra_rows[index] = (h[0], c[0]);
             h[0] = [y / f, T::zero(), T::zero()];
             c[0] = kappa / f - y;

@@ -5,7 +5,7 @@
 
 use crate::scalar::Scalar;
 
-/// Bounds beside the size of a problem, both scaled, that the path tells apart from none and from an infinite one.
+/// Bounds beside the size of a problem, both scaled, that the path distinguishes from none and from an infinite one.
 const BOUNDS: (f64, f64) = (1e-9, 1e8);
 
 /// A bound that the path can follow, from the one that is given.
@@ -43,7 +43,7 @@ impl<T: Scalar> Multipliers<T> {
         }
     }
 
-    /// Both products that the path wants to be κ.
+    /// Both products that equal κ on the central path.
     pub(super) fn products(&self, f: T, bound: T) -> [T; 2] {
         [self.z[0] * (bound + f), self.z[1] * (bound - f)]
     }

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 /// A vector shorter than this has no direction; its square is still far from the smallest number.
 const NO_DIRECTION: f64 = 1e-100;
 
-/// The equations that stand for the law of one block near one force and velocity.
+/// The equations that replace the law of one block near one force and velocity.
 ///
 /// All but the smoothed ones have the form  e = f − Π(f − y)  with one smooth piece Π of a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use crate::scalar::{Scalar, each};
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.
 pub(super) const RIDGE: f64 = 1e-10;
-/// Farther from the solution, the ridge beside the residual, and what it ends at: it keeps redundant forces from jumping between pieces of their laws.
+/// Ratio of the ridge to the residual farther from the solution, and its largest value. The ridge keeps redundant forces from jumping between pieces of their laws.
 const RIDGE_OF_RESIDUAL: f64 = 0.1;
 const RIDGES_END: f64 = 1e-3;
 /// Forces that grow so far beyond the velocities that they shall stop belong to a problem without solution.
@@ -29,7 +29,7 @@ pub(super) struct UnitEquations {
     pub(super) weight: [f64; 3],
 }
 
-/// A system with its forces and velocities, all scaled, and what Newton's method needs.
+/// A system with its forces and velocities, all scaled, and the workspace of Newton's method.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Newton {
     pub(super) system: System,
@@ -122,7 +122,7 @@ impl Newton {
             };
             let least_ridge = if self.rho > 0.0 { 0.0 } else { least_ridge };
             let ridge = unsettled.clamp(least_ridge, RIDGES_END);
-            // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
+            // On the same flat pieces the last matrix still holds, and the remaining error is the effect of the ridge.
             if ridge != last_ridge || self.changed || !self.is_flat() {
                 self.factorize(ridge + self.rho);
                 self.steps += 1;
@@ -174,12 +174,12 @@ impl Newton {
         if largest == 0.0 { 0.0 } else { largest / size }
     }
 
-    /// The largest force plus the largest free velocity, both scaled: what residuals are measured by.
+    /// The largest force plus the largest free velocity, both scaled: the unit of residuals.
     pub(super) fn size(&self) -> f64 {
         largest(&self.f) + self.size_of_problem()
     }
 
-    /// The largest free velocity, or on the path what goes with κ.
+    /// The largest free velocity, or on the path the velocity of κ.
     pub(super) fn size_of_problem(&self) -> f64 {
         largest(&self.system.g).max(self.kappa.sqrt())
     }
@@ -427,7 +427,7 @@ impl UnitEquations {
     }
 }
 
-/// ∂e/∂y times what one column of W′ has in the rows of a unit.
+/// ∂e/∂y times the part of one column of W′ in the rows of a unit.
 #[inline(always)]
 fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
     match (w, out) {

@@ -2,7 +2,7 @@
 //!
 //! Each step solves the problem with a spring of ρ between the forces and those of the step before, y + ρ (f − f̄). However many contacts are
 //! redundant, that has one solution where the laws are convex, and Newton's method on the active set finds it in the fewer steps the larger ρ
-//! is. What is left, ρ (f − f̄), vanishes as the steps come to rest: quickly in what moves, and at the residual velocity over ρ in forces that
+//! is. The remainder ρ (f − f̄) vanishes as the steps come to rest: quickly in velocities, and at the residual velocity over ρ in forces that
 //! only press against each other. So ρ falls as long as steps go well, and rises where they do not.
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024]
 
@@ -23,7 +23,7 @@ const FAILED: f64 = 10.0;
 /// With blocks ρ goes back to its value before a step that was not found. From then on it falls more gently: by the root of the factor before, at last by
 /// this one.
 const GENTLY_EASED: f64 = 0.5;
-/// Steps of Newton's method in a proximal step, in one piece and by blocks; what needs more goes in circles. Half of them is easy.
+/// Steps of Newton's method in a proximal step, in one piece and by blocks; a search that needs more steps is cycling. Half as many steps is an easy case.
 const NEWTON_STEPS: usize = 10;
 const NEWTON_STEPS_BY_BLOCKS: usize = 14;
 /// The part of the last residual to which a step is solved. The first one with blocks goes farther: from no forces, rounding decides the pieces of contacts that
@@ -142,7 +142,7 @@ impl Search {
         let newton = &self.newton;
         let bounded = newton.best_force() <= STRONGEST * newton.size_of_problem();
         let mut units = newton.system.units.iter();
-        // What holds with a bounded force may hold for ever, as bilateral rows do.
+        // A row that holds with a bounded force may hold for ever, as bilateral rows do.
         let holds = |kind| matches!(kind, Kind::Row | Kind::Interval);
         let bilateral = units.any(|unit| holds(unit.kind) && !unit.absent);
         bounded && !bilateral && newton.kappa == 0.0 && self.regularization == 0.0
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    // With a tolerance that no rounding reaches, the search ends with what is acceptable, or goes on where nothing is.
+    // With a tolerance below rounding, the search ends with acceptable forces, or continues where there are none.
     #[test]
     fn acceptable_forces_end_a_search_that_takes_long() {
         let mut search = search(3, &on_grid(3));

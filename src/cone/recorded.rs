@@ -3,7 +3,7 @@
 //! A graph has no loops and no branches, so the active set cannot be looked for. The interior-point method of `interior.rs` needs
 //! none: each of its steps is the same arithmetic, and the number of them that leads to the end is nearly the same for every problem. It is
 //! recorded [`STEPS`] times, to the κ of [`RELATIVE`], at which the smoothed law is nearly the exact one, and once more over the numbers as
-//! they are, which gives what is differentiated its derivatives by the implicit function theorem: the steps before see values alone.
+//! they are, which gives the derivatives by the implicit function theorem: the steps before it use values only.
 //!
 //! How far the last step ends from there is a [condition](crate::scalar::traced::Graph::conditions) of the graph.
 //!
@@ -21,9 +21,9 @@ use crate::linalg::Symmetric;
 use crate::scalar::Scalar;
 
 /// Steps along the path. Problems along motions of a quadruped and of a box are near their end after at most 20; of random ones of four to eight contacts,
-/// regularised as relaxed contact is, among them heavy bodies on light ones and more contacts than a body can tell apart, 99 of 100 after at most 23.
+/// regularised as relaxed contact is, among them heavy bodies on light ones and more contacts than determine the forces on a body, 99 of 100 after at most 23.
 const STEPS: usize = 24;
-/// Steps where there are only bilateral rows: one solves them, and each more takes out what the ridge of redundant ones has left.
+/// Steps where there are only bilateral rows: one solves them, and each further step removes an error by the ridge of redundant rows.
 const BILATERAL_STEPS: usize = 2;
 /// κ beside the size of the problem squared at the end of the path: smaller ones leave the matrices no digits. Forces differ from the exact law's by about as
 /// much of them where a contact clearly sticks, slides or opens, by more the slower it slides, and by the root of it between two pieces.
@@ -84,7 +84,7 @@ impl<T: Scalar> Recorded<T> {
         interior.walk(values, factors, kappa, steps);
         interior.g.clone_from(&full.g);
         let residual = interior.arrive(full, factors, kappa);
-        // What is not a number is not found.
+        // A force that is not a number is not found.
         let found = T::constant(FOUND);
         let residual = residual.select_lt(found, residual, T::constant(f64::INFINITY));
         residual.is_at_most(FOUND, "the forces of contact and constraints are found");
@@ -131,13 +131,13 @@ fn check<T: Scalar>(problem: &ConeProblem<'_, T>, smoothing: f64) {
     let has = |kind| problem.blocks.contains(&kind);
     assert!(
         problem.law == Law::Convex || !has(Block::Cone),
-        "{}: the forces of Coulomb's law, of rigid contact and of soft contact in implicit steps, are found by a search that decides on the values \
-         of numbers, which traced ones do not have; relaxed rigid contact can be traced",
+        "{}: the forces of Coulomb's law, of rigid contact and of soft contact in implicit steps, are found by a search that depends on the values \
+         of numbers, which traced numbers do not have; use regularised contact (RelaxedRigid)",
         file!()
     );
     assert!(
         smoothing == 0.0 || !(has(Block::Ray) || has(Block::Interval)),
-        "{}: smoothed contact beside stops of joints or bounded forces cannot be traced",
+        "{}: smoothed contact beside joint limits or bounded forces cannot be traced",
         file!()
     );
 }

@@ -1,4 +1,4 @@
-//! The force that a law gives for what pushes a unit, and its slopes: the law with a spring between force and velocity.
+//! The force that a law gives for the push on a unit, and its derivatives: the law with a spring between force and velocity.
 //!
 //! With c = ρ f̄ − Xᵀ z − g and the compliance R + ρ the force is that with which the law holds for the velocity  (R + ρ) f − c: of the convex law the
 //! projection of c / (R + ρ) on the cone, of Coulomb's the normal part first and then the part across in its circle.
@@ -121,7 +121,7 @@ impl Response {
     }
 }
 
-/// Slopes of the projection on the cone ‖aₜ‖ ≤ μ aₙ, symmetric.
+/// Derivatives of the projection on the cone ‖aₜ‖ ≤ μ aₙ, symmetric.
 fn slopes_of_projection(a: [f64; 3], mu: f64) -> Square {
     let l = a[1].hypot(a[2]);
     if a[0] >= 0.0 && l <= mu * a[0] {
@@ -143,7 +143,7 @@ fn slopes_of_projection(a: [f64; 3], mu: f64) -> Square {
 mod tests {
     use super::*;
 
-    // Slopes beside central differences, on every piece of both laws, with another compliance across than along.
+    // Derivatives beside central differences, on every piece of both laws, with another compliance across than along.
     #[test]
     fn slopes_equal_finite_differences() {
         const BY: f64 = 1e-6;

@@ -90,7 +90,7 @@ impl Search {
         forces.all(|(f, scale)| (f * scale).is_finite())
     }
 
-    /// A problem that says nothing in place of one that is not finite.
+    /// An empty problem in place of one that is not finite.
     pub(super) fn give_up(&mut self) -> Certificate {
         self.newton.system.blank();
         self.newton.blocks.blank();
@@ -401,7 +401,7 @@ mod tests {
         }
     }
 
-    // Derivatives are taken at what was evaluated last, whether somebody has asked how good the forces are or not.
+    // Derivatives are taken at the forces that were evaluated last, whether or not their residual was computed.
     #[test]
     fn regularized_forces_leave_their_own_velocities_also_unmeasured() {
         let problem = ConeProblem {

@@ -35,7 +35,7 @@ impl<T: Scalar> Pair<T> {
 /// z₀² − z₁² − z₂², of which nothing is lost near the surface.
 fn determinant<T: Scalar>(z: &[T; 3]) -> T {
     let (zero, square) = (T::zero(), z[1] * z[1] + z[2] * z[2]);
-    // Where the root has no slope, nothing asks for it.
+    // Where the root has no derivative, none is needed.
     let root = zero.select_lt(square, square, T::one()).sqrt();
     let radius = zero.select_lt(square, root, zero);
     // A point that rounding has put on the surface is a rounding inside.

@@ -1,4 +1,4 @@
-//! The sensitivity of the solution: what changes of velocities do to forces.
+//! The sensitivity of the solution: changes of forces by changes of velocities.
 //!
 //! The equations e(f, y) = 0 with y = W f + g give, in scaled numbers,  (∂e/∂f + ∂e/∂y W) δf = −∂e/∂y δg. Over a scalar with derivatives the
 //! factors are those of the values, and each further step makes one more order of δf exact.
@@ -9,7 +9,7 @@ use super::{ConeProblem, ConeSolver};
 use crate::scalar::{Linear, Scalar, is_more_than_values};
 
 /// The equations about a solution to first order, in scaled numbers.
-struct Slopes<'a, P> {
+struct Derivatives<'a, P> {
     newton: &'a Newton,
     /// Derivatives of the equations of a unit.
     jacobians: &'a [EquationJacobian<P>],
@@ -19,7 +19,7 @@ struct Slopes<'a, P> {
     steps: usize,
 }
 
-impl<P: Scalar> Slopes<'_, P> {
+impl<P: Scalar> Derivatives<'_, P> {
     /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
     #[inline(always)]
     fn apply<S: Linear<P>>(&self, change: &mut [S], memory: &mut [S]) {
@@ -89,7 +89,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.find_slopes(problem, f, steps > 1);
         let (newton, own) = (&self.search.newton, &self.transposed);
         let memory = &mut memory[..2 * newton.system.n];
-        let slopes = Slopes {
+        let slopes = Derivatives {
             newton,
             jacobians: &own.jacobians,
             w: &own.matrix,
@@ -125,7 +125,7 @@ impl<T: Scalar> ConeSolver<T> {
         }
     }
 
-    /// W′ with all that its numbers hold; units that give way without a force say nothing to others.
+    /// W′ with all parts of its scalars; units that give way without a force do not couple to others.
     fn scale_matrix(&mut self, problem: &ConeProblem<'_, T>) {
         let (system, out) = (&self.search.newton.system, &mut self.transposed.matrix);
         let n = system.n;

@@ -32,7 +32,7 @@ pub struct ConeOptions {
     pub smoothing: f64,
     /// Laws that κ smooths; by default all (bilateral rows need no smoothing).
     pub smoothed: Smoothed,
-    /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
+    /// Whether modes, and the certificate beyond status and iterations, are computed.
     pub(crate) measured: bool,
 }
 
@@ -61,13 +61,6 @@ impl ConeOptions {
             "κ is not negative: {kappa}"
         );
         self.smoothing = kappa;
-        self
-    }
-
-    /// Returns the options with a selection of smoothed laws.
-    #[must_use]
-    pub fn with_smoothed(mut self, smoothed: Smoothed) -> Self {
-        self.smoothed = smoothed;
         self
     }
 }
@@ -162,7 +155,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
         let mut certificate = Certificate::default();
-        // A constant: what is not called is not compiled.
+        // A constant, so that code that is not called is not compiled.
         if const { !T::HAS_VALUES } {
             self.statuses.push(certificate.status);
             self.recorded.solve(problem, self.options.smoothing, f);
@@ -253,7 +246,7 @@ impl<T: Scalar> ConeSolver<T> {
         certificate
     }
 
-    /// Takes forces that were found by blocks for those of the last solution, and gives them what the problem has besides values.
+    /// Takes forces that were found by blocks for those of the last solution, and adds the derivatives of the problem.
     pub(crate) fn adopt(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
         let regularization = self.search.regularization;
         self.y.resize(f.len(), T::zero());

@@ -111,7 +111,7 @@ impl System {
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 
-    /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
+    /// Units whose rows give way without a force have none, and do not couple to others: their entries would swamp those of the rest.
     fn take_out_what_is_absent(&mut self) {
         let n = self.n;
         for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
@@ -165,7 +165,7 @@ impl<T: Scalar> System<T> {
                 Block::Interval if !absent && !is_infinite_bound(friction(block)) => {
                     (Kind::Interval, 1)
                 }
-                // Rows by themselves: what takes no part has no law.
+                // Rows by themselves: a unit that takes no part has no law.
                 other => (Kind::Row, other.rows()),
             };
             let mu = if matches!(kind, Kind::Cone | Kind::Interval) {

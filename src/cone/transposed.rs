@@ -1,7 +1,7 @@
-//! The sensitivity of the solution, transposed: from weights of the forces to weights of what they follow from.
+//! The sensitivity of the solution, transposed: from weights of the forces to weights of the problem's data.
 //!
 //! The equations e(f, y, μ) = 0 with y = W f + g give, in scaled numbers,  (∂e/∂f + ∂e/∂y W) δf = −∂e/∂y δg − ∂e/∂μ δμ. So weights λ of the forces
-//! become  −(∂e/∂y)ᵀ z of g and −(∂e/∂μ)ᵀ z of μ, where  (∂e/∂f + ∂e/∂y W)ᵀ z = λ: one solution, whatever the number of rows. Over a scalar with
+//! become  −(∂e/∂y)ᵀ z of g and −(∂e/∂μ)ᵀ z of μ, where  (∂e/∂f + ∂e/∂y W)ᵀ z = λ: one solution for any number of rows. Over a scalar with
 //! derivatives the factors are those of the values, and each further step makes one more order of z exact.
 
 use super::jacobian::{EquationJacobian, jacobian_of};
@@ -63,7 +63,7 @@ impl<T: Scalar> ConeSolver<T> {
     /// Turns weights of the forces of the last solution into those of the velocities g, Sᵀ λ.
     ///
     /// * `f` – the forces of that solution
-    /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not wanted
+    /// * `by_friction` – output, the weights of the friction, or the bound, of each block; empty if they are not needed
     pub(crate) fn respond_transposed(
         &mut self,
         problem: &ConeProblem<'_, T>,
@@ -123,7 +123,7 @@ impl<T: Scalar> ConeSolver<T> {
         self.transposed.jacobians = jacobians;
     }
 
-    /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from what is in `e`. Rows without a force count for nothing: their velocities may be without bounds.
+    /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from the values in `e`. Rows without a force have no weight: their velocities may be without bounds.
     fn subtract_product(&mut self, problem: &ConeProblem<'_, T>) {
         let (newton, own) = (&self.search.newton, &mut self.transposed);
         let (system, n) = (&newton.system, own.z.len());

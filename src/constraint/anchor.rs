@@ -32,7 +32,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A parameter of an attachment frame.
 fn number(name: &dyn Display) -> Number<'_> {
-    Number::new(name, &"number of an anchor's placement", Domain::Finite)
+    Number::new(name, &"pose of an attachment frame", Domain::Finite)
 }
 
 impl<P> Anchor<P> {

@@ -20,7 +20,7 @@ pub(crate) enum Hold<P> {
 }
 
 impl<P> Hold<P> {
-    /// The same over other numbers.
+    /// Converts the numbers to another scalar.
     pub(crate) fn map<L>(self, to: impl Fn(P) -> L) -> Hold<L> {
         match self {
             Self::Rigid { time_constant } => Hold::Rigid {

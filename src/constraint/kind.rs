@@ -93,7 +93,7 @@ impl<P: Scalar> ConstraintKind<P> {
     pub(super) fn check(&self) {
         for anchor in self.anchors() {
             anchor.placement.map_numbers(&mut |x| {
-                Domain::Finite.check("number of an anchor's placement", x);
+                Domain::Finite.check("pose of an attachment frame", x);
                 x
             });
         }

@@ -83,7 +83,7 @@ impl Constraint<f64> {
     pub fn tendon(model: &Model, joints: &[(&str, f64)], length: f64) -> Result<Self, UnknownName> {
         assert!(
             !joints.is_empty(),
-            "a tendon passes one joint or more, not none"
+            "a tendon needs at least one joint, got none"
         );
         Domain::Finite.hold(format_args!("a tendon's length of {length}"), length);
         let mut bodies = Vec::with_capacity(joints.len());
@@ -196,6 +196,9 @@ impl Constraint<f64> {
 fn single_joint(model: &Model, name: &str) -> Result<BodyId, UnknownName> {
     let joint = model.find_joint(name)?;
     let single = model.joint_q(joint).len() == 1;
-    assert!(single, "\"{name}\" has not one degree of freedom to couple");
+    assert!(
+        single,
+        "\"{name}\" does not have exactly one degree of freedom to couple"
+    );
     Ok(model.joint_body(joint))
 }

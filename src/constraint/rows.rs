@@ -25,7 +25,7 @@ pub(crate) struct ConstraintRow<T> {
     pub(crate) bias: T,
     /// J (ω × (v + ω × c)) with centres of mass c, by which J ã is more than J v̇.
     pub(crate) turning: T,
-    /// How it is held.
+    /// Rigid, or by a spring and damper.
     pub(crate) hold: Hold<T>,
     /// The largest force, N or N·m; `None` for any.
     pub(crate) largest_force: Option<T>,

@@ -55,8 +55,8 @@ impl<T: Scalar> PointState<T> {
         [self.normal, t_1, t_2]
     }
 
-    /// [`axes`](Self::axes) for a normal that may point anywhere: those of the opposite one below, the last of them reversed. Which half it is in does
-    /// not have derivatives.
+    /// [`axes`](Self::axes) for a normal that may point anywhere: those of the opposite one below, the last of them reversed. The choice of the half
+    /// has no derivatives.
     pub(crate) fn axes_of_any_normal(&self) -> [Vector3<T>; 3] {
         let n = &self.normal;
         let up = T::from_values(|lane| if n.z.value(lane) < 0.0 { -1.0 } else { 1.0 });

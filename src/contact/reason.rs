@@ -78,7 +78,7 @@ pub enum ContactReason {
 }
 
 impl ContactReason {
-    /// Reason of a point without a force, by where it is and where it goes.
+    /// Reason of a point without a force, by its height and velocity.
     pub(crate) fn without_force<T: Scalar>(at: &PointState<T>) -> Self {
         let height = -at.depth.value(0);
         if height > 0.0 {
@@ -112,7 +112,7 @@ impl fmt::Display for ContactReason {
             Self::Separated { height } => write!(
                 f,
                 "separated: {} mm above the ground, no force and the derivatives of free flight; smoothed rigid contact that reaches \
-                 so far has others",
+                 this height has other derivatives",
                 mm(height)
             ),
             Self::Leaving { speed } => write!(
@@ -126,26 +126,26 @@ impl fmt::Display for ContactReason {
                 "sticking: the contact model fixes its velocity, which has zero derivatives in friction and in the forces that the contact balances",
             ),
             Self::Resting => f.write_str(
-                "resting: sticks on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \
+                "resting: sticks on the surface itself, where the contact model is nonsmooth; derivatives in the depth are the mean of both sides, \
                  others those of sticking",
             ),
             Self::Gliding => f.write_str(
-                "gliding: slides on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \
+                "gliding: slides on the surface itself, where the contact model is nonsmooth; derivatives in the depth are the mean of both sides, \
                  others those of sliding",
             ),
             Self::Impending => f.write_str(
                 "impending: about to slip; derivatives are those of sticking or those of sliding",
             ),
             Self::Sliding => f.write_str(
-                "sliding: friction is μ times the normal force against the slip; no derivatives in how fast it slips",
+                "sliding: friction is μ times the normal force against the slip; derivatives in the speed of the slip are zero",
             ),
             Self::Smoothed { height } => write!(
                 f,
-                "smoothed: {} mm above the ground; all derivatives, the smaller the higher",
+                "smoothed: {} mm above the ground; all derivatives exist, and decrease with the height",
                 mm(height)
             ),
             Self::Soft { depth } => {
-                write!(f, "soft: {} mm in the ground; all derivatives", mm(depth))
+                write!(f, "soft: {} mm in the ground; all derivatives exist", mm(depth))
             }
         }
     }

@@ -6,8 +6,8 @@
 //! > F(f) = xy(p − y) + ∇h z(p − y) = 0.
 //!
 //! Newton's method finds f on plain values, lane by lane, with the slope of F by dual numbers. Over a scalar with derivatives, f has them by the
-//! implicit function theorem: each step with the slope of F at the solution makes those of one order more exact. What else a scalar holds,
-//! such as bounds or a graph, f has by one such step: to first order about the solution.
+//! implicit function theorem: each step with the slope of F at the solution makes those of one order more exact. Other parts of a scalar,
+//! such as bounds or a graph, come from one such step: to first order about the solution.
 //!
 //! On an outer edge of the ground, where its slope jumps, the normal is one between those of the two sides: unknown are the place along the
 //! edge and the share of the jump.

@@ -97,8 +97,11 @@ impl SolverOptions {
         Domain::Positive.hold(format_args!("a tolerance of {tolerance}"), tolerance);
         let phrase = format_args!("an acceptable residual of {acceptable}");
         Domain::NotNegative.hold(phrase, acceptable);
-        assert!(iterations > 0, "forces cannot be found in 0 iterations");
-        assert!(points_per_link > 0, "0 points of a link carry nothing");
-        assert!(points > 0, "0 points of a robot carry nothing");
+        assert!(iterations > 0, "iterations is 0, expected at least 1");
+        assert!(
+            points_per_link > 0,
+            "points_per_link is 0, expected at least 1"
+        );
+        assert!(points > 0, "points is 0, expected at least 1");
     }
 }

@@ -180,8 +180,14 @@ fn assert_shapes(stages: &[LqrStage], final_cost: &DMatrix<f64>) {
         .enumerate()
     {
         let (nx, nu) = (stage.a.ncols(), stage.b.ncols());
-        assert!(stage.a.nrows() == next, "stage {k}: A has not {next} rows");
-        assert!(stage.b.nrows() == next, "stage {k}: B has not {next} rows");
+        assert!(
+            stage.a.nrows() == next,
+            "stage {k}: A does not have {next} rows"
+        );
+        assert!(
+            stage.b.nrows() == next,
+            "stage {k}: B does not have {next} rows"
+        );
         assert!(
             stage.q.shape() == (nx, nx),
             "stage {k}: Q is not {nx} x {nx}"
@@ -418,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "stage 0: A has not 2 rows")]
+    #[should_panic(expected = "stage 0: A does not have 2 rows")]
     fn stage_that_does_not_lead_to_the_final_state_panics() {
         FiniteHorizonLqr::discrete(
             &[scalar_stage(1.0, 1.0, 1.0, 1.0)],

@@ -32,7 +32,7 @@
 //! | force on a frame as a force on its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
 //! | forces given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
-//! Functions of a frame also apply to links and bodies: each link has a frame of the same name; for a body, which has no name, use the frame of its first link.
+//! Functions of a frame also apply to links and bodies: each link has a frame of the same name. A body has no name: use the frame of its first link.
 //!
 //! | frame of | by name | by id |
 //! |---|---|---|
@@ -104,7 +104,7 @@ pub use acceleration::{
     frame_jacobian_derivative_into,
 };
 pub(crate) use adjoint::{
-    EnergyGradientSum, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
+    EnergyGradientSum, EnergySweep, Gradients, ParameterSlots, Pushed, Rates, Sweep, Weighted,
 };
 pub use adjoint::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,

@@ -223,7 +223,7 @@ fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
     (&mut before[own], &after[0])
 }
 
-/// Adds the numbers of the children in another level to the lanes of their parents; −0 leaves every number as it is. Whole vectors are
+/// Adds the values of the children in another level to the lanes of their parents; adding −0 changes no number. Whole vectors are
 /// written, for the next to read them would wait for single lanes.
 #[inline(always)]
 fn add_gathered<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], map: &Gather) {

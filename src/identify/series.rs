@@ -78,7 +78,7 @@ impl Series {
         self.basis.nrows() / 3
     }
 
-    /// The norm of a motion in units of its bounds, and its slopes in the coefficients.
+    /// The norm of a motion in units of its bounds, and its derivatives in the coefficients.
     fn size(&self, x: &[f64]) -> (f64, Vec<f64>) {
         let values = &self.relative * nalgebra::DVector::from_column_slice(x);
         let largest = values.amax().max(f64::MIN_POSITIVE);
@@ -95,7 +95,7 @@ impl Series {
         x.iter().map(|x| self.share * x / size).collect()
     }
 
-    /// Slopes in the variables from those in the coefficients c = s x / ‖x‖:  s (g − (g · c / s) ∂‖x‖) / ‖x‖.
+    /// Derivatives in the variables from those in the coefficients c = s x / ‖x‖:  s (g − (g · c / s) ∂‖x‖) / ‖x‖.
     pub(super) fn bounded_derivatives(&self, x: &[f64], slopes: &[f64]) -> Vec<f64> {
         let (size, by_x) = self.size(x);
         let along: f64 = slopes.iter().zip(x).map(|(g, x)| g * x / size).sum();
@@ -104,7 +104,7 @@ impl Series {
             .collect()
     }
 
-    /// Adds the slopes in the coefficients from those in position, velocity and acceleration at a moment.
+    /// Adds the derivatives in the coefficients from those in position, velocity and acceleration at a moment.
     pub(super) fn add_slopes(
         &self,
         moment: usize,

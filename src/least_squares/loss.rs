@@ -53,7 +53,7 @@ impl Loss {
         if let Self::Huber(delta) | Self::SoftL1(delta) | Self::Cauchy(delta) = self {
             assert!(
                 delta > 0.0 && delta.is_finite(),
-                "the residual {delta} from which on a loss counts less is not positive"
+                "the residual {delta} beyond which a loss counts less is not positive"
             );
         }
     }

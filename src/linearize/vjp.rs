@@ -147,10 +147,10 @@ impl Simulator<f64> {
     ///
     /// // v⁺ = v + Δt (u − ½ m g l sin q) / J with J = 1/3 kg·m²
     /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
-    /// let slopes = simulator.vjp(&State::new(&[0.0], &[0.0]), &[2.0], &[0.0, 1.0]);
-    /// assert!((slopes.input[0] - 0.03).abs() < 1e-15);
+    /// let gradient = simulator.vjp(&State::new(&[0.0], &[0.0]), &[2.0], &[0.0, 1.0]);
+    /// assert!((gradient.input[0] - 0.03).abs() < 1e-15);
     /// let moment = simulator.model().parameter_layout().find("rod: Jzz")?;
-    /// assert!((slopes.parameters[moment] + 0.01 * 2.0 * 9.0).abs() < 1e-14); // −Δt u / J²
+    /// assert!((gradient.parameters[moment] + 0.01 * 2.0 * 9.0).abs() < 1e-14); // −Δt u / J²
     /// # Ok::<(), dualbody::UnknownName>(())
     /// ```
     ///

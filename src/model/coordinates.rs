@@ -153,7 +153,7 @@ impl<'a> Leaders<'a> {
                 invalid(
                     self.builder,
                     self.specs[j],
-                    "the joint that it follows is fixed",
+                    "the joint that it mimics is fixed",
                 )
             };
             at = *leader.ok_or_else(fixed)?;

@@ -102,7 +102,7 @@ impl<P: Scalar> Model<P> {
             }
             if own.coupling.is_some() != theirs.coupling.is_some() {
                 return Some(format!(
-                    "the joint of body {i}, \"{name}\", follows another one in one of them only"
+                    "the joint of body {i}, \"{name}\", mimics another joint in only one of them"
                 ));
             }
         }

@@ -15,7 +15,7 @@ use super::{Over, Scalar};
 /// # let _ = over;
 /// ```
 pub trait Cast<P: Scalar> {
-    /// The same over another scalar.
+    /// The type over another scalar.
     type To<Q: Scalar>;
 
     /// Converts the numbers to another scalar, without derivatives.

@@ -150,7 +150,7 @@ fn difference(joint: &Joint, old: &Joint, [follows, followed]: [bool; 2]) -> Opt
     if joint.kind != old.kind {
         return Some(format!("is {} and was {}", joint.kind, old.kind));
     }
-    let reason = || "follows another joint in one of the two models only".to_owned();
+    let reason = || "mimics another joint in only one of the two models".to_owned();
     (follows != followed).then(reason)
 }
 

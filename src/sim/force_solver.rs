@@ -19,7 +19,7 @@ pub(super) struct ForceSolver<T: Scalar> {
     modes: Vec<Mode>,
 }
 
-/// What was solved last.
+/// The last problem that was solved.
 #[derive(Clone, Copy, Debug)]
 enum Solved {
     /// No rows.

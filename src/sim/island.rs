@@ -23,7 +23,7 @@ pub(super) enum Start {
 }
 
 impl Start {
-    /// Where solutions start after a first one.
+    /// Start of solutions after the first one.
     ///
     /// * `stay` – whether forces stay from step to step
     pub(super) fn of(stay: bool) -> Self {
@@ -34,7 +34,7 @@ impl Start {
     }
 }
 
-/// Rows from which on an island of several trees is solved by blocks; smaller ones are quicker in one piece.
+/// Least number of rows of an island of several trees that is solved by blocks; smaller ones are quicker in one piece.
 const MANY_ROWS: usize = 48;
 
 /// The problem of an island, with its solver.
@@ -44,7 +44,7 @@ pub(super) struct Island<T: Scalar> {
     blocks: Vec<usize>,
     kinds: Vec<Block>,
     friction: Vec<T>,
-    /// G, where the island is solved in one piece, or derivatives are asked for.
+    /// G, where the island is solved in one piece, or derivatives are needed.
     matrix: Vec<T>,
     regularization: Vec<T>,
     free_velocity: Vec<T>,
@@ -119,7 +119,7 @@ impl<T: Scalar> Island<T> {
         self.blocks.clear();
     }
 
-    /// Forgets what it solved.
+    /// Discards the last solution.
     pub(super) fn forget(&mut self) {
         if let Some(own) = &mut self.by_blocks {
             own.given.kinds.clear();
@@ -212,7 +212,7 @@ impl<T: Scalar> Island<T> {
         certificate
     }
 
-    /// Finds its forces by blocks, lane by lane, then what they have besides values. Where the problem is that of the last solution, so are the forces.
+    /// Finds its forces by blocks, lane by lane, then their derivatives. Where the problem is that of the last solution, so are the forces.
     fn solve_by_blocks(
         &mut self,
         of: &ConeProblem<'_, T>,

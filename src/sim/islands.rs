@@ -1,4 +1,4 @@
-//! Rows that say nothing to each other: those on trees of joints between which there is no row.
+//! Islands of rows: groups of trees of joints that no row connects.
 //!
 //! G = J M⁻¹ Jᵀ then has a block for each such island, and the forces of each are a problem of their own: the cost is that of the islands, not that of all
 //! rows together. A robot is one tree, and one island.

@@ -100,14 +100,14 @@ impl PartSlots {
     }
 }
 
-/// Adds a slope to the last of all parameters, the time step.
+/// Adds a derivative to the last of all parameters, the time step.
 pub(crate) fn add_to_last<T: Scalar>(parameters: &mut [T], slope: T) {
     if let Some(last) = parameters.last_mut() {
         *last += slope;
     }
 }
 
-/// Adds slopes with a weight to the parameters of a part, as many as it has; nothing where parameters are not wanted.
+/// Adds derivatives with a weight to the parameters of a part, as many as it has; nothing where parameters are not wanted.
 pub(crate) fn add_to_part<T: Scalar>(
     parameters: &mut [T],
     part: &Range<usize>,

@@ -235,7 +235,7 @@ fn has_room<T: Scalar>(rollout: &mut Rollout<T>, most: usize) -> bool {
     states.len() < most && states.try_reserve(1).is_ok() && rollout.inputs.try_reserve(1).is_ok()
 }
 
-/// How many states like one, each with an input of `nu` entries, fit into memory.
+/// Number of states like one, each with an input of `nu` entries, that fit into memory.
 pub(crate) fn most_states<T: Scalar>(state: &State<T>, nu: usize) -> usize {
     let heads = size_of::<State<T>>() + size_of::<DVector<T>>();
     memory::limit() / (heads + (state.len() + nu) * size_of::<T>())

@@ -37,7 +37,7 @@ pub(crate) struct Rows<T> {
     /// Acceleration by turning axes there.
     turned: Vec<T>,
     islands: Islands,
-    /// Where the next solution starts.
+    /// Start of the next solution.
     start: Start,
     start_forces: Vec<T>,
 }

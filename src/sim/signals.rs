@@ -54,7 +54,7 @@ impl<T: Scalar> Signals<T> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Puts an activation between an input and its motor or servo, or another one in its place. The numbers of its state follow those that there are.
+    /// Puts an activation between an input and its motor or servo, or another one in its place. The entries of its state follow the existing ones.
     ///
     /// * `input` – one of [`input_names`](Self::input_names)
     ///

@@ -306,7 +306,7 @@ impl<P: Scalar> Simulator<P> {
         };
         assert!(
             refused.is_none(),
-            "\"{}\" has {}, which the implicit midpoint rule does not simulate: take another integrator",
+            "\"{}\" has {}, which the implicit midpoint rule does not simulate: use another integrator",
             self.model.name(),
             refused.unwrap_or_default(),
         );
@@ -350,7 +350,7 @@ impl<P: Scalar> Simulator<P> {
         self.n_motion() + self.n_activation()
     }
 
-    /// The same without activations.
+    /// The simulator without activations.
     pub(crate) fn n_motion(&self) -> usize {
         2 * self.model.nv() + self.n_contact()
     }

@@ -25,11 +25,11 @@ pub(super) struct SparseRows<T> {
     beside: Vec<T>,
 }
 
-/// Where the entries of a row are.
+/// Place of the entries of a row.
 #[derive(Clone, Debug)]
 struct Place {
     segments: Range<usize>,
-    /// Which of the rows that have these segments.
+    /// Index among the rows that have these segments.
     index: usize,
 }
 

@@ -52,7 +52,11 @@ impl<T: Scalar> StepScratch<T> {
     /// # Panics
     /// If there is no such lane.
     pub fn solver_status(&self, lane: usize) -> Status {
-        assert!(lane < T::LANES, "there are {} lanes, none {lane}", T::LANES);
+        assert!(
+            lane < T::LANES,
+            "there are {} lanes, got lane {lane}",
+            T::LANES
+        );
         let balance = self.acceleration.balance.as_ref();
         let of_rows = balance.map_or(Status::Converged, |balance| balance.status(lane));
         of_rows.max(self.method.status(lane))

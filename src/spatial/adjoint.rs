@@ -36,14 +36,10 @@ impl<T: Scalar> Transform<T> {
 }
 
 impl<T: Scalar> Motion<T> {
-    /// Matrix V × of the [cross product](Self::cross) with a motion: (\[ω\], \[v\]; 0, \[ω\]).
+    /// Matrix V × of the [cross product](Self::cross) with a motion: (\[ω\], \[v\]; 0, \[ω\]). That of the [cross product](Self::cross_force)
+    /// with a force is −(V ×)ᵀ.
     pub fn cross_matrix(&self) -> Matrix6<T> {
         matrix(|k| self.cross(&Self::basis(k)).to_array())
-    }
-
-    /// Matrix V ×* of the [cross product](Self::cross_force) with a force: −(V ×)ᵀ.
-    pub fn cross_force_matrix(&self) -> Matrix6<T> {
-        matrix(|k| self.cross_force(&basis_force(k)).to_array())
     }
 }
 
@@ -96,7 +92,7 @@ mod tests {
         let at = |t: f64| Transform::exp(&(V * t)).adjoint();
         let rate = (at(1e-5) - at(-1e-5)) / 2e-5;
         assert!((rate - V.cross_matrix()).amax() < 1e-9);
-        let dual = V.cross_force_matrix() + V.cross_matrix().transpose();
-        assert_eq!(dual.amax(), 0.0);
+        let of_force = matrix(|k| V.cross_force(&basis_force(k)).to_array());
+        assert_eq!((of_force + V.cross_matrix().transpose()).amax(), 0.0);
     }
 }

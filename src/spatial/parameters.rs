@@ -137,8 +137,8 @@ impl<P: Scalar> Inertia<P> {
     /// use dualbody::spatial::Inertia;
     ///
     /// // m = e^2α
-    /// let slopes = Inertia::log_cholesky_jacobian([0.5_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    /// assert!((slopes[(0, 0)] - 2.0 * 1.0_f64.exp()).abs() < 1e-14);
+    /// let jacobian = Inertia::log_cholesky_jacobian([0.5_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// assert!((jacobian[(0, 0)] - 2.0 * 1.0_f64.exp()).abs() < 1e-14);
     /// ```
     ///
     /// # References

@@ -76,7 +76,7 @@ impl Representation {
     /// Converts an acceleration of F from the body representation to this one, the rate of its velocity here; `V_F` is the velocity of F in the body
     /// representation.
     #[inline]
-    pub fn acceleration_from_body<T: Scalar>(
+    pub(crate) fn acceleration_from_body<T: Scalar>(
         self,
         X_WF: &Transform<T>,
         V_F: &Motion<T>,
@@ -87,7 +87,7 @@ impl Representation {
 
     /// Converts an acceleration of F from this representation to the body representation; `V_F` is the velocity of F in the body representation.
     #[inline]
-    pub fn acceleration_to_body<T: Scalar>(
+    pub(crate) fn acceleration_to_body<T: Scalar>(
         self,
         X_WF: &Transform<T>,
         V_F: &Motion<T>,

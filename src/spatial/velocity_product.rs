@@ -11,7 +11,7 @@ use crate::scalar::{Differentiable, DualNumber, Pack, Scalar, plus_scaled};
 /// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the
 /// acceleration changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
 ///
-/// Row by row: the first three numbers of a coordinate of the force are its derivatives in δω, the last is zero.
+/// Row by row: the first three entries of a coordinate of the force are its derivatives in δω, the last is zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VelocityProductMatrix<T>(Force<Pack<T, 4>>);
 

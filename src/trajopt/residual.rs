@@ -18,7 +18,7 @@ pub struct Node<'a, T: Scalar = f64> {
     /// The stage, from 0, or from the first stage of the problem
     /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is the last stage plus one.
     pub stage: usize,
-    /// The same system on all numbers.
+    /// The system on all scalars.
     system: &'a dyn AnySystem,
 }
 
@@ -87,7 +87,7 @@ pub enum Dependence {
 /// ```
 /// use dualbody::{Scalar, trajopt::{Node, Residual}};
 ///
-/// /// How far the first two numbers of a state are from the unit circle.
+/// /// Distance of the first two entries of a state from the unit circle.
 /// struct OnCircle;
 /// impl Residual for OnCircle {
 ///     fn dim(&self, _: &Node<'_>) -> usize {

@@ -131,9 +131,13 @@ impl Trajectory {
         assert_eq!(
             self.states.len(),
             n + 1,
-            "a horizon of {n} has a state more"
+            "a horizon of {n} steps has one state more than steps"
         );
-        assert_eq!(self.inputs.len(), n, "a horizon of {n} has as many inputs");
+        assert_eq!(
+            self.inputs.len(),
+            n,
+            "a horizon of {n} steps has as many inputs"
+        );
         let states_fit = self.states.iter().all(|x| x.len() == nx);
         assert!(states_fit, "a state has nx = {nx} numbers");
         let inputs_fit = self.inputs.iter().all(|u| u.len() == nu);

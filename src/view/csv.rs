@@ -142,7 +142,7 @@ fn is_state(name: &str) -> bool {
 
 /// The inputs of a robot, by the columns of a table.
 ///
-/// * `prefixes` – of all robots: what starts with a longer one is no input of this robot
+/// * `prefixes` – of all robots: a name that starts with a longer one is not an input of this robot
 fn named_inputs(columns: &[String], prefix: &str, prefixes: &[String]) -> Vec<String> {
     let is_other = |name: &str| {
         let mut longer = prefixes.iter().filter(|other| other.len() > prefix.len());
@@ -343,7 +343,7 @@ struct Record {
     is_open: bool,
 }
 
-/// Splits a text into records, in one pass. Empty lines are no records.
+/// Splits a text into records, in one pass. Empty lines are skipped.
 struct Records<'a> {
     chars: Peekable<Chars<'a>>,
     /// The next line.

@@ -30,10 +30,10 @@ pub(super) fn create_folder(path: &Path) -> Result<(), RecordingError> {
     fs::create_dir_all(folder).map_err(|source| io(path, source))
 }
 
-/// A path as it stands in a file: from the folder of that, so that a file that is handed on does not tell where on a
+/// A path as a file contains it: relative to the folder of the file, so that a file that is handed on does not tell where on a
 /// disk it was made.
 ///
-/// By name alone, without asking the file system. A path that leads upwards by itself stays as it is, as one on another
+/// By name alone, without asking the file system. A path that leads upwards by itself does not change, like one on another
 /// drive does: what `..` means depends on links.
 pub(super) fn from_folder_of(file: &Path, path: &Path) -> PathBuf {
     let relative = || {

@@ -127,7 +127,7 @@ impl Meshes {
     }
 
     /// Finds the parts of a file, which is read once. It is called as the description calls it: a page that is passed
-    /// on tells no one where its files were.
+    /// on does not reveal where its files were.
     fn parts(&mut self, owner: &str, uri: &str, file: MeshFile) -> Option<std::ops::Range<usize>> {
         if let Some(known) = self.of_file.get(&file) {
             return known.clone();

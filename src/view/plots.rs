@@ -57,7 +57,7 @@ impl Recording {
             .map_or(column.into(), |(_, name)| format!("{column}, {name}"))
     }
 
-    /// The numbers of a column.
+    /// The values of a column.
     fn column(&self, name: &str) -> Result<Vec<f64>, UnknownName> {
         let mut known = Vec::new();
         for track in &self.robots {

@@ -230,7 +230,7 @@ impl Track {
         let name = &self.name;
         assert!(
             are_finite,
-            "the place of \"{name}\" has a number that is not finite"
+            "the pose of \"{name}\" has a number that is not finite"
         );
         self.placement = placement;
         self
@@ -284,7 +284,7 @@ impl Track {
         states.chain(forces).copied()
     }
 
-    /// Draws constraints with the motion of the robot: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler as a thin line between its joints.
+    /// Draws constraints with the motion of the robot. A rod is drawn as a rod, a ball joint as a ball, a weld as a box, a coupler as a thin line between its joints.
     ///
     /// # Panics
     /// If a constraint is one of another robot.

@@ -1,4 +1,4 @@
-//! The process that runs cases: it says which one it starts, and what it found.
+//! The process that runs cases: it reports each case that it starts, and its findings.
 
 use std::any::Any;
 use std::io::Write;
@@ -17,7 +17,7 @@ use crate::seeds::Seeds;
 const MEMORY_PER_BYTE: usize = 100;
 const MEMORY: usize = 64 << 20;
 
-/// Stack of a case: that of a thread where nothing is said about it.
+/// Stack of a case: the default of a thread.
 const STACK: usize = 2 << 20;
 
 /// Where the last panic was.

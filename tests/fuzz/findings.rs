@@ -1,4 +1,4 @@
-//! What was found, by classes, with the first files of each.
+//! Findings by class, with the first files of each.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,10 +15,10 @@ const MAX_FILES: usize = 3;
 /// Where they are kept.
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/out/fuzz");
 
-/// How often a run says how far it is.
+/// Interval between reports of progress.
 const INTERVAL: Duration = Duration::from_secs(30);
 
-/// Everything that the children of a run have told.
+/// All reports of the children of a run.
 pub(crate) struct Findings {
     options: Options,
     seeds: Seeds,
@@ -102,7 +102,7 @@ impl Findings {
     }
 }
 
-/// A reason without what differs from case to case.
+/// A reason without the parts that differ from case to case.
 fn class(kind: &str, reason: &str) -> String {
     const LENGTH: usize = 90;
     let mut out = format!("{kind}: ");

@@ -1,4 +1,4 @@
-//! Cases: which kind of file, and what stands in it. A seed and an index make a case, the same one on every machine.
+//! Cases: the kind and the contents of a file. A seed and an index make a case, the same one on every machine.
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -85,7 +85,7 @@ impl Kind {
 pub(crate) struct Case {
     pub(crate) kind: Kind,
     pub(crate) bytes: Vec<u8>,
-    /// Which seed it was made from.
+    /// Index of the seed that it was made from.
     pub(crate) seed: usize,
     /// Decides everything about the execution that is left to decide.
     pub(crate) random: Random,
@@ -122,7 +122,7 @@ impl Case {
         }
     }
 
-    /// As text; what is none is replaced.
+    /// As text; invalid bytes are replaced.
     pub(crate) fn text(&self) -> String {
         String::from_utf8_lossy(&self.bytes).into_owned()
     }

@@ -1,4 +1,4 @@
-//! An allocator that counts, and refuses what is beyond a limit: the process then ends, and its parent knows at which case.
+//! An allocator that counts, and refuses memory beyond a limit. The process then ends, and its parent reports the case.
 
 #![expect(unsafe_code, reason = "an allocator is unsafe by its trait")]
 
@@ -36,7 +36,7 @@ fn give(bytes: usize) {
     LIVE.fetch_sub(bytes, Ordering::Relaxed);
 }
 
-// SAFETY: calls are passed on to the system's allocator unchanged, or answered by null, which says that there is no memory.
+// SAFETY: calls are passed on to the system's allocator unchanged, or answered by null, which means that there is no memory.
 unsafe impl GlobalAlloc for Limited {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if !take(layout.size()) {

@@ -1,11 +1,11 @@
-//! What a run is asked to do.
+//! Options of a run.
 
 use crate::input::Kind;
 
-/// Cases where nothing else is said: what the tests of the project have time for.
+/// Default number of cases: as many as the tests of the project have time for.
 const DEFAULT_EXECUTIONS: u64 = 8_000;
 
-/// Seed where nothing else is said; with the index it makes a case.
+/// Default seed; with the index it makes a case.
 const DEFAULT_SEED: u64 = 1;
 
 /// A run, or the part of one that a process does.
@@ -21,7 +21,7 @@ pub(crate) struct Options {
     pub(crate) step: u64,
 }
 
-/// Who a process is.
+/// Role of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Role {
     /// Starts others and watches them.
@@ -30,7 +30,7 @@ pub(crate) enum Role {
     Child,
     /// Runs one case, in sight.
     Replay,
-    /// Has nothing to do: another test was asked for.
+    /// Has nothing to do, since another test was selected.
     Idle,
 }
 
@@ -49,7 +49,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// From the command line; what is not known is for the harness of other tests.
+    /// From the command line; unknown options are for the harness of other tests.
     pub(crate) fn of(mut arguments: impl Iterator<Item = String>) -> Self {
         let mut out = Self::default();
         while let Some(argument) = arguments.next() {

@@ -1,4 +1,4 @@
-//! The process that starts others, watches them, and says at which case one was lost.
+//! The process that starts others, watches them, and reports the case at which one was lost.
 
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
@@ -14,10 +14,10 @@ use crate::options::Options;
 /// Processor time of a case: more is a hang. Of unoptimised code, which runs the short run, more is to be expected.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 10 } else { 2 });
 
-/// Time on the clock of a case, which waits for nothing but a busy machine: more is a hang, too.
+/// Time on the clock of a case, which only waits for a busy machine: more counts as a hang.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// How often one looks at a child that says nothing.
+/// Interval between looks at a silent child.
 const PERIOD: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(options: &Options) -> ExitCode {
@@ -57,11 +57,11 @@ fn lock(findings: &Mutex<Findings>) -> std::sync::MutexGuard<'_, Findings> {
     findings.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A child and what it does.
+/// A child process and its work.
 struct Watch {
     child: Child,
     lines: Receiver<String>,
-    /// What it writes to its standard error.
+    /// File of its standard error.
     log: std::path::PathBuf,
     kind: String,
     index: u64,
@@ -163,7 +163,7 @@ fn pass_on(lines: impl BufRead, to: &Sender<String>) {
     }
 }
 
-/// Processor time that a process has used, where the system tells it as Linux does.
+/// Processor time that a process has used, where the system reports it, as Linux does.
 fn processor_time(process: u32) -> Option<Duration> {
     /// Of a tick: 100 a second on every Linux.
     const TICK: Duration = Duration::from_millis(10);

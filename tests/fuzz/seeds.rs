@@ -1,4 +1,4 @@
-//! What cases are made from: the robots of `assets/`, files of the fuzzer's own, and recordings that the library writes.
+//! Seeds of cases: the robots of `assets/`, files of the fuzzer's own, and recordings that the library writes.
 
 use dualbody::view::Recording;
 use dualbody::{Model, State, model::samples};
@@ -12,7 +12,7 @@ use crate::mutate::xml::Element;
 pub(crate) enum Content {
     Xml(Element),
     Json(serde_json::Value),
-    /// Lines of cells with what is between them.
+    /// Lines of cells and their separators.
     Lines(String, char),
     Bytes(Vec<u8>),
 }
@@ -55,7 +55,7 @@ const SDF: [&str; 3] = [
     include_str!("seeds/world.sdf"),
 ];
 
-/// The descriptions whose dynamics are compared with those of another engine, and one with what refers to bodies.
+/// The descriptions whose dynamics are compared with those of another engine, and one with elements that refer to bodies.
 const MJCF: [&str; 4] = [
     include_str!("../mjcf/chain.xml"),
     include_str!("../mjcf/free.xml"),
@@ -99,7 +99,7 @@ const WORDS: [&str; 32] = [
     "curv",
 ];
 
-/// Names of columns and of what a table could hold beside them.
+/// Names of columns, and other content of a table.
 const COLUMNS: [&str; 12] = [
     "time",
     "u0",
@@ -176,7 +176,7 @@ impl Seeds {
         trees.collect()
     }
 
-    /// Names and values of the files of a kind, and words that its language knows.
+    /// Names and values of the files of a kind, and words of its language.
     pub(crate) fn words(&self, kind: Kind) -> &[String] {
         &self.words[kind as usize]
     }

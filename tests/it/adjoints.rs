@@ -140,7 +140,7 @@ fn inverse_dynamics_vjp_equals_the_transposed_jacobian_of_every_robot() {
         let mut out = InverseDynamicsGradient::zeros(model);
         let mut scratch = InverseDynamicsVjpScratch::new(model);
         let (external, mu) = (&case.external, case.weights.as_slice());
-        // Twice, so that what the first call leaves would show.
+        // Twice, so that an effect of the first call would show.
         for _ in 0..2 {
             inverse_dynamics_vjp_into(model, q, v, a, external, mu, &mut scratch, &mut out);
         }

@@ -110,7 +110,7 @@ fn free_body_equals_newton_and_euler() {
     }
 }
 
-// A body thrown without spin and with its centre of mass at c falls along a parabola, whatever the integrator's frame.
+// A body thrown without spin and with its centre of mass at c falls along a parabola, independent of the integrator's frame.
 #[test]
 fn thrown_body_equals_the_parabola() {
     let model = free_body();

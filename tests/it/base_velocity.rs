@@ -186,7 +186,7 @@ fn rate_of_a_jacobian_equals_its_derivative_in_time() {
     });
 }
 
-// The motion is the same whatever represents it: frames, momentum and centre of mass do not see the representation.
+// The motion is the same in every representation: frames, momentum and centre of mass do not depend on it.
 #[test]
 fn motion_of_frames_and_momentum_does_not_depend_on_the_representation() {
     for_all(|case| {

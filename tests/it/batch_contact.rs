@@ -1,4 +1,4 @@
-//! Contact in batches: the same bits as alone, whatever the neighbours touch.
+//! Contact in batches: the same bits as alone, independent of contacts in other lanes.
 
 use dualbody::constraint::Constraint;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};

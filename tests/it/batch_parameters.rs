@@ -116,7 +116,7 @@ fn states_with_all_parameters_changed_have_the_bits_of_single_simulators() {
     }
 }
 
-/// v²/2 μ g, whatever the mass, where a point slides without turning: the ball is held from turning by an inertia without bounds.
+/// v²/2 μ g, for any mass, where a point slides without turning: the ball is held from turning by an inertia without bounds.
 #[test]
 fn a_box_slides_as_far_as_its_own_friction_lets_it() {
     let xml = "<robot name='box'><link name='box'><inertial><mass value='1'/><inertia ixx='1e6' iyy='1e6' izz='1e6' ixy='0' ixz='0' iyz='0'/></inertial>

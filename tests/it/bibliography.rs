@@ -55,7 +55,7 @@ fn key(citation: &str) -> Option<String> {
     has_authors.then(|| words[..=year].join(" ").trim_end_matches(',').to_owned())
 }
 
-/// Keys of the bibliography as they stand there, in bold.
+/// Keys of the bibliography, in bold there.
 fn entries() -> Vec<String> {
     let entries = BIBLIOGRAPHY
         .lines()

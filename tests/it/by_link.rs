@@ -193,7 +193,7 @@ fn bounds_of_random_states_in_the_wrong_order_are_refused() {
     State::random_within(&samples::cartpole(), &mut generator(96), &bounds);
 }
 
-// q̇ = J v: J dv is what moving by a small dv adds to the numbers, and the other way round.
+// q̇ = J v: J dv is the change of the coordinates by a small motion dv, and the inverse maps it back.
 #[test]
 fn jacobians_of_moves_equal_differences() {
     const STEP: f64 = 1e-6;

@@ -265,7 +265,7 @@ fn nudged(at: &Pose, k: usize, h: f64) -> Pose {
 
 /// Steps of extrapolated differences, m and rad.
 const STEP: f64 = 1e-4;
-/// What extrapolated differences leave: curvature of rims seen from nearby.
+/// Error of extrapolated differences: curvature of rims seen from nearby.
 const DIFFERENCE: f64 = 1e-7;
 
 #[test]
@@ -290,7 +290,7 @@ fn derivatives_equal_central_differences_where_features_do_not_switch() {
             let (Some(coarse), Some(fine)) = (difference(STEP), difference(STEP / 2.0)) else {
                 continue;
             };
-            // Where the two differ much, features are so near that the distance is no polynomial over the step.
+            // Where the two differ much, features are so near that the distance is not a polynomial over the step.
             if (coarse - fine).abs() < DIFFERENCE {
                 let expected = (4.0 * fine - coarse) / 3.0;
                 let found = exact.distance.eps[k];
@@ -737,7 +737,7 @@ fn degenerate_shape(rng: &mut Xoshiro256PlusPlus) -> Shape {
     }
 }
 
-/// Distances of shapes whose features are parallel but for angles about those of rounding: which of them is nearest is not decided to more.
+/// Error of distances of shapes whose features are parallel up to angles near rounding, where the nearest feature is not decided more exactly.
 const NEARLY_PARALLEL: f64 = 1e-6;
 
 #[test]
@@ -764,7 +764,7 @@ fn distance_of_aligned_and_degenerate_shapes_equals_the_widest_gap() {
     }
 }
 
-// Along one axis the nearest points of the axes are one but for rounding, which is no direction.
+// Along one axis the nearest points of the axes coincide up to rounding, and give no direction.
 #[test]
 fn capsules_along_one_axis_are_separated_across_it() {
     let capsule = |radius, half_length| Shape::Capsule {
@@ -788,7 +788,7 @@ fn capsules_along_one_axis_are_separated_across_it() {
     }
 }
 
-// A margin says only that nothing farther away is looked for.
+// A margin only limits the search to nearer features.
 #[test]
 fn a_manifold_within_a_margin_is_empty_exactly_where_shapes_are_farther_apart() {
     each_pair(12, 3000, |pair, _, name| {

@@ -1,4 +1,4 @@
-//! Which links collide, by SRDF and SDF files.
+//! Pairs of links that collide, by SRDF and SDF files.
 
 use dualbody::contact::{CollisionOptions, LinkShapes};
 use dualbody::{LoadError, Model, ModelOptions};

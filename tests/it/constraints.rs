@@ -348,7 +348,7 @@ fn weld_holds_a_body_and_carries_its_weight_even_twice() {
     }
 }
 
-// What a file calls a follower, the constraint does with forces; motion and accelerations are the same.
+// A constraint replaces a mimic joint by forces; motion and accelerations are the same.
 #[test]
 fn coupler_moves_like_a_follower() {
     let tied = gripper()

@@ -53,7 +53,7 @@ fn box_rests_at_the_estimated_depth_and_does_not_creep() {
     );
     let rest = run(&simulator, &start, 4.0);
     assert!(rest.v.amax() < 1e-6, "{}", rest.v);
-    // Four corners carry the weight at the depth that was asked for.
+    // Four corners carry the weight at the requested depth.
     assert!(
         (rest.q[2] - (0.3 + 0.06 - 1e-3)).abs() < 1e-6,
         "{}",

@@ -1,4 +1,4 @@
-//! What a report says about why the derivatives of a contact are what they are.
+//! Reasons of a report for the derivatives of a contact.
 
 use dualbody::contact::{ContactLaw, Contacts, Rigid, Smoothing, SoftContact, Terrain};
 use dualbody::sim::ContactReason;

@@ -17,7 +17,7 @@ use crate::common::{
     random_point,
 };
 
-/// The robot with followers, and the same with six free joints.
+/// The robot with mimic joints, and the same with six free joints.
 fn both() -> (Model, Model) {
     let coupled = gripper().build().expect("a gripper");
     let free = gripper()

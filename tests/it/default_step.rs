@@ -1,5 +1,5 @@
-//! The simulator as it comes: default integrator and step stay finite on robots whose dampers, friction, stops and
-//! whirling wrists a step of explicit forces cannot take; and what is reported where a rollout fails.
+//! Defaults of the simulator: integrator and step stay finite on robots whose dampers, friction, joint limits and
+//! fast wrists make a step of explicit forces diverge; and the report of a rollout that fails.
 
 use std::path::{Path, PathBuf};
 
@@ -161,7 +161,7 @@ fn default_step_stays_finite_on_every_robot_of_a_folder() {
     assert!(loaded > 0 && failed.is_empty(), "{failed:?}");
 }
 
-// Without gravity nothing but the method can change the energy of a wrist that whirls by 0.3 rad in a step.
+// Without gravity only the method can change the energy of a wrist that turns by 0.3 rad in a step.
 #[test]
 fn whirling_wrist_keeps_its_energy_where_explicit_forces_would_multiply_it() {
     let model = wrist(1e-5, 0.0, 0.0).with_gravity(Vector3::zeros());

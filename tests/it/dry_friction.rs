@@ -160,11 +160,11 @@ fn exact(simulator: &Simulator) -> Vec<(usize, f64)> {
         .collect()
 }
 
-// Newton–Euler says which joint forces the step had; what is not of the input is friction.
+// Newton–Euler gives the joint forces of the step; the part that is not the input is friction.
 #[test]
 fn friction_of_an_arm_obeys_its_law_in_every_step() {
     let (mut sticking, mut sliding, mut arriving) = (0, 0, 0);
-    // An arm. Of other trees axes turn, so that the acceleration here is not that of the step, or followers have springs and dampers, which act too.
+    // An arm. In other trees axes turn, so that the acceleration here is not that of the step, or springs and dampers of mimic joints act too.
     for (simulator, start, u) in trees() {
         let is_other = |body: &Body<f64>| turns(body) || body.coupling.is_some();
         if simulator.model().bodies().iter().any(is_other) {

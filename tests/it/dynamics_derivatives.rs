@@ -1,4 +1,4 @@
-//! The named derivatives of the dynamics against finite differences and against what they must equal.
+//! The named derivatives of the dynamics against finite differences and identities.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -94,7 +94,7 @@ fn numeric(model: &Model, point: &Point, what: What) -> [DMatrix<f64>; 3] {
     std::array::from_fn(|k| all.columns(k * nv, nv).into_owned())
 }
 
-/// Twice the inertia, twice the force: what is kept of a model for its derivatives must not outlive a change of the
+/// Twice the inertia, twice the force: data of a model that are kept for its derivatives must not outlive a change of the
 /// model.
 #[test]
 fn derivatives_of_a_robot_made_twice_as_heavy_are_twice_as_large() {

@@ -1,4 +1,4 @@
-//! Episodes over lanes: what they are does not depend on how many there are.
+//! Episodes over lanes: they do not depend on their number.
 
 use dualbody::model::samples;
 use dualbody::sim::{
@@ -150,7 +150,7 @@ fn an_episode_is_what_steps_of_a_simulator_give() {
         }
     }
     assert!(next.terminated[0] || next.truncated[0]);
-    // The step after an end begins another episode, whatever the action.
+    // The step after an end begins another episode, for any action.
     one.step(&[1e3], &mut next);
     assert_eq!(
         (next.rewards[0], next.terminated[0], next.truncated[0]),
@@ -204,7 +204,7 @@ fn without_automatic_reset_a_mask_begins_episodes() {
             false => assert_eq!(again[row.clone()], next.observations[row]),
         }
     }
-    // Seeded anew, a state draws what it drew first.
+    // Seeded again, a state repeats its first draws.
     all.seed(10, 5);
     all.seed(2, 5);
     all.reset(&mut again);

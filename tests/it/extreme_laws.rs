@@ -44,7 +44,7 @@ fn nothing_slips_with_infinite_friction() {
             let end = run(&simulator, &start, 2.0);
             let slid = (end.q.rows(0, 3) - start.q.rows(0, 3)).norm();
             let speed = base_velocity(&end).norm();
-            // Relaxed contact creeps, by as much as its impedance says.
+            // Regularised contact creeps at the rate of its impedance.
             let is_relaxed = matches!(law, ContactLaw::RelaxedRigid(_));
             let most = if is_relaxed { 0.032 } else { 2e-3 };
             assert!(

@@ -79,7 +79,7 @@ fn both(of: &Linearization) -> DMatrix<f64> {
     out
 }
 
-/// The largest difference between derivatives and differences, and what is left of it beyond the error that differences
+/// The largest difference between derivatives and differences, and its remainder beyond the error that differences
 /// admit.
 fn compare(simulator: &Simulator, state: &State) -> (f64, f64) {
     let u = vec![0.0; simulator.nu()];

@@ -42,7 +42,7 @@ fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// What a file is compiled to, without comments and without tests, whose helpers may come from anywhere.
+/// Code of a file, without comments and without tests, whose helpers may come from anywhere.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("a source");
     let body = text.split("#[cfg(test)]\nmod tests").next().unwrap_or("");
@@ -145,7 +145,7 @@ fn reached(imports: &BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTr
     out
 }
 
-/// What the files and the folders in a folder import of each other.
+/// Imports of the files and folders in a folder from each other.
 fn imports_in(folder: &Path, files: &[(PathBuf, String)]) -> BTreeMap<String, BTreeSet<String>> {
     let full: String = folder
         .iter()

@@ -1,4 +1,4 @@
-//! Edges and folds of the ground, and what rolls over and into them.
+//! Edges and folds of the ground, and bodies that roll over and into them.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -69,7 +69,7 @@ fn ground_beyond_the_border_of_a_grid_is_level() {
             assert!(level, "({x}, {y}): {ground:?}");
         }
     }
-    // Along the border it goes on as it is there.
+    // Beyond the border it keeps the height and slope of the border.
     let ground = ramp.surface(&0.7, &9.0);
     assert!((ground.height - 0.35).abs() < ROUNDING && (ground.slope[0] - 0.5).abs() < ROUNDING);
     let nowhere = ramp.surface(&f64::NAN, &0.0);
@@ -173,8 +173,8 @@ fn gains(simulator: &Simulator, states: &[State]) -> [f64; 2] {
     gains
 }
 
-// Of 1 to 20 J. What strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
-// any. Relaxed contact gives back what its springs have taken, of which nothing tells how much it is.
+// Of 1 to 20 J. A ball that strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
+// any. Regularised contact returns the energy of its springs, whose amount is not known.
 #[test]
 fn nothing_round_gains_energy_over_edges_and_in_folds() {
     for (model, terrain) in shapes()

@@ -120,7 +120,7 @@ fn loaded(model: &Model, place: Anchor, r: Representation) -> [Simulator; 2] {
 fn momentum_of_a_free_body_under_a_force_of_the_world_equals_its_integral() {
     let model = free_body().with_gravity(Vector3::zeros());
     let (t, dt) = (1.0, 1e-3);
-    // About the world's origin a force that is fixed there changes momentum at a constant rate, whatever the body does.
+    // About the world's origin a force that is fixed there changes momentum at a constant rate, for any motion of the body.
     let force = ExternalForce::constant(on(&model, "body"), push(), Representation::Inertial);
     let mut start = State::new(
         &[0.3, 0.2, -0.1, 1.0, 0.0, 0.0, 0.0],

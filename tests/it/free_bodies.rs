@@ -232,7 +232,7 @@ fn spinning_robots() -> Vec<(String, Simulator, State)> {
             }
         }
     }
-    // It whirls: the forces of the middle of the step are mixed in.
+    // In fast rotation the forces of the middle of the step are mixed in.
     let simulator = Simulator::new(offset_body(JointKind::Floating)).with_time_step(1e-3);
     let mut state = spinning(JointKind::Floating);
     state.v.rows_mut(3, 3).scale_mut(15.0);
@@ -295,7 +295,7 @@ fn vjp_of_spinning_bodies_equals_jacobians_forward_mode_and_central_differences(
         let parameters = simulator.parameters();
         let expected = gradient(&function, parameters.as_slice());
         assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &name);
-        // Mass and first moment of the base, which say where its centre of mass is.
+        // Mass and first moment of the base, which determine its centre of mass.
         for k in 0..4 {
             let value = |by: f64| {
                 let (mut moved, mut out) = (parameters.clone(), [0.0]);
@@ -310,7 +310,7 @@ fn vjp_of_spinning_bodies_equals_jacobians_forward_mode_and_central_differences(
     }
 }
 
-/// Squares of all numbers of the last state.
+/// Squares of all entries of the last state.
 struct Squares;
 
 impl RolloutCost for Squares {

@@ -180,7 +180,7 @@ impl Case {
     }
 }
 
-/// A description without the link `world`, if a link is fixed to it, which then floats: what the values were made of.
+/// A description without the link `world`, if a link is fixed to it, which then floats: the file from which the values were made.
 fn without_world(xml: &str) -> String {
     let mut parts = xml.split("<joint ").map(str::to_owned);
     let mut out = parts.next().unwrap_or_default();
@@ -249,7 +249,7 @@ fn check(case: &Case, name: &str, record: &DMatrix<f64>, whence: &str) {
     );
 }
 
-/// What needs no linear solve and no simulation is equal up to rounding.
+/// Results without a linear solve or a simulation are equal up to rounding.
 ///
 /// After a second a floating robot differs by the truncation errors: both engines have a Runge–Kutta method of order
 /// four, but not the same one for rotations. With half the step the differences are a sixteenth.
@@ -275,7 +275,7 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
     paths
 }
 
-/// What the crate gives for a record, and the record, both in the order of the model.
+/// Result of the crate for a record, and the record, both in the order of the model.
 fn compare(case: &Case, name: &str, record: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let Case {
         model,

@@ -75,7 +75,7 @@ fn declares(source: &str, declaration: &str) -> bool {
     after.any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
 }
 
-/// `true` if a source is, or declares, what a label names: `` `Type::method` ``, `` `module` ``; a label in other words names nothing.
+/// `true` if a source is, or declares, the item that a label names: `` `Type::method` ``, `` `module` ``; a label in other words names nothing.
 fn has_named(target: &str, source: &str, label: &str) -> bool {
     let inner = label
         .strip_prefix('`')

@@ -132,7 +132,7 @@ fn robots_at_their_own_sizes_are_what_they_are() {
     }
 }
 
-// All sizes by s and all densities by ρ is what `Model::scaled` does by the laws of dimensions.
+// A change of all sizes by s and all densities by ρ equals `Model::scaled`, by the laws of dimensions.
 #[test]
 fn uniform_change_of_all_sizes_equals_the_scaled_robot() {
     const S: f64 = 1.7;
@@ -398,7 +398,7 @@ fn points_of_contact_that_move_equal_those_of_the_changed_shapes() {
     }
 }
 
-/// A foot below a leg of its own link, and a rotor across it: what is not the chosen shape.
+/// A foot below a leg of its own link, and a rotor across it: parts besides the chosen shape.
 #[test]
 fn other_shapes_of_a_link_move_and_keep_their_kind() {
     let leg = Geometry::Cylinder {
@@ -734,7 +734,7 @@ fn mesh_of_other_scale_and_density_equals_the_closed_form_of_a_tetrahedron() {
     );
     let error = Hardware::new(&robot(&folder.join("none.obj"), [1.0; 3]), &chosen(&all));
     assert!(error.unwrap_err().to_string().contains("cannot be read"));
-    // Where no volume is asked for, nothing is read.
+    // Where no volume is needed, no file is read.
     let open = Hardware::new(
         &robot(&open, [1.0; 3]),
         &[ScaledLink::new("stone", &all[..3])],
@@ -744,7 +744,7 @@ fn mesh_of_other_scale_and_density_equals_the_closed_form_of_a_tetrahedron() {
     fs::remove_dir_all(&folder).unwrap();
 }
 
-// What is not a homogeneous solid is stretched as it is: two balls on an axis move apart.
+// A body that is not a homogeneous solid is stretched particle by particle: two balls on an axis move apart.
 #[test]
 fn inertia_that_is_no_homogeneous_solid_is_stretched_with_its_shape() {
     let (mass, arm, length) = (3.0, 0.3, 1.0);

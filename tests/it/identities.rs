@@ -41,7 +41,7 @@ struct OfConfiguration<'a, F> {
     f: F,
 }
 
-/// Which energy a test differentiates.
+/// The energy that a test differentiates.
 enum Energy<'a> {
     Potential,
     Kinetic(&'a DVector<f64>),

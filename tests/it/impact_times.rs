@@ -307,7 +307,7 @@ fn arm(integrator: Integrator) -> (Simulator, State) {
     (simulator, start)
 }
 
-/// A sum of all numbers of the last state, with weights.
+/// A weighted sum of all entries of the last state.
 struct End;
 
 impl RolloutCost for End {
@@ -322,7 +322,7 @@ fn differences(x: f64, f: impl Fn(f64) -> f64) -> f64 {
     (f(x + step) - f(x - step)) / (2.0 * step)
 }
 
-// Through an impact with friction of an arm with damping, on a slope, in all numbers of the start, the inputs, and all parameters.
+// Through an impact with friction of an arm with damping, on a slope, in all entries of the start, the inputs, and all parameters.
 #[test]
 fn gradient_of_an_arm_that_hits_the_ground_equals_central_differences() {
     const STEPS: usize = 90;
@@ -463,7 +463,7 @@ fn states_of_a_batch_are_those_of_single_simulators() {
     }
 }
 
-// Four corners at once are no impact by itself: the box leaves at the end of the step in which it would land, as fast as its law says.
+// Four corners at once are not an isolated impact: the box leaves at the end of the step in which it would land, with the speed of its contact model.
 #[test]
 fn box_that_lands_flat_bounces_in_whole_steps() {
     const E: f64 = 0.5;

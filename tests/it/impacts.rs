@@ -34,7 +34,7 @@ impl RolloutCost for Height {
     }
 }
 
-// What starts higher comes later: h(T) falls by e for each metre.
+// A ball that starts higher arrives later: h(T) falls by e for each metre.
 #[test]
 fn gradient_through_an_impact_is_that_of_the_motion() {
     let law = SoftContact::estimate(1.0, 1, 0.01).with_restitution(RESTITUTION, SPEED);

@@ -1,4 +1,4 @@
-//! The implicit midpoint rule: order, derivatives by other means, and what it keeps.
+//! The implicit midpoint rule: order, derivatives by other means, and conserved quantities.
 
 use dualbody::autodiff::Dual;
 use dualbody::autodiff::finite_difference;
@@ -168,7 +168,7 @@ fn undamped(model: Model) -> Model {
     (0..nv).fold(model, |model, k| model.with_damping(k, 0.0))
 }
 
-/// What a free robot without gravity has at the start, linear and angular, it has at the end.
+/// A free robot without gravity keeps its linear and angular momentum.
 #[test]
 fn momentum_of_a_free_robot_is_kept_to_rounding() {
     let model = asset("quadruped.urdf");
@@ -349,7 +349,7 @@ fn loops_stay_closed_and_their_error_falls_with_the_square_of_the_step() {
     assert!((3.7..4.3).contains(&ratio), "{ratio}");
 }
 
-/// What is off by a centimetre, or moves across, is closed in one step, which is taken whole; a second one from there is like any other.
+/// A loop that is open by a centimetre, or moves across its rows, closes in one whole step; the next step is like any other.
 #[test]
 fn open_loops_are_closed_in_one_step() {
     let (crank, mut start) = turning_crank();

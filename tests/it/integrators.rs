@@ -286,7 +286,7 @@ fn energy_of_a_free_delta_robot_drifts_as_documented() {
     assert_drifts("delta, tight", &cases, of(tight.collect()));
 }
 
-// What changes the velocity in a step is the same backward in time: at q, −v⁺ becomes −v. Without constraints exactly;
+// The change of velocity in a step is the same backward in time: at q, −v⁺ becomes −v. Without constraints exactly;
 // with them to the third order, as their biases are at the velocity after the step to the second.
 #[test]
 fn steps_lead_from_the_reversed_velocity_back_to_that_before() {
@@ -356,7 +356,7 @@ enum Cell {
 
 use Cell::{Beyond, Diverges, Within};
 
-/// A robot at a state with what is documented of it: for each integrator, at steps of 1, 5 and 10 ms.
+/// A robot at a state, with its documented errors: for each integrator, at steps of 1, 5 and 10 ms.
 struct Documented {
     name: &'static str,
     simulator: Simulator,

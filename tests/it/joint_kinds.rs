@@ -1,4 +1,4 @@
-//! Screw and universal joints: closed forms, the same mechanism from other joints, derivatives, and what files make of them.
+//! Screw and universal joints: closed forms, the same mechanism from other joints, derivatives, and their form in files.
 
 use dualbody::autodiff::finite_difference;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, SoftContact, Terrain};

@@ -1,4 +1,4 @@
-//! The server of a simulation that runs: who is let in, and what it answers.
+//! The server of a running simulation: accepted requests, and its answers.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

@@ -157,7 +157,7 @@ fn dynamics_of_a_chain_of_5000_links_fit_an_ordinary_stack_and_invert_each_other
     thread.join().expect("no overflow");
 }
 
-/// A slider, then two hinges, of which the second moves a link without inertia; each format says the same.
+/// A slider, then two hinges, of which the second moves a link without inertia; the same in each format.
 const SLIDER_AND_HINGES: [&str; 2] = [
     r#"<robot name="r"><link name="world"/>
     <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -228,7 +228,7 @@ fn unknown_joint_to_keep_or_to_lock_is_an_error_that_names_it() {
         let both = ModelOptions::default().with_kept_joints(["hinge"]);
         let both = fail(both.with_locked_joint("hinge", &[0.0]));
         assert!(both.contains("\"hinge\""), "{both}");
-        // The description's own flaws are told as ever.
+        // Flaws of the description itself are still reported.
         let flaw = text.replace("0 1 0", "0 0 0");
         let kept = ModelOptions::default().with_kept_joints(["slide"]);
         let error = load_text(&kept, &flaw).expect_err("a zero axis");

@@ -4,7 +4,7 @@
     allow(dead_code, unused_imports, reason = "for tests of second derivatives")
 )]
 
-//! What the crate promises, checked against something independent.
+//! Promises of the crate, checked against independent results.
 
 mod activations;
 mod actuation;

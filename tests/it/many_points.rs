@@ -60,8 +60,8 @@ fn total_force(simulator: &Simulator, state: &State) -> Vector3<f64> {
     forces.iter().fold(Vector3::zeros(), |sum, f| sum + f)
 }
 
-// What a flat bottom does is decided by its corners, whichever points of it the solver starts with: dropped on an edge,
-// and sliding without turning, where friction does not depend on which points carry. But for one thing: a point that
+// The corners of a flat bottom decide its motion, whichever points of it the solver starts with: dropped on an edge,
+// and sliding without turning, where friction does not depend on which points carry. There is one exception: a point that
 // would come down within the step stops, so inner points stop a box that rocks where the corners, one edge of which is
 // on its way up, let that edge close its gap of 5 µm. Hence the bound.
 #[test]
@@ -89,7 +89,7 @@ fn grid_of_points_moves_as_its_corners_do() {
     }
 }
 
-// No point that was left out goes into the ground, and what is found obeys the laws.
+// No point that was left out goes into the ground, and the forces obey the laws.
 #[test]
 fn points_that_are_left_out_do_not_sink() {
     for (acceptable, worst) in [(0.0, Status::Converged), (1e-6, Status::Acceptable)] {
@@ -118,7 +118,7 @@ fn nothing_sinks(simulator: &Simulator, worst: Status) {
         let status = report.certificate.status;
         assert!(status <= worst, "step {k}: {status:?}");
         let deepest = report.points.iter().map(|p| p.depth).fold(0.0, f64::max);
-        // Velocities of points obey the law to first order; what is left is ½ ω² r Δt² per step at 3 rad/s, undone in
+        // Velocities of points obey the law to first order; the remainder is ½ ω² r Δt² per step at 3 rad/s, undone in
         // 20 ms.
         assert!(deepest < 1e-3, "step {k}: {deepest}");
     }
@@ -126,7 +126,7 @@ fn nothing_sinks(simulator: &Simulator, worst: Status) {
     assert!(last.v.amax() < 1e-6 && energy(simulator.model(), last) < initial);
 }
 
-// As many iterations as are allowed, and a status that says so.
+// As many iterations as are allowed, and a status that reports the limit.
 #[test]
 fn limit_of_iterations_is_kept_and_reported() {
     let simulator = on_grid(is_corner, 4);
@@ -155,7 +155,7 @@ fn limit_of_iterations_is_kept_and_reported() {
     assert!(with(1).step(&start, &[]).is_finite());
 }
 
-// Fewer points than it takes to carry the box are kept to, and the status says so.
+// The limit holds with fewer points than carry the box, and the status reports it.
 #[test]
 fn limit_of_points_is_kept_and_reported() {
     let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
@@ -179,7 +179,7 @@ fn limit_of_points_is_kept_and_reported() {
 }
 
 #[test]
-#[should_panic(expected = "0 points of a link carry nothing")]
+#[should_panic(expected = "points_per_link is 0, expected at least 1")]
 fn no_points_per_link_are_refused() {
     let _ = on_grid(is_corner, 0);
 }

@@ -175,7 +175,7 @@ fn a_ball_keeps_its_radius_up_to_what_its_points_are_asked_to() {
     }
 }
 
-/// Turns what is shown and what touches alike: a wedge whose highest point in the file is at y = 2.
+/// The visual and the collision shape are rotated alike: a wedge whose highest point in the file is at y = 2.
 #[test]
 fn up_axis_of_a_collada_mesh_is_up_on_the_ground() {
     let wedge = mesh(

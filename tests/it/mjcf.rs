@@ -1,4 +1,4 @@
-//! MJCF: descriptions of this folder's neighbour `tests/mjcf` against what `MuJoCo` computes of the same text, and what else is read.
+//! MJCF: descriptions of this folder's neighbour `tests/mjcf` against `MuJoCo`'s results for the same text, and other files that are read.
 
 use std::fs;
 use std::path::PathBuf;
@@ -578,7 +578,7 @@ fn orientations_in_five_ways_are_the_same() {
     }
 }
 
-/// Broken descriptions, each with what its error says.
+/// Broken descriptions, each with words of its error.
 #[test]
 fn broken_descriptions_are_errors_that_name_the_place() {
     let body = |inside: &str| {

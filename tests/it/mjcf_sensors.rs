@@ -10,7 +10,7 @@ use crate::mjcf::{Record, file, find, golden};
 /// Gravity of the description, m/s².
 const GRAVITY: [f64; 3] = [0.3, -0.2, -9.7];
 
-/// Farther than anything in the description, m: what is read where a ray hits nothing; `MuJoCo` has −1 there.
+/// Farther than anything in the description, m: the reading of a ray that hits nothing; `MuJoCo` has −1 there.
 const RANGE: f64 = 100.0;
 
 /// Our sensors by their names in the description.

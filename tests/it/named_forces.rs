@@ -84,7 +84,7 @@ fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_f
     assert_eq!(forces, before);
 }
 
-// τᵀ v = Σ τ_j q̇_j, where followers turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice
+// τᵀ v = Σ τ_j q̇_j, where mimic joints turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice
 // that.
 #[test]
 fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
@@ -145,7 +145,7 @@ fn velocity_of_each_body_by_its_frame_and_by_its_name_equals_that_of_forward_kin
     }
 }
 
-// One step of semi-implicit Euler: v⁺ = v + Δt M⁻¹ (τ − h + Jᵀ F) for joints that are no rotations.
+// One step of semi-implicit Euler: v⁺ = v + Δt M⁻¹ (τ − h + Jᵀ F) for joints that are not rotations.
 #[test]
 fn step_with_named_forces_equals_forward_dynamics_under_them() {
     let model = samples::arm();

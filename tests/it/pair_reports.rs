@@ -1,4 +1,4 @@
-//! Questions about contact between bodies: who touches whom, with which force, and the Jacobians at the points.
+//! Questions about contact between bodies: the pairs that touch, their forces, and the Jacobians at the points.
 
 use dualbody::contact::{CollisionOptions, ContactLaw, RelaxedRigid, SoftContact, Terrain};
 use dualbody::dynamics::{frame_pose, gravity_forces};

@@ -175,7 +175,7 @@ fn identification_step_in_log_cholesky_parameters_descends_and_stays_physical() 
     }
 }
 
-/// What a robot does at a point, as a function of all its parameters: their nominal values and `SCALE` times the
+/// Results for a robot at a point, as a function of all its parameters: their nominal values and `SCALE` times the
 /// argument.
 struct Behaviour<'a>(&'a Model, &'a Point);
 

@@ -151,7 +151,7 @@ fn robots_move_in_pictures_as_their_states_do() {
         recording.picture(0.5, OPTIONS),
         recording.picture(1.0, OPTIONS)
     );
-    // What is lost is drawn as it was last seen.
+    // A state that is not finite is drawn like the last finite one.
     recording.push(2.0, &State::new(&[f64::NAN], &[0.0]), &[]);
     assert_eq!(
         recording.picture(2.0, OPTIONS),

@@ -15,9 +15,9 @@
 //! | inertias that no body has are refused, or pass in silence | `an_inertia_that_no_body_has_loads_with_its_eigenvalues_in_a_warning` |
 //! | parts of a file are dropped in silence | `report_lists_every_unused_part_with_its_line` |
 //! | meshes of packages are not found, or stop the loading | `package_reference_finds_the_file_in_every_place_that_may_hold_it`, `meshes_have_the_path_of_their_file_or_a_warning` |
-//! | a file that is no description, or xacro, ends in a panic | `unexpanded_xacro_equals_the_advice_to_run_xacro`, `any_damage_ends_in_a_model_or_an_error` |
+//! | a file that is not a description, or xacro, ends in a panic | `unexpanded_xacro_equals_the_advice_to_run_xacro`, `any_damage_ends_in_a_model_or_an_error` |
 //! | locked joints move what they carry | `dynamics_with_locked_joints_equal_those_with_joints_held`, `robot_with_joints_kept_at_load_equals_the_sum_of_its_locked_parts` |
-//! | followers are left out of some algorithms | `coupled_mass_matrix_equals_the_projected_free_one`, `coupled_forward_dynamics_obeys_the_projected_equation_of_motion` |
+//! | mimic joints are left out of some algorithms | `coupled_mass_matrix_equals_the_projected_free_one`, `coupled_forward_dynamics_obeys_the_projected_equation_of_motion` |
 //! | rotor inertia and damping are read and not used | `armature_adds_to_the_inertia_of_the_joint_alone`, `viscous_damping_equals_exponential_decay` |
 //! | order of quaternions | `quaternions_are_w_first`, `states_of_other_engines_differ_as_the_table_says` |
 //! | order of spatial vectors | `spatial_vectors_are_linear_then_angular` |
@@ -224,7 +224,7 @@ fn no_dimension_of_a_robot_without_freedom_breaks_its_dynamics() {
     assert!(forward_dynamics(&model, &none, &none, &none).is_empty());
 }
 
-// What is fixed becomes part of the body that carries it, with the joints that hang on it.
+// A fixed link becomes part of the body that carries it, which also takes over its joints.
 #[test]
 fn fixed_joints_between_moving_ones_change_no_coordinate() {
     let build = |with_weld: bool| {
@@ -256,7 +256,7 @@ fn fixed_joints_between_moving_ones_change_no_coordinate() {
     assert!(difference.amax() < SAME_ALGEBRA, "{difference}");
 }
 
-/// Asks the process that runs this test for the numbers of a robot.
+/// Environment variable that makes a process of this test print a robot.
 const PRINT: &str = "DUALBODY_TEST_PRINT_A_ROBOT";
 
 // Read in processes of their own: one as this one, one with another language, strange settings and no program to be

@@ -1,4 +1,4 @@
-//! What moves: Jacobian rates, accelerations, momentum, each against the derivative in time of what it is the rate of.
+//! Jacobian rates, accelerations, momentum, each against the derivative in time of the quantity whose rate it is.
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::dynamics::{
@@ -29,7 +29,7 @@ struct InTime<'a, F> {
     f: F,
 }
 
-/// What is followed in time.
+/// The quantity that is differentiated in time.
 enum Quantity {
     Jacobian(FrameId, dualbody::spatial::Representation),
     Velocity(FrameId, dualbody::spatial::Representation),
@@ -328,7 +328,7 @@ fn energy_rate_equals_the_power_of_joint_and_external_forces() {
     });
 }
 
-// A free robot: ḣ = m g at the centre of mass, no moment, whatever its joints do.
+// A free robot: ḣ = m g at the centre of mass, no moment, for any motion of its joints.
 #[test]
 fn momentum_rate_of_a_free_robot_equals_its_weight() {
     for model in [free_body(), floating_robot()] {

@@ -1,4 +1,4 @@
-//! Derivatives of rigid contact at rest, where the law has a kink, and a regulator that stands on them.
+//! Derivatives of rigid contact at rest, where the law is nonsmooth, and a regulator that uses them.
 
 use dualbody::autodiff::Dual;
 use dualbody::contact::{ContactLaw, Rigid, Terrain};
@@ -27,7 +27,7 @@ fn box_at_rest(incline: f64, height: f64) -> (Simulator, State) {
     (simulator, state)
 }
 
-// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, from whichever side rounding has the box on. Seen from the corners a
+// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, on either side on which rounding places the box. Seen from the corners a
 // roll moves two of them up and two down, so that −275 is its exact slope on both sides as well.
 #[test]
 fn slopes_of_a_resting_box_are_the_means_of_both_sides() {
@@ -128,7 +128,7 @@ fn on_stuck_feet(simulator: &Simulator, at: &State) -> DMatrix<f64> {
     both
 }
 
-// The regulator is designed on the Jacobian at rest, each foot at its kink, and brings the simulated robot back.
+// The regulator is designed on the Jacobian at rest, each foot at its nonsmooth point, and brings the simulated robot back.
 #[test]
 fn regulator_designed_at_rest_stabilizes_the_quadruped_on_rigid_ground() {
     let simulator = quadruped(|_| ContactLaw::Rigid(Rigid::default()), Terrain::flat(0.0));

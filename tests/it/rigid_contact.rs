@@ -1,4 +1,4 @@
-//! Rigid and relaxed rigid contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
+//! Rigid and regularised contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
 //! derivatives.
 
 use dualbody::cone::Mode;
@@ -294,7 +294,7 @@ fn creep(friction_impedance_ratio: f64) -> f64 {
     base_velocity(&rest).norm()
 }
 
-// What sticks obeys b v = Rₜ fₜ. MuJoCo 4.0 with elliptic cones creeps at 0.5079, 0.12698 and 0.05079 mm/s for
+// A sticking point obeys b v = Rₜ fₜ. MuJoCo 4.0 with elliptic cones creeps at 0.5079, 0.12698 and 0.05079 mm/s for
 // `impratio` 1, 4 and 10 on a box of 1 kg: in the same proportions, and slower in all by the mobility of the corner,
 // which it takes for 1 / m.
 #[test]

@@ -147,8 +147,8 @@ fn flat(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     free(simulator, [p.x, p.y, p.z + ground.height], angle, v)
 }
 
-/// Makes a state on a corner: flat, what the law of impacts asks of four corners at once is possible for just one slope
-/// of the ground, and the velocity has a kink there.
+/// Makes a state on a corner. On a flat side, the law of impacts at four corners at once can hold for just one slope
+/// of the ground, and the velocity is nonsmooth there.
 fn on_a_corner(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);
     let mut state = simulator.neutral_state();

@@ -108,7 +108,7 @@ fn cylinder_rolls_down_with_two_thirds_of_sliding() {
     }
 }
 
-/// A coin that leans, about an axis of which no point of the rims knows, with some spin.
+/// A coin that leans about an axis in no special direction of the rims, with some spin.
 fn leaning_coin(simulator: &Simulator, lean: f64) -> State {
     let height = RADIUS * lean.sin() + 0.01 * lean.cos();
     let axis = nalgebra::Unit::new_normalize(vector![0.8, 0.33, 0.0]);
@@ -138,9 +138,9 @@ fn deepest(simulator: &Simulator, states: &[State]) -> f64 {
     points.map(|point| point.depth).fold(0.0, f64::max)
 }
 
-// The lowest point of a coin that whirls runs around its rim, and a step that keeps the point where it was from sinking
-// lets the next one sink, by ½ r α (Ω Δt)². Rigid contact lifts what has sunk in, in its recovery time, which takes m g
-// δ and no more. Relaxed contact gives back what its springs have taken.
+// The lowest point of a coin in fast rotation runs around its rim, and a step that keeps the point where it was from sinking
+// lets the next one sink, by ½ r α (Ω Δt)². Rigid contact lifts a sunken point in its recovery time, which takes m g
+// δ and no more. Regularised contact returns the energy of its springs.
 #[test]
 fn energy_of_a_falling_coin_grows_by_no_more_than_lifts_it_out() {
     for law in sticky_laws(1e-4) {
@@ -164,7 +164,7 @@ fn energy_of_a_falling_coin_grows_by_no_more_than_lifts_it_out() {
     }
 }
 
-// Nothing but impacts and slip takes energy from a rigid coin: without them it whirls on as Euler's disc, with the
+// Only impacts and slip take energy from a rigid coin: without them it keeps rotating as Euler's disc, with the
 // kinetic energy ½ m g r sin α, until it leans by less than the milliradian below which a circle has no lowest point.
 // Other laws damp it.
 #[test]

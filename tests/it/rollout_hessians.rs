@@ -1,4 +1,4 @@
-//! Second derivatives of rollouts: against differences of exact gradients, and what every Hessian is.
+//! Second derivatives of rollouts: against differences of exact gradients, and the symmetry of Hessians.
 
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::linearize::{RolloutCost, RolloutDirection};
@@ -11,7 +11,7 @@ use rand::RngExt;
 use crate::common::everything::INTEGRATORS;
 use crate::common::{asset, generator, random_point};
 
-/// A cost of all numbers of a trajectory that is not quadratic.
+/// A cost of all entries of a trajectory that is not quadratic.
 struct Everything;
 
 impl RolloutCost for Everything {
@@ -88,7 +88,7 @@ impl Case {
         all
     }
 
-    /// A body that slides on all its points, deep enough to stay there. A box on four rigid corners is at a kink: any tilt lifts one.
+    /// A body that slides on all its points, deep enough to stay there. A box on four rigid corners is at a nonsmooth point: any tilt lifts one.
     fn sliding(robot: &str, law: ContactLaw) -> Self {
         let model = asset(robot);
         let contacts = Contacts::new(&model, Terrain::flat(0.0), law);

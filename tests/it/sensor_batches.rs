@@ -1,4 +1,4 @@
-//! Sensors of batches: the very bits of single states, whatever lanes, threads and variants there are.
+//! Sensors of batches: bit-identical to single states, for all lanes, threads and variants.
 
 use dualbody::contact::{ContactLaw, Contacts, Rigid, Terrain};
 use dualbody::model::{Model, samples};

@@ -1,4 +1,4 @@
-//! Imperfections of sensors against what their settings say: deviations, walks, steps, rates, delays, seeds.
+//! Imperfections of sensors against their settings: deviations, walks, steps, rates, delays, seeds.
 
 use dualbody::model::samples;
 use dualbody::sim::{NoisySensors, Sensor, SensorNoise, Sensors};
@@ -22,7 +22,7 @@ fn noisy(noise: SensorNoise, seed: u64) -> NoisySensors {
     of.with_noise("encoder", noise).expect("a sensor")
 }
 
-/// What an encoder reads of `exact(step)`, step after step.
+/// Readings of an encoder of `exact(step)`, step after step.
 fn readings(mut of: NoisySensors, steps: usize, exact: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut out = [0.0; 4];
     let read = |k: usize| {

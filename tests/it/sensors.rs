@@ -44,7 +44,7 @@ fn assert_near(what: &str, got: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// A free box, or what else stands on the ground, with each point pressed in by its law.
+/// A free box, or another robot on the ground, with each point pressed in by its contact model.
 fn on_ground(model: Model, law: ContactLaw) -> Simulator {
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
     Simulator::new(model)
@@ -131,7 +131,7 @@ fn pivot_of_a_swinging_pendulum_bears_the_closed_form() {
     }
 }
 
-// What accelerates a rotor does not pass the joint: τ = u − I_r α.
+// The torque that accelerates a rotor does not pass the joint: τ = u − I_r α.
 #[test]
 fn torque_behind_a_rotor_is_that_of_the_motor_less_its_inertia() {
     let simulator = Simulator::new(samples::pendulum().with_armature(0, 0.2));
@@ -196,7 +196,7 @@ fn wrist_between_fixed_links_bears_what_accelerates_the_tool() {
     }
     let seen = frame_pose(&model, &q, tool).rotation.transpose() * force;
     assert_near("wrist", &y[..3], seen.as_slice(), 1e-12);
-    // The plate has no mass: it passes on what the tool needs, seen from its own frame.
+    // The plate has no mass: it transmits the wrench of the tool, in its own frame.
     let plate = read(
         &simulator,
         Sensor::Wrench(frame(&model, "plate")),
@@ -241,7 +241,7 @@ fn push_on_the_tool_shows_between_tool_and_arm_and_not_behind_it() {
         )]);
     let state = State::new(&[0.0; 2], &[0.0; 2]);
     let all = Sensors::new(&model, [("tool", Sensor::Wrench(frame(&model, "tool")))]);
-    // The same acceleration in both: the input takes up what the push does along the joints.
+    // The same acceleration in both: the input balances the push along the joints.
     let tau = dualbody::dynamics::frame_jacobian(
         &model,
         &[0.0; 2],
@@ -309,7 +309,7 @@ fn joint_of_a_floating_base_transmits_nothing() {
     assert_near("base", &y, &[0.0; 6], 1e-6);
 }
 
-// In a closed loop the pins bear forces, and joints transmit along their axes what motors give.
+// In a closed loop the pins bear forces, and joints transmit the forces of motors along their axes.
 #[test]
 fn joints_of_a_closed_loop_transmit_what_motors_give() {
     let simulator = four_bar();

@@ -234,7 +234,7 @@ fn points_out_of_reach_feel_nothing() {
                 .z
         };
         assert!(force(0.019) > 0.0 && force(0.021) == 0.0, "{law:?}");
-        // What it does not reach, but the step does, is stopped by the exact law's horizon.
+        // A body that it does not reach, but that arrives within the step, is stopped by the exact law's horizon.
         let fast = above(&simulator, 0.03, -100.0);
         let hit = simulator.step(&fast, &[]).v[2];
         assert_eq!(

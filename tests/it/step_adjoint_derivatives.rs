@@ -13,7 +13,7 @@ use rand::RngExt;
 use crate::common::generator;
 use crate::step_adjoints::{Case, closed_loops, solved_contact, uneven_ground};
 
-/// A cost of all numbers of the last state that is not quadratic, each beside its size.
+/// A cost of all entries of the last state that is not quadratic, each relative to its size.
 struct AtTheEnd {
     sizes: Vec<f64>,
 }
@@ -130,7 +130,7 @@ fn check(cases: impl IntoIterator<Item = Case>) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-// Explicit steps of what is stiff come to an end unless they are short.
+// Explicit steps of stiff robots diverge unless they are short.
 #[test]
 fn derivative_of_the_adjoint_equals_differences_of_every_robot_and_term() {
     check(Case::all().into_iter().map(|mut case| {

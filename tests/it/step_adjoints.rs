@@ -179,7 +179,7 @@ impl Case {
         let mut all = Vec::new();
         for (seed, model) in robots().into_iter().enumerate() {
             for integrator in INTEGRATORS {
-                // Explicit steps of what is stiff and fast would be numbers without meaning.
+                // Explicit steps of stiff and fast robots would diverge.
                 let fast = match integrator {
                     Integrator::RungeKutta4 => 2.0,
                     _ => 150.0,
@@ -207,7 +207,7 @@ impl Case {
         let (state, u, adjoint) = (&self.state, self.u.as_slice(), self.adjoint.as_slice());
         let mut out = StepGradient::zeros(&self.simulator);
         let mut scratch = VjpScratch::new(&self.simulator);
-        // Twice, so that what the first call leaves would show.
+        // Twice, so that an effect of the first call would show.
         for _ in 0..2 {
             (self.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut out);
         }
@@ -281,7 +281,7 @@ fn grid() -> HeightField {
     HeightField::new([-1.3, -1.1], [0.45, 0.5], [7, 6], &heights)
 }
 
-/// Robots on ground that is no plane, which the force of a step follows or a solver finds.
+/// Robots on ground that is not a plane, which the force of a step follows or a solver finds.
 pub(crate) fn uneven_ground() -> Vec<Case> {
     let waves = TerrainFunction::new(Waves, &[0.03, 2.0, -1.5]);
     let grounds = [Terrain::HeightField(grid()), Terrain::Function(waves)];
@@ -732,7 +732,7 @@ fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     )
 }
 
-/// A robot with followers, which constraints hold too.
+/// A robot with mimic joints, which constraints hold too.
 fn gripper_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let model = gripper().build().expect("a robot with followers");
     let tip = Anchor::frame(&model, "tip").expect("a link");
@@ -782,7 +782,7 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians_and_forward_mode() {
     }
 }
 
-/// A cost of all numbers of a trajectory.
+/// A cost of all entries of a trajectory.
 struct Everything;
 
 impl RolloutCost for Everything {
@@ -800,7 +800,7 @@ impl RolloutCost for Everything {
     }
 }
 
-/// The same with slopes of its own.
+/// The same cost with derivatives of its own.
 struct ByHand;
 
 impl RolloutCost for ByHand {

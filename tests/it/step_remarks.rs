@@ -27,10 +27,10 @@ const OMEGA: f64 = 30.0;
 const STIFFNESS: f64 = MASS * OMEGA * OMEGA;
 /// N·s/m: a time constant of 5 ms.
 const DAMPING: f64 = 400.0;
-/// Zero of 1 − |R| of Runge and Kutta's method on the negative axis, x³ − 4 x² + 12 x = 24.
+/// Zero of 1 − |R| of the Runge–Kutta method on the negative axis, x³ − 4 x² + 12 x = 24.
 const REAL_BOUND: f64 = 2.785_293_563_405_282;
 
-/// What pulls the mass back.
+/// The spring that pulls the mass back.
 #[derive(Clone, Copy, Debug)]
 enum By {
     Joint,
@@ -244,7 +244,7 @@ fn what_falls_is_no_mode_that_the_step_makes_grow() {
     }
 }
 
-// Its two frequencies are below 10 rad/s. In a step it falls by centimetres, which is no small motion.
+// Its two frequencies are below 10 rad/s. In a step it falls by centimetres, which is not a small motion.
 #[test]
 fn a_robot_that_falls_far_in_a_step_has_no_mode_that_grows() {
     let pendulum = Simulator::new(samples::double_pendulum()).with_integrator(RungeKutta4);

@@ -1,4 +1,4 @@
-//! Long calls that a signal ends: the best so far is kept, and the status says so.
+//! Long calls that a signal ends: the best iterate is kept, and the status reports the signal.
 
 use dualbody::minimize::{MinimizeOptions, Minimizer, Objective, Status, minimize};
 use dualbody::model::samples;
@@ -81,7 +81,7 @@ impl Objective for Valley<'_> {
     }
 }
 
-// What a function gives once it is to stop is not taken for its value.
+// The result of a function that was told to stop is not used as its value.
 #[test]
 fn minimisers_end_at_a_signal_and_take_no_value_after_it() {
     for minimizer in Minimizer::ALL {

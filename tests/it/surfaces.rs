@@ -76,7 +76,7 @@ fn crate_of(size: [f64; 3]) -> LinkSpec {
     LinkSpec::solid_box("crate", size, Mass::Kilograms(1.0))
 }
 
-// What rolls, slides or falls over the sides of a flat mesh moves as on one box. (What lies flat and spins need not: where its pressure is, more points decide
+// A body that rolls, slides or falls over the sides of a flat mesh moves as on one box. (A flat body that spins need not: where its pressure is, more points decide
 // otherwise.)
 #[test]
 fn a_flat_mesh_equals_a_box() {

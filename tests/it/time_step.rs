@@ -1,4 +1,4 @@
-//! The time step as a parameter: its slopes beside forward mode, finite differences and known truths, and what else knows it.
+//! The time step as a parameter: its derivatives against forward mode, finite differences and closed forms, and other functions of it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -55,7 +55,7 @@ impl VectorFunction for Weighted<'_> {
     }
 }
 
-/// The slope of the step in the time step by adjoints, which has to be that of forward mode and, where asked for, of finite differences. Returns how far it
+/// The derivative of the step in the time step by adjoints, which must equal that of forward mode and, on request, of finite differences. Returns how far it
 /// is from zero.
 fn assert_slope(simulator: &Simulator, state: &State, u: &[f64], what: &str, differs: bool) -> f64 {
     let adjoint = DVector::from_fn(simulator.n_tangent(), |k, _| (k as f64 + 0.3).sin());
@@ -141,7 +141,7 @@ fn slope_in_the_time_step_of_constraints_that_give_way_is_right() {
     }
 }
 
-// A bound is no force of the path, and scales with the others.
+// A bound is not a force of the path, and scales with the others.
 #[test]
 fn slope_in_the_time_step_of_bounded_forces_beside_smoothed_contact_is_right() {
     for (what, simulator, state) in balls(0.01, -0.2) {
@@ -260,7 +260,7 @@ fn slope_of_rollouts_in_the_time_step_is_that_of_forward_mode_and_finite_differe
     let mut all: Vec<_> = balls(-5e-4, -0.1);
     all.extend(Case::all().into_iter().step_by(3).map(of));
     all.extend(closed_loops().into_iter().step_by(2).map(of));
-    // What whirls has slopes that grow without bounds.
+    // Derivatives of a fast rotation grow without bounds.
     all.retain(|(what, ..)| !what.contains("whirling"));
     for (what, simulator, start) in all {
         // The gradient of a rollout that ends early is none.
@@ -380,7 +380,7 @@ fn graph_of_variants(model: Model, integrator: Integrator, state: &State) {
             assert!(error < SAME_ALGEBRA, "{integrator:?}: {found} {expected}");
         }
     }
-    // Nothing whirls where the graph holds: the same at a step in which it would, or not.
+    // The graph assumes slow rotation: the same at a step in which it would be fast, or not.
     let fast = State::new(state.q.as_slice(), state.v.map(|_| 1e3).as_slice());
     let inputs: Vec<f64> = fast.numbers().chain(&u).copied().chain([0.01]).collect();
     let holds = graph.evaluate(&inputs).is_ok();

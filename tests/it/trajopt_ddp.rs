@@ -22,7 +22,7 @@ fn solve(problem: &Problem, options: DdpOptions) -> DdpSolution {
     solution
 }
 
-/// Asserts what holds for every result, good or bad.
+/// Asserts the properties of every result, good or bad.
 fn check_result(problem: &Problem, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
@@ -169,7 +169,7 @@ fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
 }
 
 #[cfg(feature = "second-order")]
-// Near an optimum, where the exact model is right to second order, what it promises is what the cost does.
+// Near an optimum, where the exact model is right to second order, its predicted decrease equals that of the cost.
 #[test]
 fn promised_change_equals_the_actual_one_with_exact_curvature() {
     let problem = tree(3);
@@ -301,7 +301,7 @@ fn bounded_reach_from_rest_ends_where_the_one_from_the_unbounded_optimum_does() 
 }
 
 // Here the first policy without bounds leads nowhere; bounds are kept from the start.
-// Crocoddyl's BoxFDDP takes 8 iterations from a guess like this if told not to trust that it obeys the dynamics, 26 if
+// Crocoddyl's BoxFDDP takes 8 iterations from a guess like this if it does not assume that the guess obeys the dynamics, 26 if
 // it may.
 #[test]
 fn bounded_flight_from_a_guess_that_obeys_the_dynamics_takes_as_few_iterations_as_from_one_that_does_not()
@@ -526,7 +526,7 @@ fn cost_without_a_minimum_is_reported() {
     assert_eq!(stopped.status, Status::IterationLimit);
 }
 
-/// 1 + |x|: no step that wants to pass the kink is allowed to.
+/// 1 + |x|: a step beyond the nonsmooth point is not accepted.
 struct Kinked;
 impl Residual for Kinked {
     fn dim(&self, _: &Node<'_>) -> usize {
@@ -539,7 +539,7 @@ impl Residual for Kinked {
 
 #[test]
 fn change_that_only_strong_regularization_makes_small_is_no_convergence() {
-    // From the kink at x₁ = 0 every step leads uphill, but x₂ is far from 2, where it costs nothing.
+    // From the nonsmooth point x₁ = 0 every step leads uphill, but x₂ is far from 2, where it costs nothing.
     let first = Cost::new().with_during(1..2, 1.0, Activation::Quadratic, Kinked);
     let last = Cost::new().with(0.09, Activation::Quadratic, StateError::to(&[2.0]));
     let problem = Problem::new(Counter, 2, &[1e-12])
@@ -629,7 +629,7 @@ fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_
     let expected = u - &solution.gains[3] * &off;
     let control = solution.control(&problem, 3, (x + off).as_slice());
     assert!((control - expected).amax() < SAME_ALGEBRA);
-    // Whatever the state, within the bounds
+    // Within the bounds at any state
     let bounded = swing(40).with_input_bounds(&[-4.0], &[4.0]);
     let within = solve(&bounded, DdpOptions::default());
     for k in 0..40 {

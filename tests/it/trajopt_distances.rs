@@ -191,7 +191,7 @@ fn samples_are_on_the_way_from_the_node_before() {
             assert!(off < 1e-12, "{k}, {a} {b}: {off}");
         }
     }
-    // At the start there is no way to it.
+    // The first node has no previous node.
     let first = values(
         &residual,
         &Node::new(&simulator, 0),

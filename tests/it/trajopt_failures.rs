@@ -22,13 +22,13 @@ struct Outcome {
 
 const ITERATIONS: usize = 300;
 
-/// What the library has been built with.
+/// Curvatures of this build of the library.
 const CURVATURES: &[Curvature] = match cfg!(feature = "second-order") {
     true => &[Curvature::GaussNewton, Curvature::Exact],
     false => &[Curvature::GaussNewton],
 };
 
-/// All ways of solving a problem from a guess; what holds for every result is checked.
+/// All ways of solving a problem from a guess; the properties of every result are checked.
 fn outcomes(problem: &Problem, guess: &Trajectory) -> Vec<Outcome> {
     let mut all = Vec::new();
     for curvature in CURVATURES {
@@ -72,7 +72,7 @@ fn check(problem: &Problem, outcome: &Outcome) {
     let (lower, upper) = (problem.input_lower(), problem.input_upper());
     for u in &trajectory.inputs {
         let beyond = (u - upper).sup(&(lower - u)).max();
-        // A guess that is no number stays what it is.
+        // A guess that is not a number does not change.
         let is_lost = outcome.status == Status::Diverged;
         assert!(
             beyond <= OTHER_ALGORITHM || is_lost && beyond.is_nan(),

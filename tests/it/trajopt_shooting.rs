@@ -123,7 +123,7 @@ fn exact_hessian_equals_differences_of_the_gradient() {
             (&hessian - hessian.transpose()).amax() < SAME_ALGEBRA * scale,
             "{name}"
         );
-        // What it leaves behind is not taken for the expansion of the costs.
+        // Its memory is not used as the expansion of the costs.
         assert_eq!(hessian, shooting.hessian(&z), "{name}");
         for i in (0..z.len()).step_by(z.len() / 4) {
             let expected = slope(|z| shooting.gradient(z), &z, i);
@@ -176,7 +176,7 @@ fn solve(problem: &Problem, minimizer: Minimizer) -> ShootingSolution {
     solution
 }
 
-/// What holds for every result, good or bad.
+/// Properties of every result, good or bad.
 fn check_result(problem: &Problem, minimizer: Minimizer, solution: &ShootingSolution) {
     let (history, trajectory) = (&solution.cost_history, &solution.trajectory);
     assert_eq!(history.len(), solution.iterations + 1, "{minimizer:?}");
@@ -332,7 +332,7 @@ fn cost_without_a_minimum_diverges() {
         assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
         assert!(solution.cost < -1e25, "{minimizer:?}");
     }
-    // A radius of trust grows too slowly to tell within the iterations.
+    // A trust radius grows too slowly for a check within the iterations.
     let solution = SingleShooting::new(&problem).solve(&guess, Minimizer::TrustRegion);
     assert!(
         !solution.is_converged() && solution.cost < -1.0,

@@ -1,4 +1,4 @@
-//! What all solvers have in common, through the one trait that calls them; and systems of users, with memory of their
+//! Properties of all solvers, through the one trait that calls them; and systems of users, with memory of their
 //! own and without a rate.
 
 use crate::common::OTHER_ALGORITHM;
@@ -45,7 +45,7 @@ fn filling(leak: f64) -> Problem {
         .with_final_constraint(full)
 }
 
-/// Solves through the trait and checks what holds of every solution; returns it.
+/// Solves through the trait, checks the properties of every solution, and returns the solution.
 fn solve<S: Solver>(name: &str, solver: &mut S, problem: &Problem) -> Solution<S::Own> {
     let mut reports: Vec<Progress> = Vec::new();
     let guess = Trajectory::zero_input(problem);
@@ -157,7 +157,7 @@ impl<S> Outcome for Solution<S> {
     }
 }
 
-/// A simulator behind an actuator that gives twice what is asked, with the simulator's memory inside its own.
+/// A simulator behind an actuator that applies twice its input, with the simulator's workspace inside its own.
 struct Doubled(Simulator);
 
 struct Memory<T> {

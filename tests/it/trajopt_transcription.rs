@@ -97,7 +97,7 @@ fn solve_by(solver: &Transcription, problem: &Problem) -> TranscriptionSolution 
     solution
 }
 
-/// Asserts what holds for every result, good or bad.
+/// Asserts the properties of every result, good or bad.
 fn check_result(problem: &Problem, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
@@ -313,7 +313,7 @@ fn swing_up(time_step: f64, integrator: Integrator) -> Problem {
         .with_input_bounds(&[-20.0], &[20.0])
 }
 
-/// The cost of what differential dynamic programming finds near a curve, with this step.
+/// The cost of the solution of differential dynamic programming near a curve, with this step.
 fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     let problem = swing_up(time_step, Integrator::RungeKutta4);
     let mut guess = Trajectory::zero_input(&problem);
@@ -333,7 +333,7 @@ fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     solution.cost
 }
 
-// The sum of the costs of the stages is of first order in the step; three steps tell its limit, but for terms of third
+// The sum of the costs of the stages is of first order in the step; three steps give its limit up to terms of third
 // order.
 #[test]
 fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
@@ -346,7 +346,7 @@ fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
     assert!(error < 1e-2 * (short - limit).abs());
 }
 
-// Nothing but gravity acts from outside: the angular momentum about the centre of mass stays, but for the error of the
+// Only gravity acts from outside: the angular momentum about the centre of mass is constant up to the error of the
 // mesh.
 #[test]
 fn momentum_of_a_floating_robot_is_conserved_to_fourth_order() {

@@ -1,4 +1,4 @@
-//! Trust boundary: what files from others can make the program read, and what of it can be seen.
+//! Trust boundary: files that a description from others can make the program read, and the content that it can reveal.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -132,7 +132,7 @@ fn meshes_are_found_below_the_root_only_by_whatever_name() {
         "{found:?}"
     );
     assert!(found[3..].iter().all(Option::is_none), "{found:?}");
-    // Each stands in a visual and in a collision.
+    // Each is in a visual and in a collision.
     let warnings = reasons(&report);
     assert_eq!(warnings.len(), 2 * (uris.len() - 3));
     for uri in &uris[3..] {
@@ -265,7 +265,7 @@ fn included_files_that_are_no_sdf_are_not_quoted() {
             );
         }
     }
-    // Of what is SDF, all is told.
+    // Errors in an SDF file are quoted in full.
     folders.robot(
         "secret",
         "<sdf version='1.9'><model name='a'><link name='a'/><link name='a'/></model></sdf>",
@@ -300,7 +300,7 @@ fn mjcf_reads_and_names_meshes_below_the_root_only() {
     let file = folders.robot("r.urdf", &urdf(&uris));
     let (model, _) = folders.options().load_urdf_file(&file).expect("a robot");
     let mjcf = model.to_mjcf().expect("a file");
-    // The triangles of the one that is allowed, and of the others nothing but what the description calls them.
+    // The triangles of the one that is allowed, and of the others only their names in the description.
     assert!(
         mjcf.contains("vertex=\"0 0 0 ") && !mjcf.contains("7.25"),
         "{mjcf}"

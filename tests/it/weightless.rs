@@ -80,7 +80,7 @@ fn sdf_link_without_gravity_falls_not() {
     }
 }
 
-/// A floating base, links on joints of several kinds, a follower, and links fixed to one another: some without gravity, one of them as a part of a body.
+/// A floating base, links on joints of several kinds, a mimic joint, and links fixed to one another: some without gravity, one of them as a part of a body.
 fn robot() -> Model {
     let mut builder = ModelBuilder::new("robot").with_gravity([0.3, -1.0, -9.0]);
     let link = |name: &str, m: f64| {

@@ -1,4 +1,4 @@
-//! Worlds of several robots and objects: each member moves as it does alone, whatever else is there.
+//! Worlds of several robots and objects: each member moves as it does alone, independent of the other members.
 
 use std::ops::Range;
 
@@ -164,7 +164,7 @@ fn jacobians_and_mass_matrix_of_a_world_have_the_blocks_of_its_members_and_zeros
                 error < OTHER_ALGORITHM,
                 "{integrator:?} {prefix}: {error:e}"
             );
-            // What is left over is the coupling of members.
+            // The remaining entries couple members.
             for &i in &tangent {
                 tangent.iter().for_each(|&j| step.a[(i, j)] = 0.0);
                 inputs.iter().for_each(|&j| step.b[(i, j)] = 0.0);
@@ -287,7 +287,7 @@ fn members_stand_where_they_were_added() {
     assert!((model.total_mass() - mass).abs() < 100.0 * ROUNDING);
 }
 
-// What floats above a fixed joint on a link `world` keeps that placement, and the link `world` stays.
+// A floating body above a fixed joint on a link `world` keeps that placement, and the link `world` stays.
 #[test]
 fn robot_that_floats_below_a_link_world_moves_as_alone() {
     let mut builder = ModelBuilder::new("robot").with_base(Base::Floating);

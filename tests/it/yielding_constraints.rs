@@ -475,7 +475,7 @@ fn negative_largest_force_among_parameters_is_refused() {
 }
 
 #[test]
-#[should_panic(expected = "has not one degree of freedom to couple")]
+#[should_panic(expected = "does not have exactly one degree of freedom to couple")]
 fn tendon_over_a_joint_of_several_coordinates_is_refused() {
     let model = samples::random_tree(8, 2);
     let all = model.joint_names();

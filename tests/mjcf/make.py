@@ -26,7 +26,7 @@ ACTUATED = ["servos", "activations"]
 # Activations are held over the stages of our steps of Runge and Kutta.
 WITHOUT_MOTION = ["activations"]
 STATES = 3
-# One second of motion by Runge and Kutta's method.
+# One second of motion by the Runge–Kutta method.
 TIME_STEP = 1e-4
 STEPS = 10000
 

@@ -1,4 +1,4 @@
-//! The folder in which compiled code of [dualbody](https://docs.rs/dualbody) is kept, and found again by what it was compiled from.
+//! The folder in which compiled code of [dualbody](https://docs.rs/dualbody) is kept, and found again by its sources.
 //!
 //! It is a part of `dualbody-native` and `dualbody-cuda`. A file or folder is made under another name first and gets its own when it is whole, so that programs that compile the
 //! same at once never read half of it. Nothing is ever removed.
@@ -72,11 +72,11 @@ impl Cache {
         chosen.cloned().or_else(|| Self::of_user(name))
     }
 
-    /// The path of what is made of some texts, in their order, whether it is there or not: `name` and a hash of them.
+    /// The path of a file that is made from texts, in their order, whether or not it exists: `name` and a hash of the texts.
     pub fn path<'a>(&self, name: &str, texts: impl IntoIterator<Item = &'a str>) -> PathBuf {
         let mut hash = Sha256::new();
         for text in texts {
-            // The length tells "ab", "c" from "a", "bc".
+            // The length distinguishes "ab", "c" from "a", "bc".
             hash.update((text.len() as u64).to_le_bytes());
             hash.update(text);
         }

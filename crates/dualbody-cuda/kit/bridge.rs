@@ -36,7 +36,7 @@ pub unsafe extern "C" fn kit_take(
     count: usize,
     bits: i32,
 ) -> f64 {
-    // SAFETY: the caller says so.
+    // SAFETY: guaranteed by the caller.
     let tensor = unsafe { Dlpack::from_raw(tensor.cast()) };
     let Ok(tensor) = tensor else {
         return f64::NAN;

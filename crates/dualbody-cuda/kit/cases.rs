@@ -1,10 +1,10 @@
-//! Random states of a robot, with what the library computes from them on the CPU.
+//! Random states of a robot, with the results of the library on the CPU.
 
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-/// Inputs of a function for some states, and what it must give, as they are in a file.
+/// Inputs of a function for some states, and the expected results, as stored in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cases {
     /// Number of states.

@@ -1,4 +1,4 @@
-//! Kernels on the GPU beside what the library has computed on the CPU.
+//! Kernels on the GPU, compared with the library's results on the CPU.
 
 use std::error::Error;
 use std::path::Path;
@@ -172,7 +172,7 @@ fn bits<R: Real>(numbers: &[R]) -> impl Iterator<Item = u64> + '_ {
     numbers.iter().map(|x| x.to_f64().to_bits())
 }
 
-/// Compares a run with what is expected of each state.
+/// Compares a run with the expected result of each state.
 fn off<R: Real>(found: &Found<R>, cases: &Cases, count: usize) -> Off {
     let (rows, mut out) = (cases.rows(&cases.expected), Off::default());
     let sizes: Vec<f64> = (cases.expected.chunks(rows.max(1)))

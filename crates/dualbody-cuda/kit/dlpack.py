@@ -43,7 +43,7 @@ def number(row, column):
 
 
 def taken(bridge, tensor, bits):
-    """The sum of all numbers of a tensor, which Rust computes from its copy."""
+    """The sum of all entries of a tensor, which Rust computes from its copy."""
     capsule = tensor.__dlpack__(max_version=(1, 0))
     raw = pointer_of(capsule, NAME)
     rename(capsule, ctypes.cast(USED, ctypes.c_char_p))

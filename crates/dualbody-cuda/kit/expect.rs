@@ -1,4 +1,4 @@
-//! Random states of a function, and what the library computes from them.
+//! Random states of a function, and the library's results.
 
 use dualbody::scalar::traced::Graph;
 use dualbody::{Simulator, State, dynamics};
@@ -28,7 +28,7 @@ fn rounded(x: f64) -> f64 {
     f64::from(x as f32)
 }
 
-/// Random states of a function, and what the library computes from them.
+/// Random states of a function, and the library's results.
 pub(crate) fn expect(robot: &Robot, function: &Function) -> Cases {
     let count = NUMBERS / function.graph.n_outputs().max(1);
     let count = count.clamp(STATES.0, STATES.1) | 1;

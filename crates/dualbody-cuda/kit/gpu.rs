@@ -109,7 +109,7 @@ impl<R: Real> Arrays<R> {
         })
     }
 
-    /// Makes all outputs NaN, and what kernels of a long function hand to each other, by inputs that are.
+    /// Makes all outputs, and the values passed between kernels of a long function, NaN, by inputs that are NaN.
     pub(crate) fn poison(&mut self, loaded: &Loaded<R>) -> Result<(), CudaError> {
         let nan = |len: usize| vec![R::from_f64(f64::NAN); len];
         for own in [&mut self.out, &mut self.kept] {

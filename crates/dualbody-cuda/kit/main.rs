@@ -1,6 +1,6 @@
 //! A kit that goes to machines with a GPU: `kit.sh` beside the crate makes it, `run.sh` in it runs it there.
 //!
-//! `kit make FOLDER` computes what is expected and compiles kernels, on a machine without a GPU; `kit run FOLDER` compares and measures on one that has.
+//! `kit make FOLDER` computes expected results and compiles kernels, on a machine without a GPU; `kit run FOLDER` compares and measures on a machine with one.
 
 mod cases;
 mod catalogue;

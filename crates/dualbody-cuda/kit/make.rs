@@ -1,4 +1,4 @@
-//! Makes a kit, on a machine without a GPU: random states with what the library computes from them, and compiled kernels.
+//! Makes a kit, on a machine without a GPU: random states with the library's results, and compiled kernels.
 
 use std::error::Error;
 use std::fs;

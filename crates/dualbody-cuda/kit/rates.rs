@@ -1,4 +1,4 @@
-//! How many states a second: the median of some runs, timed on the device, beside what the device can do at most.
+//! States a second: the median of some runs, timed on the device, compared with the limits of the device.
 
 use std::error::Error;
 use std::path::Path;
@@ -152,7 +152,7 @@ pub(crate) fn rates(
     Ok(())
 }
 
-/// The robots that are measured: those of [`MEASURED`], or whatever else a kit has been made of.
+/// The robots that are measured: those of [`MEASURED`], or the robots of a kit.
 fn chosen(robots: &[Robot], on_ground: bool) -> impl Iterator<Item = &Robot> {
     let is_measured = |robot: &Robot| {
         let first = robot.name.split(' ').next().unwrap_or_default();

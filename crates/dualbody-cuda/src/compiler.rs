@@ -14,7 +14,7 @@ use crate::architecture::Architecture;
 use crate::error::{CudaError, searched};
 use crate::nvrtc::{self, Program};
 
-/// NVRTC with its flags, and the folder for what it compiles, `dualbody-cuda` among the user's caches unless another one is chosen.
+/// NVRTC with its flags, and the folder for compiled kernels, `dualbody-cuda` among the user's caches unless another one is chosen.
 ///
 /// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. Compiled code is found again by the text, the
 /// version of NVRTC, the architecture and the flags; a file that was damaged since is compiled once more. Nothing is ever removed from the folder: delete it when it grows too large.
@@ -211,7 +211,7 @@ fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// The file of a kernel: its name, and a hash of what it is compiled from.
+/// The file of a kernel: its name, and a hash of its sources.
 fn file(folder: &Cache, kernel: &CudaKernel, flags: &[String], version: Option<&str>) -> PathBuf {
     let texts = [Some(kernel.text()), version].into_iter().flatten();
     let texts = texts.chain(flags.iter().map(String::as_str));

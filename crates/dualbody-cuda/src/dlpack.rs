@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::tensor::{self, Dlpack};
 
 impl<R: Real + DlpackElement> Numbers<R> {
-    /// Passes the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each number of a state. Waits until the kernels before
+    /// Passes the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each entry of a state. Waits until the kernels before
     /// have run, so that any stream may read it.
     ///
     /// # Errors
@@ -19,7 +19,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
         tensor::export(self)
     }
 
-    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row by row. The computation of the tensor must have ended; the copy has ended when this
+    /// Copies the entries of a tensor on the same device, of `rows` × `count` numbers, row by row. The computation of the tensor must have ended; the copy has ended when this
     /// returns.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
 /// * `device` – its number, from 0
 ///
 /// # Errors
-/// If not, with what it is instead.
+/// If not, with its actual type.
 pub fn check_dlpack<R: DlpackElement>(
     tensor: &Dlpack,
     shape: [usize; 2],

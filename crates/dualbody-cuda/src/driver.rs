@@ -20,11 +20,11 @@ pub(crate) fn order_by_stream(context: &CudaContext) {
     unsafe { context.disable_event_tracking() };
 }
 
-/// Memory for what kernels write before they read it. It is free again when the work that was handed on before has been done.
+/// Memory that kernels write before they read it. It is free again when earlier work has been done.
 pub(crate) fn uninitialized(
     stream: &Arc<CudaStream>,
     bytes: usize,
 ) -> Result<CudaSlice<u8>, DriverError> {
-    // SAFETY: bytes may have any bits, and nothing but kernels reads them, after they have written them.
+    // SAFETY: bytes may have any bits, and only kernels read them, after they have written them.
     unsafe { stream.alloc(bytes.max(1)) }
 }

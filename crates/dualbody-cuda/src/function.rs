@@ -89,7 +89,7 @@ impl<R: Real> CudaFunction<R> {
     /// * `status` – output, whose number of states decides
     ///
     /// # Errors
-    /// If an array has another length or is on another device, the device has no memory for what kernels hand to each other, or the driver fails.
+    /// If an array has another length or is on another device, the device has no memory for values passed between kernels, or the driver fails.
     pub fn call(
         &self,
         inputs: &Numbers<R>,

@@ -12,7 +12,7 @@ use crate::compiler::Compiler;
 use crate::device::Device;
 use crate::error::CudaError;
 
-/// The kernels of a function, loaded, with what they compute.
+/// The loaded kernels of a function, with its inputs and outputs.
 pub(crate) struct Kernel {
     /// Those of the parts of a long function, in their order.
     pub(crate) functions: Vec<CudaFunction>,

@@ -57,7 +57,7 @@ impl<R: Real> Batch<'_, R> {
     }
 }
 
-/// Arrays and numbers of a kernel that takes many steps.
+/// Arrays and scalar arguments of a kernel that takes many steps.
 pub(crate) struct Steps<'a, R> {
     pub(crate) steps: usize,
     /// Steps between two states that are kept; 0 keeps none.

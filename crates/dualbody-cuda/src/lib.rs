@@ -2,7 +2,7 @@
 //!
 //! The library's computation is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
 //! is kept in a folder, and run. There is no second copy of the physics. Nothing is needed to build this crate; the driver (`libcuda`) and NVRTC (`libnvrtc`) are looked for when a
-//! program runs, and where one is missing an error says what was looked for.
+//! program runs, and an error names the missing library.
 //!
 //! | question | function |
 //! |---|---|
@@ -43,12 +43,12 @@
 //!
 //! # Memory
 //! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are reversed on the way to the
-//! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
-//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
-//! humanoid. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
+//! device ([`Numbers::upload_states`]); arrays in that order need no reversal ([`Numbers::upload`]).
+//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed. A and B of a
+//! humanoid need 86 kB in `f64`. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
 //!
 //! # How large it gets
-//! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
+//! Straight-line code grows with the robot, and values that do not fit into the 255 registers of a thread are kept in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
 //! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom are in brackets:
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
@@ -87,9 +87,9 @@
 //! | humanoid (35) | 493 M, 914 M | 213 M, 327 M | 127 M, 283 M | 116 M, 319 M | 3.58 M, 6.36 M | 19.6 M, 42.8 M |
 //! | quadruped on four feet, soft contact | – | – | 617 M, 2.68 G | 834 M, 3.49 G | 8.34 M, 14.6 M | 53.1 M, 115 M |
 //! | humanoid on both feet (eight points), soft contact | – | – | 124 M, 230 M | 112 M, 256 M | 2.14 M, 4.02 M | 16.8 M, 35.0 M |
-//! | quadruped on four feet, relaxed rigid contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
+//! | quadruped on four feet, regularised contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
 //!
-//! Batches are of 1,048,576 states, or of what fits into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
+//! Batches are of 1,048,576 states, or of as many as fit into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
 //! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
 //!
 //! # Safety

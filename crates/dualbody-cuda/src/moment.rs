@@ -8,7 +8,7 @@ use cudarc::driver::sys::CUevent_flags::CU_EVENT_DEFAULT;
 use crate::device::Device;
 use crate::error::CudaError;
 
-/// A moment in the order of a device's work: when what was handed on before it is done, and nothing after it has begun ([`Device::moment`]).
+/// A moment in the order of a device's work: when all earlier work is done, and no later work has begun ([`Device::moment`]).
 pub struct Moment {
     event: CudaEvent,
     device: Device,

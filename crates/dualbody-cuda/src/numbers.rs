@@ -21,7 +21,7 @@ pub struct Numbers<R> {
 impl<R: Real> Numbers<R> {
     /// Zeros.
     ///
-    /// * `rows` – numbers of a state; `count` – states. A value shared by all states is a single state.
+    /// * `rows` – entries of a state; `count` – states. A value shared by all states is a single state.
     ///
     /// # Errors
     /// If the device has no memory for them.

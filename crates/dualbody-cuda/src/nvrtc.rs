@@ -35,7 +35,7 @@ impl Program {
         Ok(Self(program.map_err(|error| error.to_string())?))
     }
 
-    /// Compiles it, for what the flags name.
+    /// Compiles it, for the architecture in the flags.
     pub(crate) fn compile(&self, flags: &[String]) -> Result<(), String> {
         // SAFETY: the program is one that NVRTC has made, and lives until it is dropped.
         let compiled = unsafe { result::compile_program(self.0, flags) };
@@ -57,7 +57,7 @@ impl Program {
         // SAFETY: as in `compile`; writes to a number, which lives.
         checked(unsafe { sys::nvrtcGetCUBINSize(self.0, &raw mut size) })?;
         let mut image = vec![0_u8; size];
-        // SAFETY: as in `compile`; writes as many bytes as it has just said, and there are as many.
+        // SAFETY: as in `compile`; writes as many bytes as it has just returned, and there are as many.
         checked(unsafe { sys::nvrtcGetCUBIN(self.0, image.as_mut_ptr().cast::<c_char>()) })?;
         Ok(image)
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Ranges of a batch, which are computed in sequence in the same workspace: none has more states than `most`, a multiple of the threads of a block, and all but the first
 /// have as many.
 ///
-/// So all but the first end where a block ends, and the last block of the first has at most states of the next range besides, whose numbers are the same both times.
+/// All ranges except the first end where a block ends. The last block of the first may also compute states of the next range, with the same results both times.
 pub(crate) fn ranges(count: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
     let most = most.max(1);
     let first = count - count.saturating_sub(1) / most * most;

@@ -47,7 +47,7 @@ const NON_FINITE_INPUT: i32 = -2;
 pub struct CudaStates<R = f64> {
     pub(crate) numbers: Numbers<R>,
     pub(crate) status: Status,
-    /// A state with as many numbers of each kind.
+    /// A state with as many entries of each kind.
     pub(crate) like: State,
 }
 
@@ -100,7 +100,7 @@ impl<R: Real> CudaStates<R> {
 
 /// The state of a row of numbers.
 ///
-/// * `like` – a state with as many numbers of each kind
+/// * `like` – a state with as many entries of each kind
 pub(crate) fn state<R: Real>(row: &[R], like: &State) -> State {
     let mut out = like.clone();
     let numbers = out.numbers_mut().zip(row);

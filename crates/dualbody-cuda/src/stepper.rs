@@ -104,7 +104,7 @@ impl<R: Real> CudaStepper<R> {
     /// it is left alone from then on.
     ///
     /// * `state` – the state, which becomes the last one
-    /// * `kept` – output, a block of rows for one state that is kept after the other; what follows the last one of a motion that has stopped means nothing
+    /// * `kept` – output, a block of rows for one state that is kept after the other; the rows after the last one of a stopped motion have no meaning
     ///
     /// # Errors
     /// If an array has another length or is on another device, or the driver fails.

@@ -14,7 +14,7 @@ use crate::error::CudaError;
 use crate::numbers::Numbers;
 use crate::real::Real;
 
-/// A tensor of `DLPack`, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
+/// A tensor of `DLPack`, version 1: the content of a capsule `dltensor_versioned` of Python, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
 ///
 /// When it is dropped, or its deleter is called, its memory is free again.
 pub type Dlpack = dlpark::versioned::Dlpack;
@@ -45,7 +45,7 @@ pub unsafe fn dlpack_of<R: DlpackElement, O: Send>(
         .set_data(address as *mut c_void)
         .set_device(DLDevice::cuda(device))
         .set_dtype(R::DTYPE);
-    // SAFETY: the caller says that the numbers are there; sizes and strides are a matrix's, row by row.
+    // SAFETY: the caller guarantees that the numbers are there; sizes and strides are a matrix's, row by row.
     Ok(unsafe { tensor.finish() })
 }
 

@@ -11,7 +11,7 @@ use crate::error::{CudaError, too_many};
 /// Threads of a block. Kernels take up to 255 registers of the 65,536 of a multiprocessor, so that two blocks of 128 fit at least.
 pub(crate) const THREADS: u32 = 128;
 
-/// Bytes of a workspace, at most, if nothing is said.
+/// Default limit of a workspace, bytes.
 const LIMIT: usize = 1 << 30;
 /// Blocks that a multiprocessor takes at once, at least.
 const BLOCKS: usize = 2;

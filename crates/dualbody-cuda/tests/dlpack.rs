@@ -1,4 +1,4 @@
-//! Tensors of `DLPack`, which need no GPU as long as nobody reads their numbers.
+//! Tensors of `DLPack`, which need no GPU as long as their numbers are not read.
 
 #![expect(
     unsafe_code,
@@ -18,7 +18,7 @@ const DEVICE: i32 = 3;
 const SHAPE: [usize; 2] = [7, 100];
 
 fn tensor(owner: Arc<()>) -> Dlpack {
-    // SAFETY: nobody reads the numbers.
+    // SAFETY: the numbers are not read.
     let made = unsafe { dlpack_of::<f32, _>(owner, ADDRESS, SHAPE, DEVICE) };
     made.expect("a tensor")
 }
@@ -52,7 +52,7 @@ fn tensors_say_what_they_are_and_their_deleter_frees_the_owner_once() {
 
 #[test]
 fn numbers_are_of_the_precision_of_the_array() {
-    // SAFETY: nobody reads the numbers.
+    // SAFETY: the numbers are not read.
     let made = unsafe { dlpack_of::<f64, _>((), ADDRESS, SHAPE, DEVICE) };
     let made = made.expect("a tensor");
     check_dlpack::<f64>(&made, SHAPE, DEVICE).expect("the same precision");
@@ -85,7 +85,7 @@ fn tensors_that_do_not_fit_are_refused_with_the_reason() {
 fn tensors_with_gaps_or_columns_are_refused() {
     for strides in [[1, 7], [128, 1]] {
         let raw = tensor(Arc::new(())).into_raw();
-        // SAFETY: the tensor lives, has two strides, and nobody else knows of it.
+        // SAFETY: the tensor is alive, has two strides, and nothing else refers to it.
         let made = unsafe {
             *(*raw).dl_tensor.strides = strides[0];
             *(*raw).dl_tensor.strides.add(1) = strides[1];

@@ -11,7 +11,7 @@ use dualbody_cache::{Cache, FileError};
 use crate::error::NativeError;
 use crate::process;
 
-/// A C compiler with its flags, and the folder for what it compiles.
+/// A C compiler with its flags, and the folder for compiled files.
 ///
 /// The default is the one that the variable `CC` names, or `cc`, with optimisation for this very machine (`-O2 -march=native`), and the folder
 /// `dualbody-native` among the user's caches. It takes flags as GCC and Clang do.
@@ -88,14 +88,14 @@ impl Compiler {
         Ok(file)
     }
 
-    /// Removes what was compiled, and cannot be loaded.
+    /// Removes a compiled file that cannot be loaded.
     pub(crate) fn forget(file: &Path) {
         if let Some(folder) = file.parent() {
             let _ = fs::remove_dir_all(folder);
         }
     }
 
-    /// All that the compiler predefines with these flags: its version, and what the machine can do.
+    /// All that the compiler predefines with these flags: its version, and the features of the machine.
     fn machine(&self) -> Result<String, NativeError> {
         let mut command = self.command(&["-dM", "-E", "-x", "c", "-"], Path::new("."));
         let output = self.run(&mut command)?;

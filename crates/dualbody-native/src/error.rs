@@ -30,7 +30,7 @@ pub enum NativeError {
         /// Its messages.
         log: String,
     },
-    /// A [`StopSignal`](dualbody::StopSignal) was set: the compiler was ended, and nothing of what it has written is left.
+    /// A [`StopSignal`](dualbody::StopSignal) was set: the compiler was ended, and its files are removed.
     #[error("the C compiler \"{command}\" was stopped")]
     Stopped {
         /// Its command.

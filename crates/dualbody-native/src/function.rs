@@ -77,7 +77,7 @@ impl<R: Real> NativeFunction<R> {
     /// * `outputs` – output, likewise; not to be used where a condition does not hold
     ///
     /// # Errors
-    /// If a condition does not hold that the graph takes for granted.
+    /// If a condition of the graph does not hold.
     ///
     /// # Panics
     /// If there are not as many inputs or outputs.
@@ -96,7 +96,7 @@ impl<R: Real> NativeFunction<R> {
         }
     }
 
-    /// [`call`](Self::call) that does not say which condition does not hold; `false` if one does not.
+    /// [`call`](Self::call) without the name of the condition; `false` if one does not hold.
     pub(crate) fn holds(&self, inputs: &[R], outputs: &mut [R]) -> bool {
         self.loaded.call(inputs, outputs) == 0
     }

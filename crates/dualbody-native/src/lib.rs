@@ -1,7 +1,7 @@
 //! Generated C of [`dualbody`], compiled and loaded while a program runs.
 //!
-//! A function of a robot that is computed over and over takes less time as straight-line code that knows the robot's numbers than as loops over its
-//! bodies: [`dualbody::codegen`] traces it and writes C, this crate hands that to the system's compiler, keeps what comes out in a folder, and loads it.
+//! A function of a robot that is computed very often takes less time as straight-line code with the robot's parameters than as loops over its
+//! bodies: [`dualbody::codegen`] traces it and writes C, this crate passes it to the system's compiler, keeps the result in a folder, and loads it.
 //!
 //! | question | function |
 //! |---|---|
@@ -10,8 +10,8 @@
 //! | which compiler, which flags, kept where? | [`Compiler`] |
 //! | end a compiler that takes too long? | a [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) it is started |
 //!
-//! Without a compiler [`NativeSimulator::or_own`] says so, and computes by the library's own code. When to compile and when not:
-//! [`dualbody::codegen`], "Which way when".
+//! Without a compiler, [`NativeSimulator::or_own`] computes by the library's own code, and has the reason. When to compile and when not:
+//! [`dualbody::codegen`], "Choosing a target".
 //!
 //! # Examples
 //! ```
@@ -30,7 +30,7 @@
 //!
 //! # Safety
 //! Loaded code runs with the rights of the program. It is compiled from text that this crate has made, and kept in a folder of the user's own
-//! ([`Compiler::with_cache`]); whoever may write to that folder may change what the program does. All unsafe code is in `loaded.rs`.
+//! ([`Compiler::with_cache`]); anyone who may write to that folder can change the program. All unsafe code is in `loaded.rs`.
 
 #![deny(unsafe_code)]
 

@@ -40,14 +40,14 @@ impl Numbers {
         write(inputs, &mut self.inputs);
     }
 
-    /// The next state, if the step is compiled and what it takes for granted holds.
+    /// The next state, if the step is compiled and its conditions hold.
     pub(crate) fn step(&mut self, functions: &Functions) -> Option<&[f64]> {
         let step = functions.step.as_ref()?;
         step.holds(&self.inputs, &mut self.next)
             .then_some(&self.next)
     }
 
-    /// Writes A and B, if they are compiled and what they take for granted holds. Returns whether it did.
+    /// Writes A and B, if they are compiled and their conditions hold. Returns whether it did.
     pub(crate) fn linearize(&mut self, functions: &Functions, out: &mut Linearization) -> bool {
         let Some(jacobians) = &functions.jacobians else {
             return false;

@@ -4,7 +4,7 @@
 //! it is asked to terminate. So all of them are one group of processes, which is killed as a whole.
 //!
 //! A terminal's Ctrl-C does not reach this group, and the program that Ctrl-C ends cannot kill it any more. So a shell in a third group reads from a pipe
-//! of the program. It kills the group unless it reads that the compiler is done: when the program says so, and when the program ends in whatever way,
+//! of the program. It kills the group unless it reads that the compiler is done: when the program reports it, and when the program ends in any way,
 //! which closes the pipe.
 
 use std::io;
@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// How long killed processes are waited for, so that they write no more files. One that left its group may go on for ever.
 const END: Duration = Duration::from_millis(100);
 
-/// Runs a command, without input, until its end: what it has written, or `None` if a signal that this thread watches was set before.
+/// Runs a command, without input, until its end. Returns its output, or `None` if a signal that this thread watches was set before.
 pub(crate) fn output(command: &mut Command) -> io::Result<Option<Output>> {
     let signals = StopSignal::watched();
     let is_stopped = || signals.iter().any(StopSignal::is_set);
@@ -29,7 +29,7 @@ pub(crate) fn output(command: &mut Command) -> io::Result<Option<Output>> {
     }
     let (group, child) = Group::start(command)?;
     let (sender, receiver) = mpsc::channel();
-    // Nobody waits for what this sends where killed processes do not end. Without a thread the group is dropped, which ends it.
+    // Nothing waits for this message where killed processes do not end. Without a thread the group is dropped, which ends it.
     thread::Builder::new().spawn(move || sender.send(child.wait_with_output()))?;
     loop {
         match receiver.recv_timeout(LOOK) {
@@ -89,7 +89,7 @@ impl Group {
         self.say("stop\n");
     }
 
-    /// Tells the shell, and waits for it: it then has done what it does. A copy of the pipe in a process that was forked does not keep it from that.
+    /// Tells the shell, and waits until it has finished. A copy of the pipe in a process that was forked does not keep it from that.
     fn say(mut self, word: &str) {
         if let Some(mut pipe) = self.shell.stdin.take() {
             let _ = io::Write::write_all(&mut pipe, word.as_bytes());

@@ -17,7 +17,7 @@ use crate::numbers::{self, Functions, Numbers};
 
 /// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
 ///
-/// Where a step takes something for granted that does not hold at a state (see [what can be traced](dualbody::scalar::traced)), and where nothing
+/// Where a condition of a step does not hold at a state (see [what can be traced](dualbody::scalar::traced)), and where nothing
 /// could be compiled, the library's own code computes it: results are the same to rounding, except forces of regularised contact and constraints, which
 /// are the same to some 1e-7 of the change of velocity in a step.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl NativeSimulator {
         })
     }
 
-    /// [`new`](Self::new) that falls back on the library's own code where nothing can be compiled; [`reason`](Self::reason) says why.
+    /// [`new`](Self::new) that falls back on the library's own code where nothing can be compiled; [`reason`](Self::reason) explains why.
     ///
     /// # Panics
     /// As [`new`](Self::new) does.

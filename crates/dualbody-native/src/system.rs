@@ -9,7 +9,7 @@ use dualbody::trajopt::{Robot, Scratch, System};
 use crate::numbers::Numbers;
 use crate::simulator::NativeSimulator;
 
-/// Steps and Jacobians on `f64` are compiled; what is over dual numbers is the library's own.
+/// Steps and Jacobians on `f64` are compiled; functions over dual numbers are the library's own.
 impl System for NativeSimulator {
     dualbody::forward_system!(
         own: nx, ndx, ndq, nu, time_step, robot, is_vector_space, integrate, difference, rate, chart_rate, vjp,

@@ -1,6 +1,6 @@
-//! Compiled functions beside the library's own code, the folder they are kept in, and what goes wrong.
+//! Compiled functions beside the library's own code, the folder they are kept in, and errors.
 //!
-//! Without a C compiler the tests that need one say so, and pass.
+//! Without a C compiler the tests that need one print a line, and pass.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -135,7 +135,7 @@ fn steps_and_jacobians_equal_those_of_the_library() {
     }
 }
 
-/// A quadruped on the feet of relaxed rigid contact.
+/// A quadruped on its feet with regularised contact.
 fn quadruped() -> Simulator {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
     let model = Model::from_urdf_file(assets.join("quadruped.urdf")).expect("a robot");
@@ -464,7 +464,7 @@ fn inputs_for_another_number_of_states_are_refused() {
     );
 }
 
-/// A compiler that says what it predefines, starts a process that writes into a file for ever, as a compiler starts others, and waits for it.
+/// A compiler that prints its predefined macros, starts a process that writes into a file for ever, as a compiler starts others, and waits for it.
 #[cfg(unix)]
 fn endless(folder: &Folder) -> (Compiler, PathBuf) {
     use std::os::unix::fs::PermissionsExt;

@@ -20,7 +20,7 @@ pub(crate) fn room<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Array<'py>
     Ok(empty(py, shape))
 }
 
-/// The numbers of an array that this call made or was given as output.
+/// The entries of an array that this call made or was given as output.
 #[expect(clippy::mut_from_ref, reason = "NumPy's arrays are shared by nature")]
 pub(crate) fn numbers_mut<'a>(array: &'a Array<'_>) -> &'a mut [f64] {
     // SAFETY: the array is in C order and aligned; it is new, or an output that does not overlap the arguments.

@@ -80,7 +80,7 @@ impl<'py> Rows<'py> {
     }
 }
 
-/// The numbers of an argument, row by row.
+/// The entries of an argument, row by row.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(super) numbers: &'a [f64],

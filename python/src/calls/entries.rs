@@ -140,7 +140,7 @@ impl OfEntry<'_> {
         in_rows(self.call.count, found, out, one)?
     }
 
-    /// What stands behind the inputs: changes of inputs or weights of results.
+    /// The part after the inputs: changes of inputs, or weights of results.
     fn more(&self, p: usize, k: usize) -> &[f64] {
         self.rows
             .row(self.given + usize::from(self.call.has_parameters) + p, k)
@@ -175,7 +175,7 @@ impl OfEntry<'_> {
         self.each_active(out, |i, out| point.pull(f, kept, i, weights, out, width));
     }
 
-    /// The part of the row of each input whose slopes are wanted.
+    /// The part of the row of each input whose derivatives are wanted.
     fn each_active(&self, out: &mut [f64], mut one: impl FnMut(usize, &mut [f64])) {
         let mut rest = out;
         for &i in &self.call.active {
@@ -185,7 +185,7 @@ impl OfEntry<'_> {
         }
     }
 
-    /// Slopes by an adjoint along the tree, if there is one for what is given.
+    /// Derivatives by an adjoint along the tree, if there is one for what is given.
     fn by_adjoint(&self, point: &Point<'_>, k: usize, out: &mut [f64]) -> bool {
         let Some(adjoint) = adjoint_of(self.call.function) else {
             return false;

@@ -7,9 +7,9 @@
 //! | `steps` | steps and rollouts |
 //!
 //! A call says in a text what it is: lines with the kind, the function, the number of its vectors, whether parameters of the model follow them, the
-//! inputs that change or whose slopes are wanted, the number of rows, of directions of each row, of steps of a rollout, then arguments by name. Its
+//! inputs that change or whose derivatives are wanted, the number of rows, of directions of each row, of steps of a rollout, then arguments by name. Its
 //! arrays are the inputs, then for `push` changes of inputs and for `pull` weights of the results, so many directions of each row; its results are those of
-//! the function, their changes, or the slopes of their weighted sums. Changes of q are changes of its coordinates, of which the part counts that a motion makes.
+//! the function, their changes, or the gradients of their weighted sums. Changes of q are changes of its coordinates, of which only the part along a motion counts.
 
 mod entries;
 mod signature;
@@ -25,7 +25,7 @@ use crate::simulator::PySimulator;
 use dualbody_python_table::Robot;
 pub(crate) use signature::{_signature, _table, Signature};
 
-/// What a function is of.
+/// The object that a function belongs to.
 #[derive(Clone, Copy)]
 pub(crate) enum Of<'a> {
     Model(&'a PyModel),
@@ -55,7 +55,7 @@ enum Kind {
     Value,
     /// Changes of the results along directions.
     Push,
-    /// Slopes of weighted sums of the results.
+    /// Derivatives of weighted sums of the results.
     Pull,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct Call<'a> {
     /// Number of vectors.
     given: usize,
     has_parameters: bool,
-    /// Inputs that change, or whose slopes are wanted.
+    /// Inputs that change, or whose derivatives are wanted.
     active: Vec<usize>,
     count: usize,
     directions: usize,
@@ -195,7 +195,7 @@ pub(crate) fn _call<'py>(
     out: Vec<Bound<'py, PyArrayDyn<f64>>>,
 ) -> PyResult<()> {
     let call = Call::read(Of::read(of)?, text)?;
-    // SAFETY: the arrays are made for this call by the package, and nobody else has them.
+    // SAFETY: the package makes the arrays for this call, and nothing else refers to them.
     let numbers: Vec<&[f64]> = arrays
         .iter()
         .map(|x| unsafe { x.as_slice() }.unwrap_or(&[]))

@@ -7,7 +7,7 @@ use super::{Call, Kind, Of};
 use crate::dynamics::table::Entry;
 use crate::errors::{guarded, value_error};
 
-/// What a function takes, parameters of the model included, and gives.
+/// Arguments of a function, parameters of the model included, and its results.
 pub(crate) struct Signature {
     pub(super) names: Vec<&'static str>,
     pub(super) inputs: Vec<Vec<usize>>,

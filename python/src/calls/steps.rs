@@ -12,7 +12,7 @@ use crate::errors::{OrRaise, guarded};
 use crate::simulator::{PySimulator, Slice, Weighted, check_finite, diverged};
 use crate::threads::pool;
 
-/// Weighted sums of a step whose slopes are found one by one; for more of them its Jacobians are.
+/// Weighted sums of a step whose derivatives are found one by one; for more of them its Jacobians are.
 const FEW: usize = 2;
 
 /// Steps of all rows: one, or those of a rollout.
@@ -97,7 +97,7 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// What stands behind the inputs: changes of inputs or weights of results.
+    /// The part after the inputs: changes of inputs, or weights of results.
     fn more(&self, p: usize, k: usize) -> &[f64] {
         self.rows.row(
             self.parameters + usize::from(self.call.has_parameters) + p,
@@ -187,8 +187,8 @@ impl<'a> Steps<'a> {
         out
     }
 
-    /// Slopes in the coordinates of q, in v and in the state of contact, from those in the tangent of the start, written where they are wanted.
-    fn write_slopes(&self, k: usize, direction: usize, slopes: &Slopes<'_>, out: &mut [f64]) {
+    /// Derivatives in the coordinates of q, in v and in the state of contact, from those in the tangent of the start, written where they are wanted.
+    fn write_slopes(&self, k: usize, direction: usize, slopes: &Derivatives<'_>, out: &mut [f64]) {
         let (model, mut first) = (self.model(k), 0);
         let nv = model.nv();
         for &i in &self.call.active {
@@ -212,8 +212,8 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Slopes of a weighted sum.
-struct Slopes<'a> {
+/// Derivatives of a weighted sum.
+struct Derivatives<'a> {
     start: &'a DVector<f64>,
     inputs: &'a [f64],
     parameters: &'a [f64],
@@ -239,7 +239,7 @@ fn by_parameters(simulator: &Simulator, state: &State, u: &[f64]) -> DMatrix<f64
     out
 }
 
-/// A step, its changes or slopes.
+/// A step, its changes or derivatives.
 pub(super) fn step(
     call: &Call<'_>,
     own: &PySimulator,
@@ -322,7 +322,7 @@ impl Steps<'_> {
                 }
                 (None, None) => {}
             }
-            let slopes = Slopes {
+            let slopes = Derivatives {
                 start: &all.state,
                 inputs: all.input.as_slice(),
                 parameters: all.parameters.as_slice(),
@@ -409,7 +409,7 @@ impl Steps<'_> {
             let all = simulator.rollout_gradients(start, &[&inputs], &cost, &options);
             let [all] = &all[..] else { continue };
             let by_inputs: Vec<f64> = all.inputs.iter().flat_map(|u| u.iter().copied()).collect();
-            let slopes = Slopes {
+            let slopes = Derivatives {
                 start: &all.start,
                 inputs: &by_inputs,
                 parameters: all.parameters.as_slice(),
@@ -419,7 +419,7 @@ impl Steps<'_> {
     }
 }
 
-/// A rollout, its changes or slopes.
+/// A rollout, its changes or derivatives.
 pub(super) fn rollout(
     call: &Call<'_>,
     own: &PySimulator,

@@ -101,7 +101,7 @@ fn relaxed(reference: Reference, x: &[f64]) -> PyResult<ContactLaw> {
     ] = x
     else {
         return Err(value_error(
-            "law has not the numbers of a relaxed rigid contact",
+            "law does not have the parameters of regularised contact",
         ));
     };
     let sigmoid = guarded(|| Sigmoid::new(midpoint, power))?;

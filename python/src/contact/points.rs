@@ -16,7 +16,7 @@ use crate::counts::{whole, whole_of};
 use crate::errors::{OrRaise, guarded};
 use crate::kinds::check_kind;
 
-/// A point of contact: link, body, centre, kind, numbers of the kind.
+/// A point of contact: link, body, centre, kind, parameters of the kind.
 pub(crate) type Point = (usize, usize, [f64; 3], String, Vec<f64>);
 
 pub(crate) fn point_numbers(point: &ContactPoint) -> Point {

@@ -74,7 +74,7 @@ const DERIVATIVES: [(&str, Derivative); 2] = [
     ("gradients", Derivative::Gradients),
 ];
 
-/// What a simulator on a GPU is made with.
+/// Arguments that make a simulator on a GPU.
 pub(super) struct Wanted {
     count: usize,
     names: Vec<String>,

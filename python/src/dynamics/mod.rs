@@ -62,7 +62,7 @@ macro_rules! functions_of_numbers {
 }
 use functions_of_numbers;
 
-/// What an argument names.
+/// The frame, representation or other item that an argument names.
 pub(crate) fn named<N: Named>(model: &Model, name: &str) -> PyResult<N> {
     N::find(model, name).or_raise()
 }

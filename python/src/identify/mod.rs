@@ -1,6 +1,6 @@
 //! System identification.
 //!
-//! What describes data and questions is a class in Python, `dualbody.identify`; the functions here read it.
+//! Data and problems are described by Python classes in `dualbody.identify`; the functions here read them.
 //!
 //! | file | what it is |
 //! |---|---|

@@ -23,7 +23,7 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
         samples, starts = starts by starts, position_deviation, velocity_deviation, regularization, max_iterations)
 }
 
-/// What is adjusted, from (kind, name or points).
+/// The adjusted parameter, from (kind, name or points).
 fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
     let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
     match kind.as_str() {

@@ -1,6 +1,6 @@
 //! The structs of XLA's interface for foreign functions, version 0, as `xla/ffi/api/c_api.h` has them.
 //!
-//! XLA keeps the layout of version 0 and adds fields at the end only. What is not read here is left out, or has no type.
+//! XLA keeps the layout of version 0 and adds fields at the end only. Fields that are not read here are left out, or have no type.
 
 use std::ffi::{c_char, c_int, c_void};
 

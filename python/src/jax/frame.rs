@@ -72,7 +72,7 @@ impl<'a> Frame<'a> {
 
     /// The numbers of all arguments; those of single precision are converted.
     pub(super) fn arguments(&self) -> Result<Vec<Cow<'a, [f64]>>, String> {
-        // SAFETY: XLA has the numbers that types and shapes say, and nobody writes to them during the call.
+        // SAFETY: XLA has the numbers that types and shapes state, and nothing writes to them during the call.
         let one = |buffer: &'a Buffer| unsafe {
             match buffer.kind {
                 F64 => Ok(Cow::Borrowed(slice(
@@ -153,7 +153,7 @@ unsafe fn slice<'a, T>(start: *const T, count: i64) -> &'a [T] {
 }
 
 /// # Safety
-/// There are so many items, or none, and nobody else uses them.
+/// There are so many items, or none, and nothing else uses them.
 unsafe fn slice_mut<'a, T>(start: *mut T, count: i64) -> &'a mut [T] {
     match usize::try_from(count) {
         Ok(count) if count > 0 && !start.is_null() => {

@@ -26,7 +26,7 @@ use abi::CallFrame;
 use frame::Frame;
 pub(crate) use registry::_foreign_name;
 
-/// What XLA calls.
+/// The function that XLA calls.
 ///
 /// # Safety
 /// XLA calls it with a frame of the layout of `abi`, whose arrays stay while it runs.

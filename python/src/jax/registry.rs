@@ -13,7 +13,7 @@ use crate::simulator::PySimulator;
 /// Bytes of the digest by which a robot is known.
 const DIGEST: usize = 16;
 
-/// What a program uses. It is never let go: nobody knows how long the program is there.
+/// A model or simulator that a compiled program uses. It is never freed, since the lifetime of the program is unknown.
 pub(super) enum Used {
     Model(Py<PyModel>),
     Simulator(Py<PySimulator>),
@@ -63,7 +63,7 @@ fn digest(of: &Bound<'_, PyAny>) -> PyResult<String> {
     digest.call_method0("hexdigest")?.extract()
 }
 
-/// What is known by a name.
+/// Finds the object of a name.
 pub(super) fn find(name: &str) -> Result<&'static Used, String> {
     let known = REGISTRY.read().unwrap_or_else(PoisonError::into_inner);
     let found = known

@@ -1,4 +1,4 @@
-//! How a robot stands in the world, by name.
+//! Base of a robot (fixed or floating), by name.
 
 use dualbody::Base;
 use pyo3::prelude::*;

@@ -30,7 +30,7 @@ pub(crate) struct PyModel {
     pub(super) recipe: (&'static str, Py<PyTuple>),
 }
 
-/// Makes numbers by which models and simulators are told apart.
+/// Makes numbers that identify models and simulators.
 pub(crate) fn next_id() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed)

@@ -1,4 +1,4 @@
-//! What a robot is: sizes, names, joints, parameters.
+//! Properties of a robot: sizes, names, joints, parameters.
 
 use pyo3::prelude::*;
 use pyo3::types::PySlice;

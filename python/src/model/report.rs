@@ -14,7 +14,7 @@ pub(crate) struct PyImportReport {
     pub(super) report: ImportReport,
 }
 
-/// Makes a report again that was pickled: file, base, base that was asked for, root link, joints with limits, warnings, what is not used.
+/// Restores a pickled report: file, base, requested base, root link, joints with limits, warnings, unused lines.
 #[pyfunction]
 pub(crate) fn _import_report(
     file: String,

@@ -26,7 +26,7 @@ pub(crate) use noise::PyNoisySensors;
 pub(crate) struct PySensors {
     sensors: Arc<Sensors>,
     model: Py<PyModel>,
-    /// What it was made with.
+    /// The arguments that made it.
     given: Py<PyDict>,
     /// Memory of the last call for one state, with the simulator that it is for.
     memory: Mutex<Option<(u64, SensorScratch<f64>)>>,

@@ -83,7 +83,7 @@ const MODES: [(&str, AutoReset); 3] = [
     ("Disabled", AutoReset::Never),
 ];
 
-/// What follows the actions: observations, rewards, ends, cuts, and the last observations where episodes have ended and begun again.
+/// Result of the actions: observations, rewards, ends, cuts, and the last observations where episodes have ended and begun again.
 type Step<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,

@@ -120,7 +120,7 @@ fn read_inputs_of(shape: &[usize], nu: usize, given: &Bound<'_, PyAny>) -> PyRes
     Ok(rows.copied().collect())
 }
 
-/// What a rollout went through, trajectory after trajectory; what one did not reach is not a number.
+/// States of a rollout, trajectory after trajectory. Steps that a trajectory did not reach are not numbers.
 struct Record {
     steps: usize,
     /// Numbers of a state, and of an input.
@@ -142,7 +142,7 @@ impl Record {
         }
     }
 
-    /// Adds the states of a step, from arrays of their parts, but for those that have stopped.
+    /// Adds the states of a step, from arrays of their parts, except those that have stopped.
     fn add_states(&mut self, step: usize, now: &BatchStates, parts: &[Array<'_>]) {
         for i in 0..now.len() {
             if !matches!(now.status(i), RolloutStatus::Completed) {

@@ -135,7 +135,7 @@ impl PyBatchSimulator {
         Ok(())
     }
 
-    /// Takes time steps with the input held: u (n, nu) or (nu,), N·m or N, zero if it is left out; steps: their number, as many as there are for an action of a policy.
+    /// Takes time steps with the input held: u (n, nu) or (nu,), N·m or N, zero if it is left out; steps: their number, the decimation of a policy.
     #[pyo3(signature = (u=None, *, steps=None))]
     fn step(
         &mut self,

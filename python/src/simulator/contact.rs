@@ -1,4 +1,4 @@
-//! What touches.
+//! Contacts of a simulator.
 
 use dualbody::cone::Certificate;
 use dualbody::contact::PointState;

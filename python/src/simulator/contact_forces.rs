@@ -107,7 +107,7 @@ fn reports(simulator: &Simulator, states: &[State], inputs: &[f64]) -> Vec<Conta
         .collect()
 }
 
-/// The index of each frame among the links, -1 where it is no link.
+/// The index of each frame among the links, -1 for other frames.
 fn indices_of_links(model: &Model) -> Vec<f64> {
     let mut out = vec![-1.0; model.frames().len()];
     for (k, link) in model.links().iter().enumerate() {

@@ -119,7 +119,7 @@ impl PySimulator {
 }
 
 impl PySimulator {
-    /// Slopes in the parameters of the model, in the friction of each point of contact and in all parameters of the simulator, from the latter of each
+    /// Derivatives in the parameters of the model, in the friction of each point of contact and in all parameters of the simulator, from the latter of each
     /// state; in no number if they are not wanted.
     pub(super) fn parameters_of<'py>(
         &self,

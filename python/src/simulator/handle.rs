@@ -35,7 +35,7 @@ pub(crate) struct PySimulator {
     pub(super) model: Py<PyModel>,
     /// The robot that it was made with, before `parameters` changed it.
     pub(super) base: Py<PyModel>,
-    /// What it was made with, by name.
+    /// The arguments that made it, by name.
     pub(super) parts: Py<PyDict>,
     /// Working memory of the last batch.
     pub(super) batch: Mutex<Option<Batch>>,
@@ -325,7 +325,7 @@ impl PySimulator {
 }
 
 impl PySimulator {
-    /// What this simulator is known by in this process.
+    /// The number that identifies this simulator in this process.
     pub(crate) fn id(&self) -> u64 {
         self.id
     }

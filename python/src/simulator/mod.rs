@@ -9,7 +9,7 @@
 //! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
-//! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
+//! | `slices` | steps and rollouts of sequences that are not arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 

@@ -27,7 +27,7 @@ use crate::threads::stopped;
 pub(crate) struct PyNativeSimulator {
     native: NativeSimulator,
     simulator: Py<PySimulator>,
-    /// What it was made with, if not the default one.
+    /// The compiler, if not the default one.
     compiler: Option<Py<PyAny>>,
     /// Memory that no call uses now.
     memories: Mutex<Vec<NativeScratch>>,

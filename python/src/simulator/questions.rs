@@ -1,4 +1,4 @@
-//! What a simulator is: inputs, contacts, constraints.
+//! Properties of a simulator: inputs, contacts, constraints.
 
 use dualbody::contact::ContactPoint;
 use nalgebra::DVector;

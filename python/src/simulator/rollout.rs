@@ -66,7 +66,7 @@ impl PySimulator {
     }
 }
 
-/// What is asked of a rollout besides its states.
+/// Options of a rollout besides its states.
 pub(super) struct Asked<'a, 'py> {
     steps: usize,
     control: Option<&'a Bound<'py, PyAny>>,
@@ -128,7 +128,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         self.finish(of, Vec::new(), initial.len(), found, bar)
     }
 
-    /// What shows the progress, if that is wanted.
+    /// The progress bar, if it is requested.
     fn bar(
         &self,
         py: Python<'py>,
@@ -143,7 +143,7 @@ impl<'a, 'py> Asked<'a, 'py> {
 
     /// Trajectories, and the inputs that a control gave, as a Rollout of Python.
     ///
-    /// * `width` – numbers of a state
+    /// * `width` – entries of a state
     fn finish(
         self,
         of: &Bound<'py, PySimulator>,

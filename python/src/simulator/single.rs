@@ -12,7 +12,7 @@ use super::trajectories::Trajectories;
 use crate::errors::guarded;
 use crate::threads::{Watch, on_pool_watched};
 
-/// What writes the input of a time and a state.
+/// A function that writes the input of a time and a state.
 pub(super) type Control<'a> = dyn FnMut(f64, &State, &mut [f64]) + 'a;
 
 /// Steps of fewer states than this are taken without releasing the interpreter lock.

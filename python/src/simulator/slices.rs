@@ -1,4 +1,4 @@
-//! Steps, Jacobians and rollouts of numbers that are no arrays of NumPy; the interpreter lock is not needed for steps and Jacobians.
+//! Steps, Jacobians and rollouts of sequences that are not arrays of NumPy; the interpreter lock is not needed for steps and Jacobians.
 
 use dualbody::linearize::LinearizeScratch;
 use dualbody::sim::{BatchSimulator, RolloutStatus};

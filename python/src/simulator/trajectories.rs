@@ -1,4 +1,4 @@
-//! What a rollout gives.
+//! Results of rollouts.
 
 use dualbody::sim::{Rollout, RolloutStatus, SolverFailure};
 
@@ -15,7 +15,7 @@ pub(crate) fn status_of(status: RolloutStatus) -> Status {
     }
 }
 
-/// What a rollout gives: numbers of the states, inputs, status and failure of the solver of each trajectory.
+/// Results of a rollout: numbers of the states, inputs, status and failure of the solver of each trajectory.
 pub(super) struct Trajectories {
     /// (trajectories, steps + 1, width) numbers.
     pub(super) states: Vec<f64>,

@@ -35,7 +35,7 @@ pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     }
 }
 
-/// What is done with a residual, whatever its type.
+/// Work on a residual of any type.
 pub(super) trait Use {
     type Out;
     fn with<R: Residual>(self, residual: R) -> PyResult<Self::Out>;

@@ -47,7 +47,7 @@ pub(crate) fn _single_shooting<'py>(
     )
 }
 
-/// What is asked of the function of single shooting.
+/// The requested result of the function of single shooting.
 #[derive(Clone, Copy)]
 enum Question {
     Value,

@@ -1,4 +1,4 @@
-//! Runs of solvers: what they are asked, their progress, what they found.
+//! Runs of solvers: their options, progress and results.
 
 use dualbody::trajopt::{AnySystem, Curvature, Problem, Progress, Solution, Trajectory};
 use nalgebra::DVector;

@@ -1,6 +1,6 @@
 //! Dynamics and residuals that are functions of Python.
 //!
-//! Solvers call them with the interpreter lock, one thread at a time. What they raise ends the solver, by numbers that are not finite, and is raised again.
+//! Solvers call them with the interpreter lock, one thread at a time. An exception ends the solver, by numbers that are not finite, and is raised again.
 
 use dualbody::trajopt::{Node, Residual, ResidualJacobian, Scratch, System};
 use dualbody::{Linearization, Scalar};

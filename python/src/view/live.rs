@@ -22,7 +22,7 @@ pub(crate) struct PyLive {
 }
 
 impl PyLive {
-    /// What `read` says of the simulation.
+    /// The result of `read` on the simulation.
     fn of<R: Send>(&self, py: Python<'_>, read: impl FnOnce(&Live) -> R + Send) -> PyResult<R> {
         py.detach(|| {
             let live = self.live.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! What a recording shows besides the robots.
+//! Items of a recording besides the robots.
 
 use dualbody::spatial::Transform;
 use dualbody::view::{Camera, Track};

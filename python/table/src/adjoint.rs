@@ -6,11 +6,11 @@ use dualbody::dynamics::{
     InverseDynamicsVjpScratch, forward_dynamics_vjp_into, inverse_dynamics_vjp_into,
 };
 
-/// Slopes of a weighted sum in the tangent of q, in the other vectors, and in all parameters.
-type Slopes = Vec<Vec<f64>>;
+/// Derivatives of a weighted sum in the tangent of q, in the other vectors, and in all parameters.
+type Derivatives = Vec<Vec<f64>>;
 
-/// Computes slopes of a weighted sum of the results of a function: model, rows, weights.
-pub type Adjoint = fn(&Model, &[&[f64]], &[f64]) -> Slopes;
+/// Computes the gradient of a weighted sum of the results of a function: model, rows, weights.
+pub type Adjoint = fn(&Model, &[&[f64]], &[f64]) -> Derivatives;
 
 /// The gradient of a function of this name in all inputs and parameters at once; `None` if there is none but that by dual numbers.
 pub fn adjoint_of(name: &str) -> Option<Adjoint> {
@@ -33,7 +33,7 @@ pub fn adjoint_of(name: &str) -> Option<Adjoint> {
     }
 }
 
-fn inverse(m: &Model, x: &[&[f64]], weights: &[f64]) -> Slopes {
+fn inverse(m: &Model, x: &[&[f64]], weights: &[f64]) -> Derivatives {
     let mut out = InverseDynamicsGradient::zeros(m);
     let mut scratch = InverseDynamicsVjpScratch::new(m);
     inverse_dynamics_vjp_into(m, x[0], x[1], x[2], &[], weights, &mut scratch, &mut out);
@@ -41,7 +41,7 @@ fn inverse(m: &Model, x: &[&[f64]], weights: &[f64]) -> Slopes {
     all.map(|x| x.as_slice().to_vec()).into()
 }
 
-fn forward(m: &Model, x: &[&[f64]], weights: &[f64]) -> Slopes {
+fn forward(m: &Model, x: &[&[f64]], weights: &[f64]) -> Derivatives {
     let mut out = ForwardDynamicsGradient::zeros(m);
     let mut scratch = ForwardDynamicsVjpScratch::new(m);
     forward_dynamics_vjp_into(m, x[0], x[1], x[2], &[], weights, &mut scratch, &mut out);

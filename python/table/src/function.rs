@@ -52,7 +52,7 @@ pub struct Function<T: Differentiable> {
     pub arguments: &'static [&'static str],
     /// A vector that may be left out; it comes last.
     pub option: Option<&'static str>,
-    /// What it is given by name.
+    /// Its keyword arguments.
     pub keywords: &'static [Keyword],
     /// Whether it is one of a simulator.
     pub is_of_simulator: bool,

@@ -14,7 +14,7 @@ use nalgebra::DVector;
 use crate::Memory;
 use crate::write::{write_all, write_matrix};
 
-/// What computes a row from rows, with memory.
+/// A function that computes a row from rows, with a workspace.
 macro_rules! rows {
     ($($name:ident, $m:ident, $memory:ident, $x:ident, $out:ident => $body:block)*) => { $(
         /// The function of this name of `dynamics`.
@@ -80,7 +80,7 @@ pub fn contact_report<T: Scalar>(simulator: &Simulator<T>, x: &[&[T]]) -> Contac
     simulator.contact_report(&state(simulator, x), x[2])
 }
 
-/// What touches.
+/// The contacts of a simulator.
 ///
 /// # Panics
 /// If there are no contacts.

@@ -33,7 +33,7 @@ pub use named::{Named, Unknown};
 pub use point::{Directions, Lifted, Point};
 pub use robot::{Own, Robot};
 
-/// What entries of the table name.
+/// Items that entries of the table name.
 pub mod prelude {
     pub use crate::based;
     pub use crate::hot::{self, contacts, points};

@@ -10,7 +10,7 @@ use dualbody::spatial::Force;
 use dualbody::{Model, Scalar};
 use nalgebra::DMatrix;
 
-/// Working memory for a model. What is not made at once is made at the first call that needs it.
+/// Working memory for a model. Its parts are made at once or at the first call that needs them.
 pub struct Memory<T: Differentiable> {
     pub rnea: RneaScratch<T>,
     pub crba: Option<CrbaScratch<T>>,

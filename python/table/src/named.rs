@@ -1,4 +1,4 @@
-//! What arguments name: frames, representations, frames of momentum.
+//! Arguments given by name: frames, representations, frames of momentum.
 
 use dualbody::dynamics::MomentumFrame;
 use dualbody::error::UnknownName;
@@ -17,10 +17,10 @@ pub enum Unknown {
 
 /// Something that an argument gives by its name.
 pub trait Named: Copy + Send + Sync + 'static {
-    /// What a name means.
+    /// Finds the item of a name.
     ///
     /// # Errors
-    /// If it means nothing.
+    /// If the name is unknown.
     fn find<P: Scalar>(model: &Model<P>, name: &str) -> Result<Self, Unknown>;
 }
 

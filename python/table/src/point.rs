@@ -7,7 +7,7 @@ use crate::{Dual, Memory, Own, Prepared, Robot, is_configuration};
 
 /// Numbers in which a function has derivatives: rows of arguments, then parameters of the model if they are given.
 pub struct Point<'a> {
-    /// What the function is of.
+    /// The robot that the function belongs to.
     pub robot: Robot<'a, f64>,
     /// Names of the arguments.
     pub names: &'a [&'static str],
@@ -78,7 +78,7 @@ impl Tangent {
             .collect()
     }
 
-    /// Slopes in coordinates from those in the tangent.
+    /// Derivatives in coordinates from those in the tangent.
     fn to_coordinates(&self, slopes: &[f64], out: &mut [f64]) {
         for (j, out) in out.iter_mut().enumerate() {
             *out = (0..self.nv)
@@ -98,7 +98,7 @@ impl Point<'_> {
         self.x.len() + usize::from(self.parameters.is_some())
     }
 
-    /// The numbers of an input.
+    /// The entries of an input.
     fn input(&self, i: usize) -> &[f64] {
         self.x.get(i).copied().or(self.parameters).unwrap_or(&[])
     }
@@ -164,7 +164,7 @@ impl Point<'_> {
         }
     }
 
-    /// Slopes of weighted sums of the results in an input: a row for each row of weights.
+    /// Derivatives of weighted sums of the results in an input: a row for each row of weights.
     pub fn pull(
         &self,
         f: &Prepared<Dual>,
@@ -194,7 +194,7 @@ impl Point<'_> {
         self.write(tangent.as_ref(), &slopes, out);
     }
 
-    /// Writes slopes in an input, tangent ones in coordinates.
+    /// Writes derivatives in an input, tangent ones in coordinates.
     fn write(&self, tangent: Option<&Tangent>, slopes: &[f64], out: &mut [f64]) {
         match tangent {
             None => out.copy_from_slice(slopes),
@@ -207,7 +207,7 @@ impl Point<'_> {
         }
     }
 
-    /// Writes slopes that somebody else found in the tangent of an input, row by row.
+    /// Writes derivatives in the tangent of an input, row by row.
     pub fn write_slopes(&self, i: usize, slopes: &[f64], out: &mut [f64]) {
         self.write(self.tangent(i).as_ref(), slopes, out);
     }

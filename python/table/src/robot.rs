@@ -1,4 +1,4 @@
-//! What a function is of.
+//! The robot that a function belongs to.
 
 use dualbody::{Model, Over, Scalar, Simulator};
 
@@ -20,7 +20,7 @@ pub enum Own<T: Scalar> {
 }
 
 impl<'a, P: Scalar> Robot<'a, P> {
-    /// What moves.
+    /// The model.
     pub fn model(self) -> &'a Model<P> {
         match self {
             Self::Model(model) => model,
@@ -28,7 +28,7 @@ impl<'a, P: Scalar> Robot<'a, P> {
         }
     }
 
-    /// What acts on it.
+    /// The simulator.
     ///
     /// # Panics
     /// If there is a model only.

@@ -1,4 +1,4 @@
-//! Results as numbers of an array.
+//! Results as entries of an array.
 
 use dualbody::Scalar;
 use dualbody::contact::PointState;

@@ -65,7 +65,7 @@ pub(super) fn conditions(graph: &Graph) -> String {
         return "Returns 0.".to_owned();
     }
     let text = "Returns 0, or the number of the first condition that does not hold at these inputs,\n   \
-                for which the outputs are not to be used then:";
+                in which case the outputs are invalid:";
     all.by_ref().fold(text.to_owned(), |text, (index, own)| {
         format!("{text}\n   {}: {}", index + 1, plain(&own.condition))
     })

@@ -15,7 +15,7 @@ use crate::collision::solid::Solid;
 
 /// Sine of the angle between directions below which their product has no direction.
 const PARALLEL: f64 = 1e-9;
-/// Part of the size by which gaps differ that are equal but for rounding.
+/// Part of the size by which gaps differ that are equal up to rounding.
 const EQUAL: f64 = 1e-14;
 /// Most directions of edges, and of faces, of a polytope: those of a box.
 const MAX_DIRECTIONS: usize = 3;
@@ -33,7 +33,7 @@ pub(super) struct Axis {
 enum Part {
     /// The normal is that of the face along an axis of the shape.
     Face(usize),
-    /// Whatever lies farthest along the normal of another one.
+    /// The feature that is farthest along the normal of another one.
     Farthest,
     /// The k-th edge, of a box one of those along the k-th axis.
     Edge(usize),
@@ -74,7 +74,7 @@ fn choice(solid: &Solid<'_>, part: Part, n: &Vector3<f64>) -> Choice {
     }
 }
 
-/// The widest gap across the directions that can be, or one that is wider than `far` (m); `None` for shapes of other kinds, and where neither has a volume.
+/// The widest gap across the candidate directions, or one that is wider than `far` (m); `None` for shapes of other kinds, and where neither has a volume.
 pub(super) fn widest(difference: &Difference<'_>, far: f64) -> Option<Axis> {
     let Difference { a, b, .. } = difference;
     if !(has_volume(a) || has_volume(b)) {

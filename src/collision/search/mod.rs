@@ -54,7 +54,7 @@ const PARALLEL: f64 = 1e-9;
 const PROOF: f64 = 1e-13;
 /// Part of the size to which a polytope grows towards curved shapes before features are tried.
 const GROWN: f64 = 1e-4;
-/// Part of the size by which planes differ that are equal but for rounding.
+/// Part of the size by which planes differ that are equal up to rounding.
 const SLACK: f64 = 1e-12;
 /// Angle by which the normal of a face of the polytope may be wrong, rad.
 const LOOSE: f64 = 0.05;
@@ -82,7 +82,7 @@ pub(super) fn search(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFe
     Some(nearest_on_faces(a, b, &pair).map_or(pair, |found| found.pair))
 }
 
-/// The features about the normal of the widest gap, where they are the nearest: always where shapes overlap, but for rounding.
+/// The features about the normal of the widest gap, where they are the nearest: up to rounding, always where shapes overlap.
 fn at_axis(difference: &Difference<'_>, axis: &Axis) -> Option<PairFeature> {
     let (a, b) = (&difference.a, &difference.b);
     let rounding = PROOF * difference.size;

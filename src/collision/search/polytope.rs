@@ -25,7 +25,7 @@ pub(super) struct Polytope {
     n_vertices: usize,
     faces: [Face; MAX_FACES],
     n_faces: usize,
-    /// Height above a face from which on a point sees it, m.
+    /// Least height of a point above a face that it sees, m.
     least_height: f64,
 }
 

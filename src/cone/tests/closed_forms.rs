@@ -222,7 +222,7 @@ fn modes_between_modes_are_named() {
     }
 }
 
-// What gives way without a force says nothing to others, however large its own numbers are.
+// A block that gives way without a force does not affect others, however large its own entries are.
 #[test]
 fn block_that_gives_way_has_no_force_and_does_not_swamp_the_others() {
     for law in [Law::Convex, Law::Coulomb] {

@@ -1,4 +1,4 @@
-//! Numbers that make no sense, and problems without solution.
+//! Invalid numbers, and problems without solution.
 
 use super::*;
 use crate::cone::{REGULARIZATION, Status};
@@ -85,7 +85,7 @@ fn contact_with_what_cannot_move_is_a_status() {
     }
 }
 
-// Finite input never gives what is not finite, whatever its size.
+// Finite input of any size gives finite results.
 #[test]
 fn finite_problems_of_any_size_have_finite_forces() {
     let sizes = [1e-300, 1e-160, 1e-20, 1.0, 1e20, 1e150, 1e300];

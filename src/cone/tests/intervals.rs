@@ -213,8 +213,10 @@ fn intervals_keep_their_law_where_others_are_smoothed() {
         let mut random = Random(21.0);
         for smoothed in [Smoothed::Cones, Smoothed::RaysAndCones] {
             let case = random.mixed_case(law, [1, 1, 2, 3], 20, 0.5);
-            let options = ConeOptions::default().with_smoothing(1e-3);
-            let options = options.with_smoothed(smoothed);
+            let options = ConeOptions {
+                smoothed,
+                ..ConeOptions::default().with_smoothing(1e-3)
+            };
             let mut solver = case.solver::<f64>(1e-3).with_options(options);
             let mut f = DVector::zeros(11);
             let certificate = solver.solve(&case.problem(), f.as_mut_slice());

@@ -121,7 +121,7 @@ impl Random {
         self.mixed_case(law, [free, rays, cones, 0], dof, decades)
     }
 
-    /// The same with intervals after them.
+    /// A case with intervals after the other blocks.
     fn mixed_case(
         &mut self,
         law: Law,

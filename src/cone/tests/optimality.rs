@@ -228,7 +228,7 @@ fn redundant_forces_stay_near_the_start() {
     assert_near("forces", &f, &along_the_diagonal(0.08, 0.02), REDUNDANT);
 }
 
-// The corners of a box that would stick, but for a rigid body that is asked to stretch by a hair; far from them something flies off fast. The
+// The corners of a box would stick, if that did not stretch the rigid box by a hair; far from them something flies off fast. The
 // forces between the corners grow until some of them slip, slowly.
 #[test]
 fn slow_slip_between_redundant_contacts_beside_fast_ones_is_found() {

@@ -1,4 +1,4 @@
-//! The central path: closed forms, its end, and what its derivatives are for.
+//! The central path: closed forms, its end, and the use of its derivatives.
 
 use super::*;
 use crate::cone::Smoothed;
@@ -155,8 +155,10 @@ fn rays_keep_their_law_where_only_cones_are_smoothed() {
         let mut random = Random(90.0);
         for _ in 0..30 {
             let case = random.case(law, [1, 3, 2], 16, 0.5);
-            let options = ConeOptions::default().with_smoothing(kappa);
-            let options = options.with_smoothed(Smoothed::Cones);
+            let options = ConeOptions {
+                smoothed: Smoothed::Cones,
+                ..ConeOptions::default().with_smoothing(kappa)
+            };
             let mut solver = case.solver::<f64>(kappa).with_options(options);
             let mut f = DVector::zeros(10);
             let certificate = solver.solve(&case.problem(), f.as_mut_slice());

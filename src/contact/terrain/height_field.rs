@@ -162,7 +162,7 @@ impl<P: Scalar> HeightField<P> {
         let [nx, ny] = self.size;
         assert!(
             nx * ny <= MOST_RECORDED_NODES,
-            "{}: a height field of {nx} × {ny} nodes is too large to be traced, for each of its cells is compared with; at most \
+            "{}: a height field of {nx} × {ny} nodes is too large to be traced, since a trace compares with every cell; at most \
              {MOST_RECORDED_NODES} are possible",
             file!()
         );
@@ -347,7 +347,7 @@ fn spline<'a, P: Scalar>(h: &[P], ratios: &[f64], out: impl Iterator<Item = &'a 
 
 /// The transpose of [`spline`]: from derivatives in the n + 2 weights of a line to derivatives in the n heights, stored from the second position on.
 ///
-/// * `at` – index of each number of the line
+/// * `at` – index of each entry of the line
 fn spline_transposed<T: Scalar>(
     n: usize,
     ratios: &[f64],

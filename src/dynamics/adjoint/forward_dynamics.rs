@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::sweep::{Slopes, Sweep, Weighted};
+use super::sweep::{Gradients, Sweep, Weighted};
 use crate::dynamics::calls::Calls;
 use crate::dynamics::coupled::factorize;
 use crate::dynamics::crba::CrbaScratch;
@@ -101,8 +101,8 @@ impl<T: Scalar> ForwardDynamicsVjpScratch<T> {
 /// use dualbody::{dynamics::forward_dynamics_vjp, model::samples};
 ///
 /// // v̇ = 3 τ / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
-/// let slopes = forward_dynamics_vjp(&samples::pendulum(), &[0.0], &[0.0], &[0.0], &[1.0]);
-/// assert!((slopes.q[0] + 1.5 * 9.81).abs() < 1e-12 && (slopes.tau[0] - 3.0).abs() < 1e-14);
+/// let gradient = forward_dynamics_vjp(&samples::pendulum(), &[0.0], &[0.0], &[0.0], &[1.0]);
+/// assert!((gradient.q[0] + 1.5 * 9.81).abs() < 1e-12 && (gradient.tau[0] - 3.0).abs() < 1e-14);
 /// ```
 ///
 /// # References
@@ -160,7 +160,7 @@ pub fn forward_dynamics_vjp_into<P: Scalar, T: Over<P>>(
         mu: &s.mu,
         external,
     };
-    let mut slopes = Slopes {
+    let mut slopes = Gradients {
         q: out.q.as_mut_slice(),
         v: out.v.as_mut_slice(),
         a: &mut s.by_a,

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::sweep::{Slopes, Sweep, Weighted};
+use super::sweep::{Gradients, Sweep, Weighted};
 use crate::model::{Generation, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
@@ -73,11 +73,11 @@ impl<T: Scalar> InverseDynamicsVjpScratch<T> {
 ///
 /// // A hanging rod of 1 kg and 1 m: ∂τ/∂q = m g l / 2, ∂τ/∂a = m l² / 3, here twice as much
 /// let model = samples::pendulum();
-/// let slopes = inverse_dynamics_vjp(&model, &[0.0], &[0.0], &[3.0], &[2.0]);
-/// assert!((slopes.q[0] - 9.81).abs() < 1e-12 && (slopes.a[0] - 2.0 / 3.0).abs() < 1e-12);
+/// let gradient = inverse_dynamics_vjp(&model, &[0.0], &[0.0], &[3.0], &[2.0]);
+/// assert!((gradient.q[0] - 9.81).abs() < 1e-12 && (gradient.a[0] - 2.0 / 3.0).abs() < 1e-12);
 /// // τ = J a + m g c sin q grows with the rotational inertia J by the acceleration
 /// let moment = model.parameter_layout().find("rod: Jzz")?;
-/// assert_eq!(slopes.parameters[moment], 6.0);
+/// assert_eq!(gradient.parameters[moment], 6.0);
 /// # Ok::<(), dualbody::UnknownName>(())
 /// ```
 ///
@@ -130,7 +130,7 @@ pub fn inverse_dynamics_vjp_into<P: Scalar, T: Over<P>>(
     for x in [&mut out.q, &mut out.v, &mut out.a, &mut out.parameters] {
         x.fill(T::zero());
     }
-    let mut slopes = Slopes {
+    let mut slopes = Gradients {
         q: out.q.as_mut_slice(),
         v: out.v.as_mut_slice(),
         a: out.a.as_mut_slice(),

@@ -22,4 +22,4 @@ pub use inverse_dynamics::{
     inverse_dynamics_vjp_into,
 };
 pub(crate) use slots::ParameterSlots;
-pub(crate) use sweep::{Slopes, Sweep, Weighted};
+pub(crate) use sweep::{Gradients, Sweep, Weighted};

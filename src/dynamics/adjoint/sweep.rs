@@ -58,7 +58,7 @@ pub(crate) struct Swept<T> {
 
 /// Sums of a gradient.
 #[derive(Debug)]
-pub(crate) struct Slopes<'a, T> {
+pub(crate) struct Gradients<'a, T> {
     /// In tangent directions of q.
     pub(crate) q: &'a mut [T],
     pub(crate) v: &'a mut [T],
@@ -119,7 +119,7 @@ impl<T: Scalar> Sweep<T> {
         &mut self,
         model: &Model<P>,
         at: &Weighted<'_, T>,
-        out: &mut Slopes<'_, T>,
+        out: &mut Gradients<'_, T>,
     ) where
         T: Over<P>,
     {
@@ -189,7 +189,7 @@ impl<T: Scalar> Sweep<T> {
         &mut self,
         model: &Model<P>,
         at: &Weighted<'_, T>,
-        out: &mut Slopes<'_, T>,
+        out: &mut Gradients<'_, T>,
     ) where
         T: Over<P>,
     {
@@ -276,8 +276,12 @@ impl<T: Scalar> Sweep<T> {
 
     /// From the tips to the world: the gradient at each joint and body, then the parent takes over.
     #[inline(always)]
-    fn inward<P: Scalar>(&mut self, model: &Model<P>, at: &Weighted<'_, T>, out: &mut Slopes<'_, T>)
-    where
+    fn inward<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        at: &Weighted<'_, T>,
+        out: &mut Gradients<'_, T>,
+    ) where
         T: Over<P>,
     {
         let A_W = world_acceleration(model);
@@ -354,7 +358,7 @@ impl<T: Scalar> Sweep<T> {
         &self,
         model: &Model<P>,
         at: &Weighted<'_, T>,
-        out: &mut Slopes<'_, T>,
+        out: &mut Gradients<'_, T>,
     ) where
         T: Over<P>,
     {
@@ -383,7 +387,7 @@ fn add_joint_rates<P: Scalar, T: Over<P>>(
     body: &Body<P>,
     v: &[T],
     own: &mut Swept<T>,
-    out: &mut Slopes<'_, T>,
+    out: &mut Gradients<'_, T>,
 ) {
     let mut joint = Motion::zero();
     body.add_motion(v, &mut joint);

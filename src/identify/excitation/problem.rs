@@ -144,7 +144,7 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// Slopes of Σ w̄ · w of a moment in q, v and a, one after another.
+    /// Derivatives of Σ w̄ · w of a moment in q, v and a, one after another.
     fn moment_slopes(&self, at: &MotionPoint, weights: &DMatrix<f64>) -> Vec<f64> {
         let n = at.v.len();
         let values: Vec<f64> = at.q.iter().chain(&at.v).chain(&at.a).copied().collect();
@@ -192,7 +192,7 @@ impl Inverted {
         0.5 * (self.inverse.trace() / self.inverse.nrows() as f64).ln()
     }
 
-    /// Slopes G of the value in the normal matrix N before scaling: with t = tr S⁻¹ and lengths lᵢ = √Nᵢᵢ,
+    /// Derivatives G of the value in the normal matrix N before scaling: with t = tr S⁻¹ and lengths lᵢ = √Nᵢᵢ,
     /// G = (−S⁻²ᵢₖ / (lᵢ lₖ) + δᵢₖ S⁻¹ᵢᵢ / lᵢ²) / 2 t.
     fn slopes(&self) -> DMatrix<f64> {
         let square = &self.inverse * &self.inverse;
@@ -216,7 +216,7 @@ impl Objective for Problem<'_> {
         };
         let weights = equations * normal.slopes() * 2.0;
         let nv = self.weights.len();
-        // Slopes in the coefficients that are bounded, then in the variables.
+        // Derivatives in the coefficients that are bounded, then in the variables.
         let mut by_coefficient = DMatrix::zeros(nv, n);
         for (k, time) in self.times().enumerate() {
             let own = weights.rows(k * nv, nv).into_owned();

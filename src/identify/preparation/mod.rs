@@ -154,7 +154,7 @@ impl Preparation {
             return Err(IdentifyError::Channel {
                 experiment: experiment.name.clone(),
                 channel: format!("position of \"{}\"", model.joint_name(id)),
-                reason: "a low-pass is for numbers of a line; leave it out, and smooth by a wider polynomial".into(),
+                reason: "a low-pass filter works on single coordinates only; leave it out, and smooth by a wider polynomial".into(),
             });
         }
         Butterworth::new(order, cutoff, table.rate).map(Some)

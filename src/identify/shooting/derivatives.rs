@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::problem::Shooting;
-use super::slopes::Slopes;
+use super::slopes::Derivatives;
 use super::variables::Target;
 use crate::sim::{Simulator, State, StepPoint, StepScratch};
 use crate::stop::is_stopped;
@@ -41,7 +41,7 @@ impl Shooting<'_> {
             self.input(own, sample, &mut u);
             for _ in 0..self.steps {
                 run.step(&mut state, &u);
-                let Slopes {
+                let Derivatives {
                     by_state,
                     by_number: own,
                     ..
@@ -65,7 +65,7 @@ pub(super) struct Run<'a> {
     simulator: &'a Simulator,
     scratch: StepScratch<f64>,
     next: State,
-    slopes: Slopes,
+    slopes: Derivatives,
     /// State of contact and activations at the end of the shot before, and their derivatives in numbers.
     carried: Vec<f64>,
     carried_by_number: DMatrix<f64>,
@@ -77,7 +77,7 @@ impl<'a> Run<'a> {
         Self {
             scratch: StepScratch::new(simulator),
             next: simulator.neutral_state(),
-            slopes: Slopes::new(simulator, targets),
+            slopes: Derivatives::new(simulator, targets),
             carried: vec![0.0; carried],
             carried_by_number: DMatrix::zeros(carried, targets.len()),
             simulator,
@@ -100,10 +100,10 @@ impl<'a> Run<'a> {
 
 /// Rows of a shot in the Jacobian, which are filled one sample after another.
 pub(super) struct Rows<'a> {
-    /// Columns of the numbers of the robot, then of the start where it is a variable.
+    /// Columns of the parameters of the robot, then of the start where it is a variable.
     pub(super) block: &'a mut DMatrix<f64>,
     pub(super) next: usize,
-    /// Slopes of numbers in the directions.
+    /// Derivatives of parameters in the directions.
     pub(super) slopes: &'a DMatrix<f64>,
     /// −1 / deviation of each row of a sample.
     pub(super) scales: &'a [f64],

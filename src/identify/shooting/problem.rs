@@ -197,7 +197,7 @@ fn steps(simulator: &Simulator, data: &Dataset) -> Result<usize, IdentifyError> 
             return Err(IdentifyError::Clock {
                 experiment: segment.experiment.clone(),
                 reason: format!(
-                    "{exact} time steps of the simulator from sample to sample; it is to be the same whole number for all data",
+                    "{exact} time steps of the simulator per sample; expected the same whole number for all data",
                 ),
             });
         }

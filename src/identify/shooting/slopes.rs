@@ -16,7 +16,7 @@ const FORWARD_NUMBERS: usize = 2;
 type Local = Dual<f64, CHUNK>;
 
 /// Derivatives of the next state in the state and in numbers, with memory for them.
-pub(super) struct Slopes {
+pub(super) struct Derivatives {
     pub(super) by_state: DMatrix<f64>,
     pub(super) by_number: DMatrix<f64>,
     mode: Mode,
@@ -25,11 +25,11 @@ pub(super) struct Slopes {
 enum Mode {
     /// The step linearised, and taken over dual numbers.
     Forward(Box<Forward>),
-    /// A vector-Jacobian product for each number of the next state.
+    /// A vector-Jacobian product for each entry of the next state.
     Adjoint(Box<Adjoint>),
 }
 
-impl Slopes {
+impl Derivatives {
     /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 3 to 9 steps for every four numbers; a vector-Jacobian product costs 4
     /// to 7 (arm, quadruped, humanoid).
     pub(super) fn new(simulator: &Simulator, targets: &[Target]) -> Self {
@@ -83,7 +83,7 @@ impl Slopes {
     }
 }
 
-/// Coordinates that a step moves by Δt v⁺: their slopes follow from those of the velocity.
+/// Coordinates that a step moves by Δt v⁺: their derivatives follow from those of the velocity.
 fn slid(simulator: &Simulator) -> impl Iterator<Item = usize> + '_ {
     let is_euler = simulator.integrator() != Integrator::RungeKutta4;
     let bodies = simulator.model().independent();
@@ -185,7 +185,7 @@ struct Product {
 }
 
 impl Product {
-    /// Finds the gradient of one number of the next state.
+    /// Finds the gradient of one entry of the next state.
     fn update(&mut self, simulator: &Simulator, at: &StepPoint<'_>, row: usize) {
         self.weights[row] = 1.0;
         let (scratch, out) = (&mut self.scratch, &mut self.gradient);

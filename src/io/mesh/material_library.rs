@@ -53,7 +53,7 @@ impl MaterialLibraries {
         Ok(())
     }
 
-    /// The file, only if it is below the folder once all links are followed; no one learns whether there is one
+    /// The file, only if it is below the folder once all links are followed; a caller does not learn whether there is one
     /// elsewhere.
     fn find(&self, name: &str) -> Result<PathBuf, String> {
         let folder = self.folder.as_deref();

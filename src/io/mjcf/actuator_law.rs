@@ -22,7 +22,7 @@ pub(super) struct Law {
     pub(super) common: Common,
 }
 
-/// What all elements of actuators have.
+/// Attributes of all elements of actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Common {
     /// Part of the range of the joint that is that of the target; 0 for none.

@@ -29,7 +29,7 @@ pub(super) struct MeshAsset {
     pub(super) geometry: Geometry,
     /// Pose of the frame of the mesh in that of its file.
     pub(super) X_FM: Transform<f64>,
-    /// How its inertia is found; `None` for ways that are not known here.
+    /// Method of its inertia; `None` for unknown methods.
     volumes: Option<Volumes>,
     /// The solid in it at density 1, or why there is none, once it was requested.
     solid: Rc<OnceCell<Result<Inertia<f64>, String>>>,

@@ -57,7 +57,7 @@ pub(super) struct JointEntry {
     /// Its name; empty until one is made up, where it has none.
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// Where the axes go through, in the body, m.
+    /// Point on the axes, in the body, m.
     pub(super) anchor: Vector3<f64>,
     /// Axis in the body, limits, forces along it.
     pub(super) axis: Axis,

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::io::mesh::Mesh;
 use crate::spatial::{Inertia, Transform};
 
-/// How the volumes between the middle of a mesh and its triangles are added up.
+/// Rule by which the volumes between the middle of a mesh and its triangles are added up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Volumes {
     /// By their size: of open surfaces too, and too much where a triangle faces the middle.

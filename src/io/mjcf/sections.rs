@@ -48,7 +48,7 @@ fn parts<'t, 'c>(
     parts.collect()
 }
 
-/// What the elements of a section give. One of an attached model that refers to what was not attached gives nothing.
+/// Results of the elements of a section. An element of an attached model that refers to a part that was not attached has none.
 pub(super) fn read<'t, 'c, T>(
     sources: &'c [Source<'t>],
     walk: &Walk<'t, 'c>,

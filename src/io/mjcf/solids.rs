@@ -7,7 +7,7 @@ use crate::model::{Geometry, Mass};
 /// Exponent of Thomsen's formula for the area of an ellipsoid, with an error of 1 % at most.
 const THOMSEN: f64 = 1.6075;
 
-/// How much of a material a shape needs, m³ or m², and its principal moments per kg about its centre, m².
+/// Amount of material of a shape, m³ or m², and its principal moments per kg about its centre, m².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Distribution {
     pub(super) measure: f64,

@@ -77,7 +77,7 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    /// Refuses a file that is no SDF, or too large with the others. No error quotes it, as anyone can write a reference
+    /// Refuses a file that is not SDF, or too large with the others. No error quotes it, as anyone can write a reference
     /// to any file.
     fn check_content(&mut self, node: Node<'_>, uri: &str, content: &str) -> Result<(), LoadError> {
         self.shared.included_bytes += content.len() as u64;

@@ -76,7 +76,7 @@ pub(super) enum FrameKind {
     Free(Option<String>),
 }
 
-/// A pose as it is in a file.
+/// A pose as a file states it.
 #[derive(Clone, Debug)]
 pub(super) struct Pose {
     /// The frame that it is given in; `None` where that goes without saying.
@@ -153,7 +153,7 @@ pub(super) struct Motion {
 /// A position that follows another: q = multiplier · (q of the leader − reference) + offset.
 #[derive(Debug)]
 pub(super) struct Follow {
-    /// The joint to mimic, as it is called where it stands, with factor and offset.
+    /// The joint to mimic, by its name in the file, with factor and offset.
     pub(super) mimic: Mimic,
     /// 0 or 1: which axis of the leader.
     pub(super) axis: usize,

@@ -1,7 +1,7 @@
 //! The world around a robot, and the models that its joints join to it.
 //!
 //! A joint of the world between a link of the robot and the world holds the robot; one between two models makes them
-//! one robot. Which models belong together is found by their names and those of the frames that are attached to them;
+//! one robot. Their names, and those of the frames that are attached to them, decide which models belong together;
 //! their parts are read afterwards.
 
 use std::collections::{HashMap, HashSet};

@@ -14,7 +14,7 @@ use crate::spatial::{Transform, roll_pitch_yaw};
 const FIRST: Version = Version(1, 0);
 /// The first that has quaternions.
 const WITH_QUATERNIONS: Version = Version(1, 1);
-/// The first in which a limit that is not given is no limit.
+/// The first version in which a missing limit means that there is none.
 pub(super) const WITH_OPTIONAL_LIMITS: Version = Version(1, 2);
 
 /// The reader on its way through a text.

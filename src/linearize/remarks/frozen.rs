@@ -34,7 +34,7 @@ fn scaled(mut a: DMatrix<f64>, dt: f64) -> DMatrix<f64> {
 impl Frozen {
     /// * `simulator` – without contacts
     pub(super) fn new(simulator: Simulator, q: &[f64], v: &[f64]) -> Self {
-        // What the signals are: inputs do not decide how a robot at rest moves.
+        // Activations are left out, as inputs do not decide how a robot at rest moves.
         let simulator = simulator.without_activations();
         Self {
             state: simulator.state(q, v),

@@ -28,7 +28,7 @@ impl Simulator<f64> {
     /// ```
     /// use dualbody::{Integrator, Simulator, model::samples};
     ///
-    /// // A damper d of 200 N·m·s on J = 1/3 kg·m²: Runge and Kutta's method is stable up to 2.785 J / d = 4.64 ms.
+    /// // A damper d of 200 N·m·s on J = 1/3 kg·m²: The Runge–Kutta method is stable up to 2.785 J / d = 4.64 ms.
     /// let pendulum = samples::pendulum().with_damping(0, 200.0);
     /// let simulator = Simulator::new(pendulum).with_time_step(0.01);
     /// assert!(simulator.remarks(&[0.0]).is_empty());

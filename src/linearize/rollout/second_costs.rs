@@ -8,7 +8,7 @@ use crate::autodiff::CHUNK;
 use crate::scalar::Dual;
 use crate::sim::{Simulator, State};
 
-/// Slopes of a cost in state and input, with their changes along the direction.
+/// Derivatives of a cost in state and input, with their changes along the direction.
 pub(super) struct Weights {
     pub(super) first: DVector<f64>,
     pub(super) second: DVector<f64>,

@@ -202,7 +202,7 @@ fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static 
             "there is no such joint (ModelOptions::with_independent_mimic_joints loads the robot all the same: \
              joints that mimic others then move independently)",
         ),
-        Some(leader) if leader.name == joint.name => Some("a joint cannot follow itself"),
+        Some(leader) if leader.name == joint.name => Some("a joint cannot mimic itself"),
         Some(leader) if leader.kind.nv() > 1 || joint.kind.nv() > 1 => {
             Some("both need one degree of freedom at most")
         }

@@ -48,9 +48,9 @@ impl Graph {
     ///     let x = t.input(Port::vector("x", 2));
     ///     t.output(Port::number("y"), [&(x[0] * x[1])]);
     /// });
-    /// let slopes = area.jacobian(&["y"], &["x"])?;
-    /// assert_eq!(slopes.evaluate(&[3.0, 5.0]).unwrap(), [5.0, 3.0]);
-    /// assert_eq!(slopes.outputs()[0].name, "dy_dx");
+    /// let jacobian = area.jacobian(&["y"], &["x"])?;
+    /// assert_eq!(jacobian.evaluate(&[3.0, 5.0]).unwrap(), [5.0, 3.0]);
+    /// assert_eq!(jacobian.outputs()[0].name, "dy_dx");
     /// # Ok::<(), dualbody::UnknownName>(())
     /// ```
     pub fn jacobian(&self, outputs: &[&str], inputs: &[&str]) -> Result<Self, UnknownName> {

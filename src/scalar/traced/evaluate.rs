@@ -11,7 +11,7 @@ pub struct EvaluationScratch<T> {
 
 /// Error for inputs that violate a condition of a graph.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the graph takes for granted that {condition}, which does not hold at these inputs")]
+#[error("the graph assumes that {condition}, which does not hold at these inputs")]
 pub struct BrokenCondition {
     /// Its index among the conditions of the graph, from 0.
     pub index: usize,

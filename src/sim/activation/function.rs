@@ -124,7 +124,7 @@ impl<P: fmt::Debug> fmt::Debug for Function<P> {
     }
 }
 
-/// The same function, not one that is like it, with the same parameters.
+/// Equal if both share one function object and have the same parameters.
 impl<P: PartialEq> PartialEq for Function<P> {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.function, &other.function) && self.parameters == other.parameters
@@ -140,7 +140,7 @@ impl Function<f64> {
         let (states, n) = (own.states(), parameters.len());
         assert!(
             n <= MAX_ACTUATOR_PARAMETERS && states <= MAX_ACTUATOR_STATES,
-            "an actuator with {n} parameters and {states} numbers of state, at most {MAX_ACTUATOR_PARAMETERS} and {MAX_ACTUATOR_STATES} are possible"
+            "an actuator with {n} parameters and {states} state variables, at most {MAX_ACTUATOR_PARAMETERS} and {MAX_ACTUATOR_STATES} are possible"
         );
         Self {
             function: erase(OfNumbers { own, states }),

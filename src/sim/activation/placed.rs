@@ -92,7 +92,7 @@ impl<P: Scalar> PlacedActivation<P> {
 type Chunk<T> = Dual<T, CHUNK>;
 
 impl PlacedActivation<f64> {
-    /// Hands the derivatives of the signal, which is the first output, and of each number of the next state after the delay, to `each`, variable by variable.
+    /// Hands the derivatives of the signal, which is the first output, and of each entry of the next state after the delay, to `each`, variable by variable.
     ///
     /// * `with_numbers` – whether those in parameters and the time step are wanted
     pub(crate) fn each_derivative<T: Scalar>(

@@ -62,7 +62,7 @@ impl<P> Default for Actuator<P> {
 
 impl<P: Scalar> Actuator<P> {
     /// # Panics
-    /// If a number makes no sense, with its name.
+    /// If a parameter is out of its domain, with its name.
     pub(crate) fn check(&self) {
         self.check_numbers();
         if let Some(curve) = &self.torque_speed {

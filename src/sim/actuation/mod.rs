@@ -125,7 +125,7 @@ impl Actuation<f64> {
         let body = model.body(model.joint_body(id));
         assert!(
             body.coupling.is_none(),
-            "\"{joint}\" follows another joint, which is the one to actuate"
+            "\"{joint}\" mimics another joint: actuate that joint"
         );
         assert!(
             actuator.position.is_none() || body.joint.nq() == 1,
@@ -222,7 +222,7 @@ impl<P: Scalar> Actuation<P> {
 }
 
 impl Actuation<f64> {
-    /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
+    /// Hands every end of every joint with its derivatives in the parameters of its actuator to `each(coordinate, end)`.
     pub(super) fn each_seeded_end<T: Scalar>(
         &self,
         model: &Model,

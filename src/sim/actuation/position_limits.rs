@@ -18,7 +18,7 @@ pub struct PositionLimits<P = f64> {
 numbers! { pub struct PositionLimits {
     lower: Ordered("lower limit", "position limit"),
     upper: Ordered("upper limit", "position limit"),
-    stop: part(HuntCrossley, "stop {}", "{} of a stop"),
+    stop: part(HuntCrossley, "stop {}", "{} of a joint limit"),
 } }
 
 impl<P: Scalar> PositionLimits<P> {

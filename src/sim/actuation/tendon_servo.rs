@@ -81,7 +81,7 @@ impl TendonServo<f64> {
     ) -> Result<Self, UnknownName> {
         assert!(
             !joints.is_empty(),
-            "a tendon passes one joint or more, not none"
+            "a tendon needs at least one joint, got none"
         );
         let actuator = Actuator {
             servo: Some(servo),
@@ -118,7 +118,7 @@ impl Pulled<f64> {
         let body = model.body(model.joint_body(id));
         assert!(
             body.coupling.is_none() && body.joint.nq() == 1,
-            "a tendon passes \"{joint}\", which follows another joint or has several degrees of freedom"
+            "a tendon passes \"{joint}\", which mimics another joint or has several degrees of freedom"
         );
         let phrase = format_args!("a coefficient {coefficient} of \"{joint}\"");
         Domain::Finite.hold(phrase, coefficient);

@@ -47,6 +47,6 @@ impl<T: Scalar, const N: usize> Groups<T, N> {
     }
 
     fn check(&self, i: usize) {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
+        assert!(i < self.len, "there are {} states, got state {i}", self.len);
     }
 }

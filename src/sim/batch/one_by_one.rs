@@ -61,7 +61,7 @@ impl OneByOne {
         self.step_with(simulator, step, group, |_, _, _| {});
     }
 
-    /// [`step`](Self::step), and what sensors read in it.
+    /// [`step`](Self::step), and the readings of sensors in it.
     #[inline]
     pub(super) fn step_and_read<'a>(
         &mut self,
@@ -77,7 +77,7 @@ impl OneByOne {
         self.step_with(simulator, step, group, read);
     }
 
-    /// [`step`](Self::step), with what is done after the step of each lane.
+    /// [`step`](Self::step), with a function that is called after the step of each lane.
     #[inline]
     fn step_with<'a>(
         &mut self,

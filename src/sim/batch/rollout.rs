@@ -16,7 +16,7 @@ pub struct BatchRollout {
     /// Time between two states, s.
     pub time_step: f64,
     len: usize,
-    /// Steps that were asked for.
+    /// Requested steps.
     steps: usize,
     nq: usize,
     nv: usize,
@@ -217,7 +217,7 @@ impl BatchRollout {
     pub fn status(&self, i: usize) -> RolloutStatus {
         assert!(
             i < self.len,
-            "there are {} trajectories, none {i}",
+            "there are {} trajectories, got trajectory {i}",
             self.len
         );
         self.groups[i / BATCH_WIDTH].status()[i % BATCH_WIDTH]
@@ -230,7 +230,7 @@ impl BatchRollout {
     pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
         assert!(
             i < self.len,
-            "there are {} trajectories, none {i}",
+            "there are {} trajectories, got trajectory {i}",
             self.len
         );
         self.groups[i / BATCH_WIDTH].solver_failures()[i % BATCH_WIDTH]
@@ -260,8 +260,8 @@ impl BatchRollout {
         &self.numbers[start..start + length]
     }
 
-    /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv + length of the contact state);
-    /// numbers of the contact state and of activations), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
+    /// Returns the memory of all trajectories without a copy. Trajectory `i` begins at `i` × (steps + 1) × (nq + nv +
+    /// lengths of the contact state and of activations), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). The rest of each trajectory is
     /// unspecified.
     #[doc(hidden)]
     pub fn into_numbers(self) -> Vec<f64> {

@@ -29,7 +29,7 @@ use crate::sim::state::State;
 /// ```
 #[derive(Debug)]
 pub struct BatchSimulator {
-    /// Whose time step, integrator, actuation and structure all have.
+    /// Simulator with the time step, integrator, actuation and structure of all states.
     simulator: Simulator,
     variants: Option<Variants>,
     len: usize,
@@ -200,7 +200,7 @@ impl BatchSimulator {
         let out = Self {
             variants,
             len,
-            // Which features of shapes touch, and when an impact happens, differs from state to state.
+            // The features that touch, and the time of an impact, differ from state to state.
             side_by_side: has_lanes()
                 && !simulator.contacts().is_some_and(Contacts::have_pairs)
                 && !may_bounce,
@@ -230,6 +230,7 @@ impl BatchSimulator {
 
     /// Steps the states one by one with the code for a single state. This is automatic on a CPU without [registers for
     /// lanes](crate::Lanes::is_supported). Results do not depend on it.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_states_one_by_one(mut self) -> Self {
         self.side_by_side = false;
@@ -257,7 +258,7 @@ impl BatchSimulator {
     /// # Panics
     /// If there is no such state.
     pub fn simulator(&self, i: usize) -> &Simulator {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
+        assert!(i < self.len, "there are {} states, got state {i}", self.len);
         let own = self.variants.as_ref().map(|variants| &variants.singles[i]);
         own.unwrap_or(&self.simulator)
     }
@@ -332,7 +333,7 @@ impl BatchSimulator {
         (&self.simulator, self.variants.as_ref(), &mut self.workers)
     }
 
-    /// Hands each item to a thread, with what steps the group of the same index.
+    /// Passes each item to a thread, with the worker that steps the group of the same index.
     pub(super) fn for_each<I: Send>(
         &mut self,
         items: &mut [I],

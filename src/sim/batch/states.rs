@@ -105,7 +105,7 @@ impl BatchStates {
     /// let pendulum = Simulator::new(samples::pendulum());
     /// let batch = BatchSimulator::new(pendulum.clone(), 3);
     /// let mut states = batch.states(&vec![pendulum.neutral_state(); 3]);
-    /// // A seed for each state: what is drawn depends on no other state.
+    /// // A seed for each state, so that draws do not depend on other states.
     /// states.set_where(&[true, false, true], |i, state| {
     ///     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7 + i as u64);
     ///     *state = State::random_within(pendulum.model(), &mut rng, &StateBounds::default());

@@ -94,7 +94,7 @@ impl BatchSimulator {
 }
 
 impl<T: Scalar> Worker<T> {
-    /// [`step`](Self::step), and what sensors read in it.
+    /// [`step`](Self::step), and the readings of sensors in it.
     fn step_and_read<P: Scalar, const N: usize>(
         &mut self,
         simulator: &Simulator<P>,

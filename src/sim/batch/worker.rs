@@ -52,7 +52,7 @@ impl<T: Scalar> Worker<T> {
         self.step_with(simulator, step, group, |_, _, _, _| {});
     }
 
-    /// [`step`](Self::step), with what is done between the step and the change of the states.
+    /// [`step`](Self::step), with a function that is called between the step and the change of the states.
     #[inline]
     pub(super) fn step_with<P: Scalar, const N: usize>(
         &mut self,

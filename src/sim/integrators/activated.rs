@@ -154,20 +154,20 @@ fn add_columns<T: Scalar>(
     );
 }
 
-/// Signals, and the slopes in them.
+/// Signals, and the derivatives in them.
 #[derive(Clone, Debug)]
-pub(crate) struct SignalSlopes<T: Scalar> {
+pub(crate) struct SignalDerivatives<T: Scalar> {
     signals: Signals<T>,
     by_signal: Vec<T>,
     /// Places of the numbers of each activation among all parameters.
     slots: Vec<Range<usize>>,
 }
 
-impl<T: Scalar, M: Pullback<T>> Pullback<T> for Activated<M, SignalSlopes<T>> {
+impl<T: Scalar, M: Pullback<T>> Pullback<T> for Activated<M, SignalDerivatives<T>> {
     fn new(simulator: &Simulator, calls: Calls) -> Self {
         Self {
             method: Pullback::new(simulator, calls),
-            own: SignalSlopes {
+            own: SignalDerivatives {
                 signals: Signals::default(),
                 by_signal: Vec::new(),
                 slots: slots(simulator),
@@ -185,7 +185,7 @@ impl<T: Scalar, M: Pullback<T>> Pullback<T> for Activated<M, SignalSlopes<T>> {
         if simulator.activations().is_empty() {
             return self.method.add_gradient(simulator, at, adjoint, out);
         }
-        let SignalSlopes {
+        let SignalDerivatives {
             signals,
             by_signal,
             slots,
@@ -225,7 +225,7 @@ struct Weights<'a, T> {
 }
 
 impl<T: Scalar> Weights<'_, T> {
-    /// Adds the slopes in all that an activation depends on.
+    /// Adds the derivatives in all that an activation depends on.
     fn add(
         &self,
         simulator: &Simulator,

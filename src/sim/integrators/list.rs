@@ -1,6 +1,6 @@
 //! The list of integrators: the only place that names all of them.
 
-use super::activated::{Activated, SignalColumns, SignalSlopes};
+use super::activated::{Activated, SignalColumns, SignalDerivatives};
 use super::method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
 use super::{AccelerationScratch, euler, implicit_midpoint, runge_kutta_4};
 use crate::cone::Status;
@@ -26,7 +26,7 @@ macro_rules! list_integrators {
         /// For Jacobians of steps.
         pub(crate) type StepJacobian<T> = Activated<Method<$($module::Columns<T>),*>, SignalColumns<T>>;
         /// For gradients of steps, over plain numbers or over dual ones, which differentiate them once more.
-        pub(crate) type StepAdjoint<T> = Activated<Method<$($module::Adjoint<T>),*>, SignalSlopes<T>>;
+        pub(crate) type StepAdjoint<T> = Activated<Method<$($module::Adjoint<T>),*>, SignalDerivatives<T>>;
 
         impl<$($method),*, S> Activated<Method<$($method),*>, S> {
             /// Whether it is for the method of an integrator.

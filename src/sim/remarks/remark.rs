@@ -71,7 +71,7 @@ pub enum SimulatorRemark {
     ShortImpact {
         /// Link with the contact point that is worst.
         link: String,
-        /// How long an impact at 1 m/s lasts there, without damping, s.
+        /// Duration of an impact at 1 m/s there, without damping, s.
         duration: f64,
         /// The time step, s.
         time_step: f64,
@@ -155,7 +155,7 @@ impl fmt::Display for SimulatorRemark {
             } => write!(
                 f,
                 "steps of {time_step} s are too long for soft contact of \"{link}\" at the start of a step: in an impact at {SPEED} m/s \
-                 those up to {longest:.1e} s are stable; use Integrator::ImplicitVelocity, shorter steps, or a softer law"
+                 those up to {longest:.1e} s are stable; use Integrator::ImplicitVelocity, shorter steps, or softer contact"
             ),
             Self::ShortImpact {
                 link,
@@ -164,7 +164,7 @@ impl fmt::Display for SimulatorRemark {
             } => write!(
                 f,
                 "an impact of \"{link}\" at {SPEED} m/s lasts {duration:.1e} s, {:.1} steps: motions lose energy in it, and derivatives through it \
-                 scatter; 50 steps resolve it: use shorter steps, or a softer law",
+                 scatter; 50 steps resolve it: use shorter steps, or softer contact",
                 duration / time_step
             ),
             Self::UnstableMode {
@@ -199,8 +199,8 @@ impl fmt::Display for SimulatorRemark {
             } => {
                 write!(
                     f,
-                    "Coriolis and centrifugal forces turn the motion of \"{joint}\" by {:.3} rad in a step of {time_step} s, at {rate:.1} rad/s: \
-                     its energy changes by 1 % and more in a turn; use steps of at most {}",
+                    "Coriolis and centrifugal forces rotate the motion of \"{joint}\" by {:.3} rad in a step of {time_step} s, at {rate:.1} rad/s: \
+                     its energy changes by 1 % or more per revolution; use steps of at most {}",
                     rate * time_step,
                     AtMost(*longest)
                 )?;
@@ -221,7 +221,7 @@ impl fmt::Display for SimulatorRemark {
                 time_step,
             } => write!(
                 f,
-                "steps of {time_step} s are too long for a limit of joint \"{joint}\", whose spring and damper Runge and Kutta's method takes \
+                "steps of {time_step} s are too long for a limit of joint \"{joint}\", whose spring and damper the Runge–Kutta method evaluates \
                  explicitly; use steps of at most {}, or Integrator::SemiImplicitEuler",
                 AtMost(*longest)
             ),

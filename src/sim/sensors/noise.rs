@@ -209,7 +209,7 @@ impl NoisyChannel {
         deviation * (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * w).cos()
     }
 
-    /// What is read in a step.
+    /// The reading of a step.
     fn sample(&mut self, exact: f64, time_step: f64) -> f64 {
         if self.is_due(time_step) {
             self.held = self.measure(exact, time_step);

@@ -7,7 +7,7 @@
 use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
 use super::jacobian::BRISTLE;
 use super::local::{BodyDerivatives, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
-use super::place::PlaceSlopes;
+use super::place::PlaceDerivatives;
 use super::sink::{
     ActingPlace, BodyRow, BodySink, CoordinateSink, DerivativePoint, Normal, Own, Sink,
 };
@@ -278,7 +278,7 @@ impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
         let frame = place
             .frame
             .map(|frame| &self.at.point.model().frame_of(frame).placement);
-        let slopes = PlaceSlopes::of(&turned, frame, &place.X_BA);
+        let slopes = PlaceDerivatives::of(&turned, frame, &place.X_BA);
         if let Some(frame) = place.frame {
             let slot = self.sweep.slots.frames[frame.0];
             let slots = slot..slot + SPATIAL;

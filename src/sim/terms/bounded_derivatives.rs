@@ -14,9 +14,9 @@ use crate::sim::simulator::Simulator;
 
 /// Derivatives of the term; they need no memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BoundedSlopes<T>(PhantomData<T>);
+pub(crate) struct BoundedDerivatives<T>(PhantomData<T>);
 
-impl<T: Scalar> BoundedSlopes<T> {
+impl<T: Scalar> BoundedDerivatives<T> {
     pub(super) fn new(_: &Simulator) -> Self {
         Self(PhantomData)
     }
@@ -113,7 +113,7 @@ impl<T: Scalar> Found<'_, T> {
     }
 }
 
-impl<T: Scalar> TermDerivatives<T> for BoundedSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for BoundedDerivatives<T> {
     type Term = BoundedForces<T>;
 
     fn emit_forces<S: Sink<T>>(

@@ -17,7 +17,7 @@ use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::{Force, Motion};
 
-/// Direction of a number of a contact point.
+/// Direction of the Delassus diagonal of a contact point.
 pub(super) const DELASSUS: usize = FURTHER;
 
 /// s of a row.

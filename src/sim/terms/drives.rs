@@ -153,13 +153,13 @@ fn drive_all<P: Scalar, T: Over<P>>(
 
 /// Derivatives of the term: each force depends on its own coordinate and input only.
 #[derive(Clone, Debug)]
-pub(crate) struct DriveSlopes<T> {
+pub(crate) struct DriveDerivatives<T> {
     /// The input of each coordinate.
     inputs: Vec<Option<usize>>,
     of: PhantomData<T>,
 }
 
-impl<T: Scalar> DriveSlopes<T> {
+impl<T: Scalar> DriveDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             inputs: vec![None; simulator.model().nv()],
@@ -208,7 +208,7 @@ fn step_of<T: Scalar>(at: &DerivativePoint<'_, T>) -> Option<f64> {
     (!at.point.is_instant).then(|| at.point.dt())
 }
 
-impl<T: Scalar> TermDerivatives<T> for DriveSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for DriveDerivatives<T> {
     type Term = Drives<T>;
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &DerivativePoint<'_, T>, _: &Drives<T>, out: &mut S) {

@@ -72,12 +72,12 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct FrameForceSlopes<T> {
+pub(crate) struct FrameForceDerivatives<T> {
     slots: PartSlots,
     of: PhantomData<T>,
 }
 
-impl<T: Scalar> FrameForceSlopes<T> {
+impl<T: Scalar> FrameForceDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             slots: PartSlots::new(simulator),
@@ -103,7 +103,7 @@ fn each_mounted<T: Scalar>(
     }
 }
 
-impl<T: Scalar> TermDerivatives<T> for FrameForceSlopes<T> {
+impl<T: Scalar> TermDerivatives<T> for FrameForceDerivatives<T> {
     type Term = FrameForces<T>;
 
     fn emit_forces<S: Sink<T>>(

@@ -168,7 +168,8 @@ impl<T: Scalar> JointLimits<T> {
         for stop in &mut self.ends {
             let pull = -stop.release(dt, a);
             let may = !pull.has_value() && round < RECORDED_ROUNDS;
-            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are released");
+            any |= may
+                || !pull.is_at_most(0.0, "no joint limit pulls when those that did are released");
         }
         any
     }

@@ -1,12 +1,12 @@
 //! The list of terms.
 
-use super::bounded_derivatives::BoundedSlopes;
+use super::bounded_derivatives::BoundedDerivatives;
 use super::bounded_forces::BoundedForces;
 use super::constraint_derivatives::ConstraintDerivatives;
 use super::constraints::Constraints;
 use super::contact::{Contact, ContactDerivatives};
-use super::drives::{DriveSlopes, Drives};
-use super::frame_forces::{FrameForceSlopes, FrameForces};
+use super::drives::{DriveDerivatives, Drives};
+use super::frame_forces::{FrameForceDerivatives, FrameForces};
 use super::joint_limits::{JointLimitDerivatives, JointLimits};
 use super::numbers::Numbers;
 use super::sink::{DerivativePoint, Sink};
@@ -105,11 +105,11 @@ impl<T: Scalar> Terms<T> {
 
 // In the order of their rows; contact comes last, since the number of its rows may grow.
 list_terms! {
-    drives: Drives, DriveSlopes;
-    frame_forces: FrameForces, FrameForceSlopes;
+    drives: Drives, DriveDerivatives;
+    frame_forces: FrameForces, FrameForceDerivatives;
     constraints: Constraints, ConstraintDerivatives;
     stops: JointLimits, JointLimitDerivatives;
-    bounded_forces: BoundedForces, BoundedSlopes;
+    bounded_forces: BoundedForces, BoundedDerivatives;
     tendon_servos: TendonServos, TendonDerivatives;
     contact: Contact, ContactDerivatives;
 }

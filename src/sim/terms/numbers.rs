@@ -129,7 +129,7 @@ pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> WeightedSum<'_, T, N> {
-    /// Adds changes of numbers of the contact state, from one on.
+    /// Adds changes of entries of the contact state, from a first one.
     pub(super) fn add_rates(&mut self, first: usize, rates: &[Dual<T, N>]) {
         self.value += self.weights.rates(first, rates);
     }

@@ -4,14 +4,14 @@ use crate::scalar::Scalar;
 use crate::spatial::{Force, Transform};
 
 /// Derivatives in the increments of two placements.
-pub(super) struct PlaceSlopes<T> {
+pub(super) struct PlaceDerivatives<T> {
     /// Of the frame on its body, along the axes of the frame.
     pub(super) frame: Force<T>,
     /// Of the attachment frame: its origin in the frame, and its rotation about its own axes.
     pub(super) place: Force<T>,
 }
 
-impl<T: Scalar> PlaceSlopes<T> {
+impl<T: Scalar> PlaceDerivatives<T> {
     /// From the derivative in a small motion of the attachment frame, in the body: it moves in its frame as that frame moves on its body.
     ///
     /// * `frame` – pose of the frame on the body; `None` for the world itself

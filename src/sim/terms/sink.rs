@@ -30,7 +30,7 @@ pub(crate) struct DerivativePoint<'a, T: Scalar = f64> {
 pub(crate) enum Acting<'a, T: Scalar = f64> {
     /// All, with the rows of a solver where there are any.
     All(Option<&'a Balance<T>>),
-    /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
+    /// Forces without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
     Start(&'a [T]),
     /// Gaps of contact points, instead of y of their normals. No forces.
     Gaps(&'a Balance<T>),
@@ -102,7 +102,7 @@ pub(crate) trait BodySink<T: Scalar> {
     /// Takes y of rows at fixed forces and accelerations.
     fn rows(&mut self, rows: &[BodyRow<T>], own: Own);
 
-    /// Takes changes over the step of numbers of the contact state, or their rates at an instant, from one on.
+    /// Takes changes over the step of entries of the contact state, or their rates at an instant, from a first one.
     fn rates(&mut self, first: usize, rates: &[OfBody<T>]);
 
     /// Takes the friction of a block.
@@ -155,7 +155,7 @@ pub(crate) enum Own {
     Nothing,
     /// The first one: an input.
     Input(usize),
-    /// The last three: numbers of the contact state, from one on.
+    /// The last three: entries of the contact state, from a first one.
     Contact(usize),
     /// After the first one: parameters.
     Parameters(Range<usize>),

@@ -15,7 +15,7 @@ pub(crate) struct TermWeights<'a, T> {
     pub(crate) mu: &'a [T],
     /// λ, of y of each row.
     pub(crate) y: &'a [T],
-    /// ν, of what the step, or the rate at an instant, adds to each number of the contact state; empty for none.
+    /// ν, of what the step, or the rate at an instant, adds to each entry of the contact state; empty for none.
     pub(crate) by_contact: &'a [T],
     /// Effect of the friction of each block on all that is weighted; empty if it is not wanted.
     pub(crate) friction: &'a [T],

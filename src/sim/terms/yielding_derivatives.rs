@@ -60,7 +60,7 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
     }
 }
 
-/// A row over the numbers of its spring.
+/// A row over the parameters of its spring.
 fn over_spring<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
     let [stiffness, damping, bound, length] = SPRING;
     let mut error = OfCoordinate::constant_of(row.error);

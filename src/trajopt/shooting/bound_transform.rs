@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A bound is reached at a finite z, where the slope is zero and the curvature is not: an optimum at a bound is an
-//! ordinary minimum in z, unlike with tanh, whose optimum lies at infinity. At a bound that is not optimal the gradient is
+//! ordinary minimum in z, unlike with tanh, whose optimum is at infinity. At a bound that is not optimal the gradient is
 //! zero as well, so guesses are taken a little inside.
 //!
 //! [James & Roos 1975, MINUIT, section 1.3.1].

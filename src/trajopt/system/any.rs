@@ -91,7 +91,7 @@ behind_a_pointer! {
 /// ```
 /// use dualbody::{Scalar, Simulator, trajopt::{Robot, Scratch, System}};
 ///
-/// /// A robot that does twice what it is told.
+/// /// A robot that applies twice its input.
 /// struct Doubled(Simulator);
 /// impl System for Doubled {
 ///     dualbody::forward_system!(0: nx, ndx, ndq, nu, time_step, robot, integrate, difference, is_vector_space);

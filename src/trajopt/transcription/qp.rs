@@ -72,7 +72,7 @@ impl QpData {
         }
     }
 
-    /// Takes the numbers of the approximation.
+    /// Copies the entries of the approximation.
     pub(super) fn refresh(&mut self, problem: &Problem, at: &Approximation, points: &Points) {
         let Self { layout, .. } = self;
         self.constraints.fill(|out| layout.constraints(at, out));

@@ -27,7 +27,7 @@ pub(super) struct Drag {
     body: BodyId,
     /// The point, in the body, m.
     at: Vector3<f64>,
-    /// Where it is pulled to, m.
+    /// Target of the pull, m.
     pub(super) to: Vector3<f64>,
     stiffness: f64,
     damping: f64,

@@ -54,7 +54,7 @@ pub(super) struct World {
     recording: Recording,
 }
 
-/// How fast time passes.
+/// Pace of simulated time.
 #[derive(Debug)]
 struct Pace {
     is_paused: bool,

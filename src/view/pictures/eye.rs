@@ -18,7 +18,7 @@ const NEAREST: f64 = 0.02;
 /// Distances of the camera that are taken, m.
 const DISTANCES: [f64; 2] = [1e-3, 1e5];
 
-/// Where the camera of the HTML viewer is by default, degrees.
+/// Default position of the camera of the HTML viewer, degrees.
 const AZIMUTH: f64 = 30.0;
 const ELEVATION: f64 = 18.0;
 

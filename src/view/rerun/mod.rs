@@ -86,7 +86,7 @@ impl RerunStream {
     /// one.
     ///
     /// # Errors
-    /// If there is no viewer to start.
+    /// If no viewer can be started.
     pub fn spawn(scene: &Recording) -> Result<Self, RecordingError> {
         Self::open(Self::VIEWER, scene, RecordingStreamBuilder::spawn)
     }

@@ -284,7 +284,7 @@ fn missing_file_is_an_error_that_names_it() {
     assert!(error.to_string().starts_with("no/such.csv: "), "{error}");
 }
 
-/// Asserts of what was read that it is a whole recording, which is read back as it is written, or an error that names
+/// Asserts that the result is a whole recording, which equals itself written and read again, or an error that names
 /// the file. Tells which.
 fn assert_recording_or_error(
     read: Result<Recording, RecordingError>,

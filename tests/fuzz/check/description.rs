@@ -1,5 +1,5 @@
-//! Descriptions: an error with its source, or a robot whose dynamics are finite or say that they are not, and that reads back from
-//! what is written of it.
+//! Descriptions: an error with its source, or a robot whose dynamics are finite or reported as not finite, and that reads back from
+//! its written files.
 
 use dualbody::dynamics::{bias_forces, forward_dynamics, inverse_dynamics, mass_matrix};
 use dualbody::joint::JointKind;
@@ -13,13 +13,13 @@ use rand::RngExt;
 use super::{check_characters, check_message, check_page};
 use crate::input::{Case, Kind, Random};
 
-/// Larger robots are not put through what costs the cube of their size.
+/// Larger robots skip checks whose cost is the cube of their size.
 const MAX_DEGREES: usize = 60;
 
 /// Pages and files of other formats are made of every so many robots: they cost most.
 const FILES: u32 = 8;
 
-/// Difference of the mass matrices of a robot and of what is read back of it, by the largest entry.
+/// Difference of the mass matrices of a robot and of the robot that is read back, relative to the largest entry.
 const SAME_ROBOT: f64 = 1e-9;
 
 pub(super) fn check(case: &Case) -> Result<bool, String> {
@@ -66,7 +66,7 @@ fn options(random: &mut Random) -> ModelOptions {
     }
 }
 
-/// What is computed of a state is finite, or the step from it says that it is not.
+/// All results at a state are finite, or the step from it reports that they are not.
 fn check_dynamics(model: &Model, random: &mut Random) -> Result<(), String> {
     let state = State::random(model, random, 1.0);
     let (q, v) = (state.q.as_slice(), state.v.as_slice());
@@ -80,7 +80,7 @@ fn check_dynamics(model: &Model, random: &mut Random) -> Result<(), String> {
         ("CRBA", is_finite(mass_matrix(model, q).as_slice())),
     ];
     if model.check_mass_matrix().is_err() {
-        // Steps are refused, which the check says; the rest is finite all the same.
+        // Steps are refused, as the check reports; the rest must still be finite.
         return all_finite(&all);
     }
     let a = forward_dynamics(model, q, v, &zero);
@@ -111,7 +111,7 @@ fn is_finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|x| x.is_finite())
 }
 
-/// What is written reads back as the same robot.
+/// A written file reads back as the same robot.
 fn check_written(model: &Model, options: &ModelOptions, random: &mut Random) -> Result<(), String> {
     // A URDF has no place for rotors, which an MJCF has.
     let rotors = 0..model.nv();
@@ -149,7 +149,7 @@ fn written_names(model: &Model) -> Vec<String> {
 
 fn check_equal(own: &DMatrix<f64>, other: &DMatrix<f64>) -> Result<(), String> {
     let (size, difference) = (own.amax(), (own - other).amax());
-    // What overflows is not the same, and was said to be not finite.
+    // Numbers that overflow differ, and were reported as not finite.
     if !size.is_finite() || !other.amax().is_finite() || difference <= SAME_ROBOT * size {
         return Ok(());
     }

@@ -1,4 +1,4 @@
-//! Meshes: a page and a hull of whatever there is, or a warning.
+//! Meshes: a page and a hull of any content, or a warning.
 
 use std::fs;
 use std::path::Path;

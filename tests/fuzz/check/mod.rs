@@ -1,4 +1,4 @@
-//! What must hold of every file. A check says whether the file was accepted, or what does not hold.
+//! Properties that every file must have. A check returns whether the file was accepted, or the property that fails.
 
 mod description;
 mod mesh;
@@ -12,7 +12,7 @@ use crate::input::{Case, Kind};
 /// Bytes that a message may have, beside the lists that a report cuts.
 const MAX_MESSAGE: usize = 20_000;
 
-/// What all checks share: made once, so that a case costs what its own file costs.
+/// Data shared by all checks: made once, so that the cost of a case is that of its own file.
 pub(crate) struct Checks {
     recordings: recording::Recordings,
     meshes: mesh::Meshes,
@@ -39,7 +39,7 @@ impl Checks {
         }
     }
 
-    /// Whether the file was accepted; an error is what does not hold.
+    /// Whether the file was accepted; an error is the property that fails.
     pub(crate) fn run(&self, case: &Case) -> Result<bool, String> {
         match case.kind {
             Kind::Urdf | Kind::Sdf | Kind::Mjcf => description::check(case),
@@ -52,7 +52,7 @@ impl Checks {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What cannot be removed must not hide what was found.
+        // A folder that cannot be removed must not hide a finding.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
@@ -65,7 +65,7 @@ fn check_message(text: &str, source: &str) -> Result<(), String> {
     check_text(text)
 }
 
-/// Text that others have a say in holds no control characters.
+/// Text from outside has no control characters.
 fn check_characters(text: &str) -> Result<(), String> {
     if text.chars().any(|c| c.is_control() && c != '\n') {
         return Err(format!("text with control characters: {:?}", head(text)));

@@ -12,7 +12,7 @@ use crate::input::Case;
 
 type Placed = (Shape, Transform<f64>);
 
-/// Lengths from which on distances of shapes of about 1 m lose digits; beyond, only that the search ends.
+/// Length beyond which distances of shapes of about 1 m lose digits; there the check is only that the search ends.
 const LARGE: f64 = 1e6;
 /// Part of the size by which distances both ways may differ, for sizes and places of any ratio.
 const ALIKE: f64 = 1e-6;

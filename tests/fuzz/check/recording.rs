@@ -1,4 +1,4 @@
-//! Recordings: what is read is written and read back as the same file.
+//! Recordings: a file that is read is written and read back as the same file.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Bytes, whatever they mean.
+//! Changes of bytes, independent of their meaning.
 
 use rand::RngExt;
 
@@ -29,7 +29,7 @@ const PIECES: [&[u8]; 20] = [
     b"\x1b",
 ];
 
-/// Counts and indices at the ends of what they can be.
+/// Counts and indices at the ends of their ranges.
 const WORDS: [u32; 8] = [
     0,
     1,

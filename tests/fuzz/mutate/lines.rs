@@ -32,7 +32,7 @@ pub(crate) fn mutated(
 
 fn mutate(lines: &mut Vec<String>, separator: char, words: &[String], random: &mut Random) {
     let n = lines.len();
-    // The first line says what the others mean.
+    // The first line defines the columns of the others.
     let line = if random.random_range(0..3) == 0 {
         0
     } else {

@@ -1,4 +1,4 @@
-//! Changes to files, each at a level at which the file still says something: a tree of elements, a table, a tree of values, bytes.
+//! Changes to files, each at a level at which the file keeps a structure: a tree of elements, a table, a tree of values, bytes.
 
 pub(crate) mod bytes;
 pub(crate) mod json;
@@ -9,7 +9,7 @@ use rand::RngExt;
 
 use crate::input::Random;
 
-/// Numbers at the ends of what numbers can be, and texts that are nearly numbers.
+/// Numbers at the ends of their range, and texts that are nearly numbers.
 pub(crate) const NUMBERS: [&str; 28] = [
     "0",
     "-0",
@@ -41,7 +41,7 @@ pub(crate) const NUMBERS: [&str; 28] = [
     "٣",
 ];
 
-/// Names that mean something somewhere, and texts that steer what shows them.
+/// Names with a meaning in some format, and texts that control terminals or pages.
 pub(crate) const TEXTS: [&str; 22] = [
     "world",
     "__model__",

@@ -21,11 +21,11 @@ pub(crate) struct Element {
 enum Node {
     Element(Element),
     Text(String),
-    /// Written as it is.
+    /// Written without change.
     Raw(&'static str),
 }
 
-/// What XML has beside elements, well-formed and not.
+/// Parts of XML other than elements, well-formed and not.
 const RAW: [&str; 12] = [
     "<!-- - -->",
     "<![CDATA[]]>",
@@ -195,7 +195,7 @@ fn mutate(root: &mut Element, others: &[&Element], words: &[String], random: &mu
     }
 }
 
-/// Drops, repeats or reorders what is in an element.
+/// Drops, repeats or reorders the content of an element.
 fn change_structure(element: &mut Element, random: &mut Random) {
     let n = element.children.len();
     if n == 0 {

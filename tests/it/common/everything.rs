@@ -1,4 +1,4 @@
-//! Every dynamics function of the crate in one list of numbers, so that what must hold for all of them is tested on all
+//! Every dynamics function of the crate in one list of numbers, so that a property of all of them is tested on all
 //! of them.
 
 use dualbody::autodiff::VectorFunction;

@@ -113,26 +113,27 @@ pub(crate) fn base_velocity(state: &State) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(q) * vector![state.v[0], state.v[1], state.v[2]]
 }
 
+/// Column k of A of a step without input, by central differences of a size.
+pub(crate) fn difference(
+    simulator: &Simulator,
+    state: &State,
+    k: usize,
+    size: f64,
+) -> DVector<f64> {
+    let (model, u) = (simulator.model(), vec![0.0; simulator.nu()]);
+    let [after, before] = [size, -size].map(|by| {
+        let mut dx = vec![0.0; simulator.n_tangent()];
+        dx[k] = by;
+        simulator.step(&state.integrate(model, &dx), &u)
+    });
+    after.deviation(model, &before) / (2.0 * size)
+}
+
 /// A of a step without input by central differences of a size.
 pub(crate) fn differences(simulator: &Simulator, state: &State, size: f64) -> DMatrix<f64> {
-    let (model, n) = (simulator.model(), simulator.n_tangent());
-    let nv = model.nv();
-    let u = vec![0.0; simulator.nu()];
-    let mut out = DMatrix::zeros(n, n);
-    let reference = simulator.step(state, &u);
-    for k in 0..n {
-        let moved = |size: f64| {
-            let mut dx = DVector::zeros(n);
-            dx[k] = size;
-            let mut moved = state.clone();
-            moved.q = model.integrate(state.q.as_slice(), &dx.as_slice()[..nv]);
-            moved.v += dx.rows(nv, nv);
-            moved.contact += dx.rows(2 * nv, n - 2 * nv);
-            simulator.step(&moved, &u).deviation(model, &reference)
-        };
-        out.set_column(k, &((moved(size) - moved(-size)) / (2.0 * size)));
-    }
-    out
+    let columns = 0..simulator.n_tangent();
+    let columns = columns.map(|k| difference(simulator, state, k, size));
+    DMatrix::from_columns(&columns.collect::<Vec<_>>())
 }
 
 /// A of a step against central differences of two sizes: the forces of relaxed contact are exact to about 1e-13 only.

@@ -24,7 +24,7 @@ pub(crate) const SAME_ALGEBRA: f64 = 1e-12;
 /// Another algorithm for the same number, or an iteration that has converged: roundings of a whole robot, and of a
 /// linear solve.
 pub(crate) const OTHER_ALGORITHM: f64 = 1e-9;
-/// Extrapolated central differences: about eleven digits at inputs and slopes of size one, less where curvature is
+/// Extrapolated central differences: about eleven digits at inputs and derivatives of size one, less where curvature is
 /// large.
 pub(crate) const FINITE_DIFFERENCE: f64 = 1e-8;
 
@@ -62,8 +62,8 @@ pub(crate) fn floating_robot() -> Model {
     builder.build().expect("a robot that is known to be right")
 }
 
-/// An arm with rotors and a spring, and fingers that follow: one its neighbour, one a joint further up, one another
-/// follower.
+/// An arm with rotors and a spring, and fingers that mimic: one its neighbour, one a joint further up, one another
+/// mimic joint.
 pub(crate) fn gripper() -> ModelBuilder {
     let mut builder = ModelBuilder::new("gripper");
     builder.add_link(LinkSpec::new("world"));

@@ -80,7 +80,7 @@ pub(crate) fn reach_by_steps(horizon: usize, time_step: f64) -> Problem {
         .with_final_cost(last)
 }
 
-/// A tree with a floating body and ball joints, whose states are no vectors.
+/// A tree with a floating body and ball joints, whose states are not vectors.
 pub(crate) fn tree(horizon: usize) -> Problem {
     let simulator = Simulator::new(samples::random_tree(7, 5)).with_time_step(0.02);
     let frame = FrameId(simulator.model().frames().len() - 1);

@@ -1,4 +1,4 @@
-//! Jacobians of any step as the step on dual numbers, some directions at a time: what those of the library are compared with.
+//! Jacobians of any step as the step on dual numbers, some directions at a time: the reference for those of the library.
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::linearize::Linearization;

@@ -13,7 +13,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 fn assert_exact(simulator: &Simulator, state: &State) {
     let simulator = simulator.clone().with_integrator(Integrator::RungeKutta4);
     let error = difference(&simulator, state, &inputs(&simulator));
-    // Servos of 10⁴ N·m/rad make the numbers of an explicit step large.
+    // Servos of 10⁴ N·m/rad make the entries of an explicit step's Jacobian large.
     assert!(error < 1e-11, "{}: {error:e}", simulator.model().name());
 }
 

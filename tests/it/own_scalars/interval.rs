@@ -1,4 +1,4 @@
-//! Intervals, rounded outward: what numbers in them give lies in the result.
+//! Intervals, rounded outward: the result contains the results for all numbers in them.
 
 use dualbody::Scalar;
 use dualbody::scalar::{One, Zero};
@@ -79,7 +79,7 @@ impl From<f64> for Interval {
 }
 
 fn sum(a: Interval, b: Interval) -> Interval {
-    // What is exact stays exact, so that no width appears where there is none.
+    // An exact sum stays exact, so that no width appears where there is none.
     if a == Interval::zero() {
         return b;
     }

@@ -1,7 +1,7 @@
-//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record what is done
+//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record the operations
 //! with them.
 //!
-//! None of them has derivatives, and none is `f64`: whoever takes their values for all of them loses the width, wins
+//! None of them has derivatives, and none is `f64`: code that uses only their values loses the width, wins
 //! digits that are not there, or records constants.
 
 mod interval;
@@ -207,7 +207,7 @@ fn beside(i: usize, x: f64) -> f64 {
     x + if i.is_multiple_of(2) { 0.9 } else { -0.9 } * RADIUS
 }
 
-/// Why an interval does not hold a number, or says nothing about it: is wider than `widest`, relative to the number or
+/// Reason why an interval does not contain a number, or is uninformative: wider than `widest`, relative to the number or
 /// to one.
 fn refusal(interval: Interval, x: f64, (slack, widest): (f64, f64), what: &str) -> Option<String> {
     let wide = interval.width() > widest * x.abs().max(1.0);
@@ -234,7 +234,7 @@ const SMALL: [&str; 6] = [
 /// The largest width of their steps.
 const WIDEST_STEP: f64 = 1e-7;
 
-// All of these hold what they should: none but the step decides on values, and that only whether something turns so
+// All of these contain the exact results: only the step decides on values, and that only whether something turns so
 // fast that velocity forces are to be those of the middle of the step, far from the change between the two. Steps of
 // larger robots may be as wide as they like: they solve with one factorised matrix after another, each of which costs
 // trees of nine bodies nine digits.
@@ -265,7 +265,7 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
     assert_none(&refusals);
 }
 
-// What a solver decides on values goes on with the tangent there, so that the last digits of a width may be missing.
+// A solver that decides on values continues along the tangent there, so that the last digits of a width may be missing.
 #[test]
 fn interval_steps_hold_those_of_numbers_inside() {
     /// Of the width.
@@ -286,10 +286,10 @@ fn interval_steps_hold_those_of_numbers_inside() {
     assert_none(&refusals);
 }
 
-/// Roundings of single precision through a whole robot, relative to the largest number of a result.
+/// Roundings of single precision through a whole robot, relative to the largest entry of a result.
 const SINGLE: f64 = 2e-4;
 
-/// Compares results in single precision; says whether they are more than those in double precision, rounded.
+/// Compares results in single precision; returns whether they differ from rounded results in double precision.
 #[track_caller]
 fn assert_near(actual: &[Single], expected: &[f64], what: &str) -> bool {
     let largest = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));

@@ -26,7 +26,7 @@ thread_local! {
     static GRAPH: RefCell<Vec<Node>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Forgets what this thread has recorded, and makes inputs with these values.
+/// Discards the recording of this thread, and makes inputs with these values.
 pub(super) fn record(values: &[f64]) -> Vec<Traced> {
     GRAPH.with_borrow_mut(Vec::clear);
     let inputs = values.iter().enumerate();

@@ -35,7 +35,7 @@ const ACTUATOR: [Senseless<Actuator>; 10] = [
         values: &[2.0],
     },
     Senseless {
-        said: "stiffness of a stop is {}",
+        said: "stiffness of a joint limit is {}",
         set: |actuator, x| actuator.position = Some(limits(-1.0, x)),
         values: &[-1.0],
     },

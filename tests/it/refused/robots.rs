@@ -1,4 +1,4 @@
-//! Numbers of robots, ids that they do not have, and what belongs to another robot.
+//! Parameters of robots, ids that they do not have, and parts of another robot.
 
 use dualbody::constraint::{Anchor, Constraint, ConstraintKind};
 use dualbody::contact::{ContactLaw, ContactPoint, Contacts, Rigid, Terrain};
@@ -118,7 +118,7 @@ fn contacts_of_another_robot_are_refused() {
     refused("another robot", || {
         Simulator::new(twin).with_contacts(contacts.clone())
     });
-    // A robot that differs in numbers is no other robot.
+    // A robot that differs only in its parameters counts as the same robot.
     let heavy = model.with_gravity(vector![0.0, 0.0, -1.6]);
     let _ = Simulator::new(heavy).with_contacts(contacts);
 }
@@ -173,7 +173,7 @@ fn constraints_of_another_robot_or_with_senseless_numbers_are_refused() {
     let pin = Constraint::ball([anchor, world()]);
     refused("\"cartpole\" has no frame 30", || with(pin));
     let open = Constraint::ball([world().moved([NAN, 0.0, 0.0]), world()]);
-    refused("an anchor's placement is NaN", || with(open));
+    refused("pose of an attachment frame is NaN", || with(open));
     let rod = Constraint::distance([world(), world()], 1.0);
     let kind = ConstraintKind::Distance {
         anchors: [world(), world()],

@@ -1,4 +1,4 @@
-//! Working memory that holds what follows from a model's numbers, given to others.
+//! Workspaces with data of one model, passed with another model.
 
 use dualbody::Model;
 use dualbody::dynamics::{

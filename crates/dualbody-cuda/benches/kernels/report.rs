@@ -21,7 +21,7 @@ pub(crate) struct Report {
     /// Stored and loaded, of all functions of the kernel.
     spilled: usize,
     instructions: u64,
-    /// Processor time that compiling took, where the system says it; else time.
+    /// Processor time of compiling, where the system reports it; otherwise time on the clock.
     seconds: f64,
 }
 
@@ -89,7 +89,7 @@ fn number_before(line: &str, word: &str) -> Option<usize> {
         .ok()
 }
 
-/// Processor time of this program so far, s; `None` where Linux does not say it.
+/// Processor time of this program so far, s; `None` where Linux does not report it.
 fn processor_time() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     // After the name in brackets: utime and stime are the 12th and 13th.

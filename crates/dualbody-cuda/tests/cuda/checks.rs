@@ -1,4 +1,4 @@
-//! What kernels must compute, whatever runs them.
+//! Expected results of kernels, on any machine that runs them.
 
 use std::iter::repeat_with;
 
@@ -379,7 +379,7 @@ pub(crate) fn feedback(machine: &impl Machine) {
     }
 }
 
-/// Motions that end: at an input, by divergence, at a condition; the others go on, and what has stopped stays as it is.
+/// Motions that end: at an input, by divergence, at a condition. The others go on, and a stopped state does not change.
 pub(crate) fn endings(machine: &impl Machine) {
     let simulator = Simulator::new(samples::pendulum())
         .with_time_step(0.01)
@@ -465,7 +465,7 @@ pub(crate) fn statuses(machine: &impl Machine) {
     assert_eq!(found.status, [0, number, -1, -1, 0]);
 }
 
-/// All checks in double precision, on few robots but for the first two.
+/// All checks in double precision; only the first two run on many robots.
 pub(crate) fn all(machine: &impl Machine) {
     inverse_dynamics::<f64>(machine, &assets(), ROUNDING);
     rollouts::<f64>(machine, &simulators(assets()), MOTION);

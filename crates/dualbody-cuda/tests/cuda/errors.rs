@@ -1,4 +1,4 @@
-//! What goes wrong without a GPU.
+//! Errors that need no GPU.
 
 use std::fs;
 use std::path::PathBuf;
@@ -45,7 +45,7 @@ pub(crate) fn source() -> CudaKernel {
 
 pub(crate) const HOPPER: (u32, u32) = (9, 0);
 
-/// NVRTC, if it is there; says so if not.
+/// NVRTC; prints a line if it is missing.
 pub(crate) fn has_nvrtc(folder: &Folder) -> bool {
     match folder
         .compiler()
@@ -155,7 +155,7 @@ fn precompiled_kernels_are_found_whatever_compiled_them() {
         .precompile(&source, ampere, &carried.0)
         .expect("a kernel");
     assert_eq!(carried.files().len(), source.kernels.len());
-    // A cache that nothing can be kept in: what is found is what was carried.
+    // A cache that cannot be written: only carried kernels are found.
     let none = carried.files()[0].join("none");
     let there = Compiler::new()
         .with_cache(none)
@@ -219,7 +219,7 @@ fn a_signal_ends_before_the_next_kernel_that_is_not_compiled() {
     let all = signal.watch(|| folder.compiler().compile_all(&source, architecture));
     let error = all.expect_err("an error");
     assert!(matches!(error, CudaError::Stopped { .. }), "{error}");
-    // What was compiled before is found.
+    // A kernel that was compiled before is found.
     let found = signal.watch(|| folder.compiler().compile(&self::source(), architecture));
     assert!(found.expect("a kernel").log().is_none());
 }

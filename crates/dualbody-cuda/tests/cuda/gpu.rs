@@ -1,4 +1,4 @@
-//! Kernels on a GPU. Without a driver these tests say so, and pass.
+//! Kernels on a GPU. Without a driver these tests print a line, and pass.
 
 use dualbody::model::samples;
 use dualbody::sim::{BatchSimulator, RolloutStatus};
@@ -13,7 +13,7 @@ use crate::machine::Gpu;
 const COUNT: usize = 300;
 const STEPS: usize = 20;
 
-/// The first device, if there is one; says so if not.
+/// The first device; prints a line if there is none.
 fn device() -> Option<Device> {
     match Device::new(0) {
         Err(error @ (CudaError::NoDriver { .. } | CudaError::NoDevice { .. })) => {

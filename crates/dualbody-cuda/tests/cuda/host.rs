@@ -12,7 +12,7 @@ use dualbody_cuda::{Outputs, Real};
 
 use crate::machine::{Left, Machine, Run};
 
-/// What a device has and C has not. Blocks are of three threads, so that the last one is not full.
+/// Definitions of CUDA that C lacks. Blocks have three threads, so that the last one is not full.
 const DEVICE: &str = r#"#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -40,7 +40,7 @@ static void give(const void *all, size_t count, size_t size)
 pub(crate) struct Host;
 
 impl Host {
-    /// The CPU, if there is a compiler; says so if not.
+    /// The CPU; prints a line if there is no compiler.
     pub(crate) fn new() -> Option<Self> {
         let found = Command::new("cc").arg("--version").output().is_ok();
         if !found {
@@ -167,7 +167,7 @@ impl Machine for Host {
     }
 }
 
-/// Compiles a kernel with a program, hands it some bytes, and returns what it prints.
+/// Compiles a kernel with a program, passes some bytes to it, and returns its output.
 fn run(source: &CudaSource, main: &str, given: &[u8]) -> Vec<u8> {
     static RUNS: AtomicUsize = AtomicUsize::new(0);
     let number = RUNS.fetch_add(1, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! What runs kernels: the CPU, or a GPU.
+//! Machines that run kernels: the CPU, or a GPU.
 
 use dualbody::codegen::RolloutInputs;
 use dualbody::scalar::traced::Graph;
@@ -20,7 +20,7 @@ pub(crate) struct Run<R> {
     pub(crate) taken: Vec<u32>,
 }
 
-/// What a rollout leaves: `Run` as it went on, and the states that were kept of one state after the other.
+/// Results of a rollout: its final `Run`, and the recorded trajectory of each state, one after the other.
 pub(crate) struct Left<R> {
     pub(crate) run: Run<R>,
     pub(crate) kept: Vec<R>,

@@ -39,7 +39,7 @@ fn kernels(simulator: &Simulator, precision: Precision) -> Vec<CudaSource> {
         .expect("names that C takes")
 }
 
-/// Checks that a kernel stands in its machine code, an ELF file, under its name.
+/// Checks that the machine code of a kernel, an ELF file, contains the name of the kernel.
 fn check(kernel: &CudaKernel, found: &Compiled) {
     let log = found.log().expect("a kernel that was not there");
     assert!(log.contains("registers"), "{}: {log}", kernel.name());

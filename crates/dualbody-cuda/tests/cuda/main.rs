@@ -1,7 +1,7 @@
 //! Kernels beside the library.
 //!
 //! Their text is compiled as C and run on the CPU, where a compiler `cc` is there; it is compiled to machine code of GPUs, where NVRTC is there; and
-//! run on a GPU, where a driver is there. What is not there is said, and not tested.
+//! run on a GPU, where there is a driver. A part that is missing is reported, and its tests are skipped.
 
 mod checks;
 #[path = "../../../../tests/it/common/mod.rs"]

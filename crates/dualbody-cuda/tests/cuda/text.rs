@@ -139,7 +139,7 @@ fn functions_in_parts_have_the_status_of_each_state() {
     assert_eq!(found.numbers[5..7], [0.25, 3.0]);
 }
 
-// One condition on a number of the first kernel, one on a number of the last.
+// One condition on a value of the first kernel, one on a value of the last.
 #[test]
 fn conditions_of_functions_in_parts_are_those_of_their_graph() {
     const TURNS: usize = 4_000;
@@ -166,7 +166,7 @@ fn conditions_of_functions_in_parts_are_those_of_their_graph() {
     let given = STATES.as_flattened();
     let found = host.batch(&graph, &[], STATES.len(), [given, &[]]);
     assert_eq!(found.status, [0, 1, 2, 1]);
-    // A number that is not finite is said of a state where no condition is broken.
+    // A state with a number that is not finite is flagged where no condition is violated.
     let given = [STATES[1], [f64::NAN, 0.3, 0.1]].concat();
     let found = host.batch(&graph, &[], 2, [&given, &[]]);
     assert_eq!(found.status, [1, -1]);

@@ -27,7 +27,7 @@ const ASSETS: [&str; 12] = [
     "ur5",
 ];
 
-/// Whether there is a compiler; says so if not.
+/// Whether there is a compiler; prints a line if not.
 pub(crate) fn has_compiler() -> bool {
     let found = Command::new("cc").arg("--version").output().is_ok();
     if !found {
@@ -53,7 +53,7 @@ impl Drop for Folder {
     }
 }
 
-/// A program that prints what functions return for their inputs.
+/// A program that prints the results of functions for their inputs.
 pub(crate) struct Program {
     folder: Folder,
     main: String,
@@ -97,7 +97,7 @@ impl Program {
         self.main = format!("{body}{}", self.main);
     }
 
-    /// Compiles and runs it; what each function printed, the number of broken conditions first.
+    /// Compiles and runs it. Returns the output of each function, the number of violated conditions first.
     pub(crate) fn run(&self, names: &[String]) -> Vec<f64> {
         let mut main = format!("#include <stdio.h>\n{}int main(void)\n{{\n", self.main);
         for name in names {
@@ -146,7 +146,7 @@ fn inputs(model: &Model, graph: &Graph) -> Vec<Vec<f64>> {
     (1..4).map(at).collect()
 }
 
-/// Compares functions in C with their graphs, of which other tests say that they are the library's.
+/// Compares functions in C with their graphs, which other tests compare with the library.
 fn assert_compiled(name: &str, functions: &[(String, Model, Graph)], precision: Precision) {
     if !has_compiler() {
         return;

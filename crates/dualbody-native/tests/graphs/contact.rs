@@ -43,12 +43,12 @@ fn thrown(simulator: &Simulator, height: f64, v: &[f64]) -> State {
     state
 }
 
-/// What was found along a motion.
+/// Findings along a motion.
 #[derive(Debug, Default)]
 struct Found {
     steps: usize,
     touching: usize,
-    /// Steps whose forces were not found, as the graph says.
+    /// Steps whose forces the graph did not find.
     broken: usize,
     worst: f64,
 }

@@ -35,7 +35,7 @@ fn numbers(point: &Point) -> Vec<f64> {
         .collect()
 }
 
-/// Asserts that numbers are equal but for rounding, relative to the largest of them or to one.
+/// Asserts that numbers are equal up to rounding, relative to the largest of them or to one.
 #[track_caller]
 pub(crate) fn assert_equal(actual: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert_eq!(actual.len(), expected.len(), "{what}");
@@ -362,7 +362,7 @@ fn adjoints_in_all_parameters_equal_dual_numbers() {
         let own = adjoint.evaluate(&x).expect("no conditions");
         let exact = jacobian(&f, theta.as_slice()).tr_mul(&DVector::from_vec(weights));
         assert_equal(&own, exact.as_slice(), OTHER_ALGORITHM, model.name());
-        // A few times the function itself, whatever the number of parameters.
+        // A few times the function itself, for any number of parameters.
         let (one, both) = (graph.counts().operations(), adjoint.counts().operations());
         assert!(both < 5 * one, "{}: {one}, {both}", model.name());
     }
@@ -408,7 +408,7 @@ fn tracing_twice_gives_the_same_graph() {
     assert_eq!(one, other);
 }
 
-/// What a computation panics with.
+/// Message of the panic of a computation.
 fn panic_of(work: impl FnOnce()) -> String {
     let cause = catch_unwind(AssertUnwindSafe(work)).expect_err("a panic");
     let fixed = cause.downcast_ref::<&str>().map(|&text| text.to_owned());

@@ -1,6 +1,6 @@
-//! The equations of motion, energies, what is linear in the parameters.
+//! The equations of motion, energies, regressors.
 
-/// The equations of motion, energies, what is linear in the parameters.
+/// The equations of motion, energies, regressors.
 #[macro_export]
 macro_rules! dynamics_functions {
     ($with:ident) => { $with! {

@@ -1,6 +1,6 @@
-//! What acts on a robot at a moment.
+//! Forces on a robot at an instant.
 
-/// What acts on a robot at a moment: functions of a simulator.
+/// Forces on a robot at an instant: functions of a simulator.
 #[macro_export]
 macro_rules! simulator_functions {
     ($with:ident) => { $with! {

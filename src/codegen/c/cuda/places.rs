@@ -25,7 +25,7 @@ impl CudaSizes {
 
 /// The inputs of a graph, apart from those that all states share.
 pub(super) struct Places<'a> {
-    /// Those that each state has its own of, with the index of the first number of each among them.
+    /// Those that each state has its own of, with the index of the first entry of each among them.
     pub(super) own: Vec<(&'a Port, usize)>,
     pub(super) shared: Vec<&'a Port>,
     /// The expression of each number of all inputs.

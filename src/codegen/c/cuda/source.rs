@@ -11,7 +11,7 @@ use crate::codegen::c::names::check;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
-/// Most operations of a function that is one part, and of the parts of a step. What parts hand to each other goes through memory, whose traffic takes longer than what is computed, so that one
+/// Most operations of a function that is one part, and of the parts of a step. Values passed between parts go through memory, whose traffic takes longer than what is computed, so that one
 /// long part is faster than several that fit into registers. Millions of states a second on an H200, `f32` and `f64`, 262,144 states at once; NVRTC 13.0:
 ///
 /// | | 1,000 | 2,000 | 4,000 | 10,000 |
@@ -70,7 +70,7 @@ pub struct CudaSource {
     pub precision: Precision,
 }
 
-/// Layout of the numbers of a state in memory.
+/// Layout of the entries of a state in memory.
 #[derive(Clone, Copy)]
 pub(super) enum Layout {
     /// One beside the other.

@@ -192,7 +192,7 @@ fn move_parameter(case: &mut Case, index: usize, by: f64) {
     }
 }
 
-// Moved as one body, the box keeps the sum of its forces in step with its velocity whichever corners carry it.
+// Moved as one body, the box keeps the sum of its forces in step with its velocity, independent of the corners that carry it.
 #[test]
 fn derivatives_over_redundant_corners_are_those_of_the_body() {
     for law in LAWS {

@@ -1,4 +1,4 @@
-//! Responses of forces, forwards and backwards, and the slopes of the equations under them.
+//! Responses of forces, forwards and backwards, and the derivatives of the equations under them.
 
 use super::*;
 use crate::cone::jacobian::jacobian_of;

@@ -22,7 +22,7 @@ fn derivatives_at_singular_points_are_finite_and_those_of_one_side() {
                 let actual = case.derivative(index, f.as_slice(), 0.0);
                 let one_side = |by: f64| (case.moved(index, by, f.as_slice(), 0.0) - &f) / by;
                 let near = |side: DVector<f64>| (0..3).all(|i| (actual[i] - side[i]).abs() < 1e-4);
-                // At the tip of the cone the derivative is that of separation, whichever way the parameter pushes.
+                // At the tip of the cone the derivative is that of separation, for both signs of the parameter.
                 let separated = f.amax() == 0.0 && actual == [0.0; 3];
                 let right = separated || near(one_side(STEP)) || near(one_side(-STEP));
                 assert!(right, "{law:?} at {point:?}, parameter {index}: {actual:?}");

@@ -149,7 +149,7 @@ fn unobserved_mode_names_the_boundary_eigenvalue() {
     }
 }
 
-// What neither moves nor counts is reached by the input, and not seen by the cost.
+// The input reaches the mode that neither moves nor has a cost, and the cost does not see it.
 #[test]
 fn an_integrator_without_weight_is_unobserved() {
     let (zero, one) = (dmatrix![0.0], dmatrix![1.0]);

@@ -1,10 +1,10 @@
-//! Steps and numbers beyond which there is no robot, and what is refused.
+//! Steps and parameters that are not those of a robot, and refused problems.
 
 use super::*;
 use crate::joint::JointKind;
 use crate::sim::Actuation;
 
-// A trial step may go where there is no robot any more; the descent is to take a shorter one.
+// A trial step may reach parameters that are not physically consistent; the descent must then take a shorter step.
 #[test]
 fn numbers_that_make_no_robot_have_no_residuals() {
     let data = logged(

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::identify::shooting::slopes::Slopes;
+use crate::identify::shooting::slopes::Derivatives;
 use crate::numbers::Domain;
 use crate::sim::{StepPoint, StepScratch};
 
@@ -27,7 +27,7 @@ fn jacobian_equals_differences_with_starts_as_variables() {
 pub(super) fn check_jacobian(mut problem: Shooting<'_>) {
     let mut x = problem.start();
     for (x, domain) in x.iter_mut().zip(&problem.variables.domains) {
-        // Away from the least values, beyond which there is no robot.
+        // Away from the least values, beyond which parameters are not those of a robot.
         *x += if *domain == Domain::Finite { 0.0 } else { 0.1 };
     }
     let (m, n) = (problem.n_residuals(), problem.n_directions(&x));
@@ -69,7 +69,7 @@ fn slopes_are_the_same_in_both_modes() {
     let adjustable = 0..simulator.parameters().len() - 1;
     let targets: Vec<_> = adjustable.map(|k| vec![(k, 1.0)]).collect();
     let of = |targets: &[Vec<(usize, f64)>]| {
-        let mut slopes = Slopes::new(&simulator, targets);
+        let mut slopes = Derivatives::new(&simulator, targets);
         slopes.update(&simulator, &at, &next);
         (slopes.by_state, slopes.by_number)
     };

@@ -61,7 +61,7 @@ fn up_axis_is_turned_to_z_as_the_option_says() {
         "<asset><contributor><authoring_tool>VCGLib | MeshLab</authoring_tool></contributor>";
     let of_meshlab = stated("Y_UP").replace("<asset>", meshlab);
     let as_it_stands = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
-    // What is up in the file, y or x, is along z.
+    // The axis that is up in the file, y or x, becomes z.
     let y_turned = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, 3.0]];
     let x_turned = [[0.0; 3], [0.0, 0.0, 2.0], [-3.0, 0.0, 0.0]];
     for (text, up_axis, expected, remarks) in [

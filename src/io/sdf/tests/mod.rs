@@ -18,7 +18,7 @@ use crate::spatial::Transform;
 
 const INERTIAL: &str = "<inertial><mass>1</mass><inertia><ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz></inertia></inertial>";
 
-/// A quarter turn, as it is written in the tests.
+/// A quarter turn as a text.
 const QUARTER: &str = "1.5707963267948966";
 
 /// A model `r` of these parts in a version; `LINK:a` stands for a link `a` of 1 kg.

@@ -119,7 +119,7 @@ fn two_models_that_a_joint_joins_need_no_choice_and_float_as_one() {
     let turned = [0., 0., 0., 1., 0., 0., 0., std::f64::consts::FRAC_PI_2];
     let [hinge, other] = ["l", "b::l"].map(|link| pose_at(&robot, &turned, link));
     assert_at(&(hinge.inverse() * other), [0., 0., 3.], [0., 1., 0.]);
-    // A frame that nothing holds stands in the world, and joins no one.
+    // A frame without a parent is in the world, and connects no models.
     let still = "<frame name='f'/>".to_owned()
         + &joint("j", "revolute", "f", "a::l", "")
         + &joint("k", "revolute", "f", "b::l", "");

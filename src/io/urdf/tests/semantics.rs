@@ -208,7 +208,7 @@ fn damping_friction_and_mimic_equal_the_file() {
             .replace("\"arm\"", "\"hand\"")
         + &format!("<link name='hand'>{INERTIAL}</link>");
     let (model, report) = load(&arm_on(&follower));
-    // The follower adds its damping, none, to the one coordinate that there is.
+    // The mimic joint adds its damping, zero, to the only coordinate.
     assert_eq!(model.damping(), [0.3]);
     assert_eq!(model.joints()[1].friction, 0.4);
     let mimic = Mimic {

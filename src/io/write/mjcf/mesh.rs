@@ -231,7 +231,7 @@ fn written(path: &Path) -> Result<Source, String> {
     })
 }
 
-/// A mesh as it is in its file: STL and OBJ say no axis, and what is flat is so whichever axis is up.
+/// The mesh of a file without a change of axes: STL and OBJ state none, and a flat mesh is flat for any upward axis.
 fn triangles_of(path: &Path) -> Result<Mesh, String> {
     let file = MeshFile {
         path: path.to_path_buf(),

@@ -17,7 +17,7 @@ use crate::spatial::{Quaternion, Transform};
 /// Roundings of a whole tree.
 const OF_A_TREE: f64 = 1e-10;
 
-/// Kinds of joints that URDF has, but for fixed ones.
+/// Kinds of joints that URDF has, except fixed ones.
 const IN_URDF: [JointKind; 6] = [
     JointKind::Revolute,
     JointKind::Continuous,

@@ -15,7 +15,7 @@ use crate::spatial::{Inertia, Transform, roll_pitch_yaw};
 /// Name of the root link that is the frame of a floating base, and of its fixed joint.
 const FLOATING_FRAME: &str = "floating_base";
 
-/// The first version in which a limit that is not given is no limit.
+/// The first version in which a missing limit means that there is none.
 const WITH_OPTIONAL_LIMITS: &str = "1.2";
 
 /// Writes a description.

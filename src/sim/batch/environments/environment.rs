@@ -6,7 +6,7 @@ use rand::Rng;
 use crate::sim::batch::{BATCH_WIDTH, BatchScalar};
 use crate::sim::state::State;
 
-/// A task of reinforcement learning over lanes: how an episode starts, what is observed, how an action becomes the input of the simulator, what is rewarded, and when it is over.
+/// A task of reinforcement learning over lanes: start of an episode, observations, input of the simulator for an action, reward, and end.
 /// [`Environments`](super::Environments) runs it.
 ///
 /// Numbers are those of [`BATCH_WIDTH`] episodes side by side; decisions are made lane by lane, as by [`Scalar::select_lt`](crate::Scalar::select_lt) or over
@@ -27,10 +27,10 @@ pub trait Environment: Sync {
     ///
     /// * `rng` – the generator of the state, whose numbers depend on the seed of the state and on its earlier episodes, not on other states
     /// * `state` – on entry the neutral state
-    /// * `drawn` – output: what the episode draws for itself, length [`n_drawn`](Self::n_drawn), zero on entry
+    /// * `drawn` – output: the draws of the episode for its own use, length [`n_drawn`](Self::n_drawn), zero on entry
     fn start(&self, rng: &mut dyn Rng, state: &mut State, drawn: &mut [f64]);
 
-    /// Writes the input of a time step, length `nu` and zero on entry. It is asked before each time step, so that servos, pushes and patterns of motion go on between two
+    /// Writes the input of a time step, length `nu` and zero on entry. It is called before each time step, so that servos, pushes and patterns of motion go on between two
     /// actions. By default the first entries of the input are the action.
     fn act(&self, episode: &Episode<'_>, action: &[BatchScalar], u: &mut [BatchScalar]) {
         let _ = episode;

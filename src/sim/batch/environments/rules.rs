@@ -10,7 +10,7 @@ pub enum AutoReset {
     NextStep,
     /// In the step of the end: its last observation is in [`Transitions::final_observations`](super::Transitions::final_observations).
     SameStep,
-    /// When [`Environments::reset_where`](super::Environments::reset_where) says so.
+    /// By [`Environments::reset_where`](super::Environments::reset_where) only.
     Never,
 }
 

@@ -146,7 +146,7 @@ impl<E: Environment> Environments<E> {
     pub fn length(&self, i: usize) -> usize {
         assert!(
             i < self.states.len(),
-            "there are {} states, none {i}",
+            "there are {} states, got state {i}",
             self.states.len()
         );
         self.episodes[i / BATCH_WIDTH].lengths[i % BATCH_WIDTH]
@@ -168,7 +168,7 @@ impl<E: Environment> Environments<E> {
     /// If there is no such state.
     pub fn seed(&mut self, i: usize, seed: u64) {
         let len = self.states.len();
-        assert!(i < len, "there are {len} states, none {i}");
+        assert!(i < len, "there are {len} states, got state {i}");
         for lane in lanes_of(i, len) {
             self.episodes[i / BATCH_WIDTH].seed(lane, seed);
         }

@@ -13,7 +13,7 @@ pub struct Transitions {
     pub terminated: Vec<bool>,
     /// Whether an episode has reached its greatest length, and is not over otherwise.
     pub truncated: Vec<bool>,
-    /// The last observation of episodes that ended in a step in which the next one began; other rows keep what they were.
+    /// The last observation of episodes that ended in a step in which the next one began; other rows do not change.
     pub final_observations: Vec<f64>,
 }
 

@@ -1,6 +1,6 @@
 //! Gradient of the weighted balance of forces at a fixed acceleration: one sweep along the tree, with the part of each term.
 
-use crate::dynamics::{ParameterSlots, Slopes, Sweep, Weighted};
+use crate::dynamics::{Gradients, ParameterSlots, Sweep, Weighted};
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{
@@ -73,7 +73,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
             self.terms.emit_numbers(at, found, &mut numbers);
         }
         sink.finish();
-        let mut slopes = Slopes {
+        let mut slopes = Gradients {
             q: &mut *out.q,
             v: &mut *out.v,
             a: &mut self.by_a,

@@ -19,7 +19,7 @@ pub(super) use pushforward::Columns;
 /// Memory in addition to that of its evaluation.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T: Scalar> {
-    /// Where impacts may be found at their time.
+    /// Workspace of impacts at their time, if there can be any.
     impact: Option<Box<Impact<T>>>,
     /// Whether there was one in the last step.
     has_impact: bool,

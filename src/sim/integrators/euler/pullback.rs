@@ -27,7 +27,7 @@ pub(crate) struct Adjoint<T: Scalar> {
     found: AccelerationScratch<T>,
     next: State<T>,
     evaluation: EvaluationAdjoint<T>,
-    /// Where impacts may be found at their time.
+    /// Workspace of impacts at their time, if there can be any.
     impact: Option<Box<impact::Adjoint<T>>>,
     /// Whether there is one in the step that has been found.
     has_impact: bool,

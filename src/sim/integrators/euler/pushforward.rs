@@ -22,7 +22,7 @@ pub(crate) struct Columns<T: Differentiable> {
     found: AccelerationScratch<T>,
     next: State<T>,
     acceleration: AccelerationColumns<T>,
-    /// Where impacts may be found at their time.
+    /// Workspace of impacts at their time, if there can be any.
     rows: Option<Box<ImpactRows<T>>>,
 }
 

@@ -12,7 +12,7 @@
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, fold_weights};
 use super::{HalfStep, each_derivative, half_step, slope_in_time};
-use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::dynamics::{Gradients, Sweep, Weighted};
 use crate::joint::Joint as _;
 use crate::linalg::product::{add_scaled, dot};
 use crate::model::Model;
@@ -258,7 +258,7 @@ impl<T: Scalar> Adjoint<T> {
                 mu: &self.weights,
                 external: &[],
             };
-            let mut slopes = Slopes {
+            let mut slopes = Gradients {
                 q: &mut *out.q,
                 v: &mut self.by_v,
                 a: &mut self.by_a,

@@ -120,7 +120,7 @@ pub(super) struct JointDerivatives<T> {
     pub(super) end_momentum: OwnMatrix<T>,
 }
 
-/// Where one joint is in a step.
+/// Position of one joint in a step.
 pub(super) struct JointStep<'a, T> {
     /// Configuration of the start.
     pub(super) q: &'a [T],

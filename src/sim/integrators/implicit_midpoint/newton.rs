@@ -60,7 +60,7 @@ impl Newton {
         }
     }
 
-    /// Finds ξ of the values, for a part of the time step. Does not allocate where the numbers of the robot are plain; otherwise a robot of their values is made.
+    /// Finds ξ of the values, for a part of the time step. Does not allocate where the parameters of the robot are plain; otherwise a robot of their values is made.
     pub(super) fn solve<P: Scalar, T: Over<P>>(
         &mut self,
         simulator: &Simulator<P>,

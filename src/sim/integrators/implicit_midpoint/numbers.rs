@@ -9,7 +9,7 @@
 use super::bilateral_parameters::BilateralParameters;
 use super::pushforward::TakenStep;
 use super::weights::Weights;
-use crate::dynamics::{EnergyGradientSum, EnergySweep, Pushed, Rates, Slopes, Sweep, Weighted};
+use crate::dynamics::{EnergyGradientSum, EnergySweep, Gradients, Pushed, Rates, Sweep, Weighted};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Differentiable, Dual, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -25,7 +25,7 @@ type Moving<T> = Dual<T, 1>;
 
 /// Working memory.
 #[derive(Clone, Debug)]
-pub(super) struct NumberSlopes<T: Scalar> {
+pub(super) struct NumberDerivatives<T: Scalar> {
     weightless: Model,
     sweep: Sweep<T>,
     balance: BalanceAdjoint<T>,
@@ -39,7 +39,7 @@ pub(super) struct NumberSlopes<T: Scalar> {
     unused: [Vec<T>; 4],
 }
 
-impl<T: Differentiable> NumberSlopes<T> {
+impl<T: Differentiable> NumberDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let zeros = || vec![T::zero(); model.nv()];
@@ -118,7 +118,7 @@ impl<T: Differentiable> NumberSlopes<T> {
             external: &[],
         };
         let [by_q, by_v, by_a, _] = &mut self.unused;
-        let mut slopes = Slopes {
+        let mut slopes = Gradients {
             q: by_q,
             v: by_v,
             a: by_a,

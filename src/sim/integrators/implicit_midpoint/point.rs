@@ -22,7 +22,7 @@ use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::{Force, Motion, Transform};
 
-/// Slopes of the kinetic energy.
+/// Derivatives of the kinetic energy.
 #[derive(Clone, Debug)]
 pub(super) struct Kinetic<T> {
     X_PB: Vec<Transform<T>>,

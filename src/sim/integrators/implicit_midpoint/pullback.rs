@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use super::numbers::NumberSlopes;
+use super::numbers::NumberDerivatives;
 use super::pushforward::TakenStep;
 use super::weights::Weights;
 use crate::dynamics::Calls;
@@ -20,7 +20,7 @@ use crate::sim::terms::StepGradientSum;
 pub(crate) struct Adjoint<T: Differentiable> {
     taken: TakenStep<T>,
     weights: Weights<T>,
-    numbers: NumberSlopes<T>,
+    numbers: NumberDerivatives<T>,
 }
 
 impl<T: Differentiable> Pullback<T> for Adjoint<T> {
@@ -28,7 +28,7 @@ impl<T: Differentiable> Pullback<T> for Adjoint<T> {
         Self {
             taken: TakenStep::new(simulator),
             weights: Weights::new(simulator),
-            numbers: NumberSlopes::new(simulator),
+            numbers: NumberDerivatives::new(simulator),
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::collision::FeatureId;
 use crate::contact::ROWS;
 
-/// What a point of contact is from solution to solution.
+/// Identity of a point of contact from solution to solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     /// A point with the ground.

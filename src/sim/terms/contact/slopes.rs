@@ -27,7 +27,7 @@ use crate::spatial::{Force, Motion};
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactDerivatives<T: Scalar> {
-    /// Where a gradient in numbers of contacts may be asked for.
+    /// Workspace of gradients in parameters of contacts.
     numbers: Option<Box<OverNumbers<T>>>,
 }
 
@@ -346,7 +346,7 @@ impl<T: Scalar> TermDerivatives<T> for ContactDerivatives<T> {
 }
 
 impl<T: Scalar> Contact<T> {
-    /// Slopes of the step of the bristle of a point that takes part in the force along one of its axes across.
+    /// Derivatives of the step of the bristle of a point that takes part in the force along one of its axes across.
     fn bristle_by_force(&self, contacts: &Contacts, of: usize, axis: usize, dt: f64) -> Vector3<T> {
         let index = self.touching()[of];
         let point = &self.points[index];

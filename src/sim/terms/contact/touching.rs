@@ -44,7 +44,7 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
         }
     }
 
-    /// What a point is from solution to solution.
+    /// Identity of a point from solution to solution.
     pub(super) fn key(&self, i: usize) -> Key {
         match self.pair_point(i) {
             None => Key::Ground(i),
