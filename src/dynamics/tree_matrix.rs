@@ -130,34 +130,67 @@ pub(crate) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
         }
         own.push(first);
     }
-    let mut out: Vec<usize> = (0..trees.len()).map(|k| root(&trees, k)).collect();
-    // What is between connected coordinates counts as connected with them.
-    for k in (1..out.len()).rev() {
-        if out[k] < k {
-            out[k - 1] = out[k - 1].min(out[k]);
+    let roots = (0..trees.len()).map(|k| root(&trees, k));
+    with_what_is_between(roots.collect())
+}
+
+/// Connects what is between connected coordinates with them.
+///
+/// * `trees` – first coordinate of what is connected with each one
+fn with_what_is_between(mut trees: Vec<usize>) -> Vec<usize> {
+    for k in (1..trees.len()).rev() {
+        if trees[k] < k {
+            trees[k - 1] = trees[k - 1].min(trees[k]);
         }
     }
-    for k in 0..out.len() {
-        out[k] = out[out[k]];
+    // Of those that reach into one another the first one counts.
+    for k in 0..trees.len() {
+        trees[k] = trees[trees[k]];
     }
-    out
+    trees
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::mass_matrix;
+    use crate::model::{Mass, Object, World, samples};
 
-    #[test]
-    fn a_robot_is_one_tree_and_free_bodies_are_many() {
-        use crate::model::{Mass, Object, World, samples};
-        assert!(trees(&samples::arm()).iter().all(|&first| first == 0));
+    /// A world of two balls.
+    fn balls() -> Model {
         let mut world = World::default();
         for name in ["a", "b"] {
             let ball = Object::free(Mass::Kilograms(1.0));
             world.add_sphere(name, 0.1, &ball).expect("a member");
         }
-        let model = world.build().expect("a world");
+        world.build().expect("a world")
+    }
+
+    #[test]
+    fn a_robot_is_one_tree_and_free_bodies_are_many() {
+        assert!(trees(&samples::arm()).iter().all(|&first| first == 0));
         let expected: Vec<usize> = (0..12).map(|k| k / 6 * 6).collect();
-        assert_eq!(trees(&model), expected);
+        assert_eq!(trees(&balls()), expected);
+    }
+
+    // {0, 3} around {1, 2}; {1, 4} and {2, 5}, which reach into one another, around {3}.
+    #[test]
+    fn connected_coordinates_take_those_between_them_along() {
+        assert_eq!(with_what_is_between(vec![0, 1, 1, 0]), [0; 4]);
+        let chained = with_what_is_between(vec![0, 1, 2, 3, 1, 2]);
+        assert_eq!(chained, [0, 1, 1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn entries_are_those_of_the_matrix_and_memory_is_that_of_the_blocks() {
+        let model = balls();
+        let q = model.neutral();
+        let full = mass_matrix(&model, q.as_slice());
+        let mut own = TreeMatrix::zeros(&model);
+        own.copy_from(&full);
+        for (i, j) in (0..12).flat_map(|i| (0..12).map(move |j| (i, j))) {
+            assert_eq!(own.entry(i, j), full[(i, j)], "{i} {j}");
+        }
+        assert_eq!(own.values.len(), 2 * 36);
     }
 }

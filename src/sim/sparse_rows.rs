@@ -182,8 +182,10 @@ impl<T: Scalar> SparseRows<T> {
         out.fill(T::zero());
         for (tree, x) in self.parts(&self.scaled, row) {
             for (&other, out) in others.iter().zip(&mut *out) {
-                let mut others = self.parts(&self.half, other);
-                if let Some((_, y)) = others.find(|(other, _)| *other == tree) {
+                let place = &self.rows[other];
+                let mut segments = self.segments[place.segments.clone()].iter();
+                if let Some(own) = segments.find(|own| own.tree == tree) {
+                    let y = &self.half[own.at + place.index * x.len()..][..x.len()];
                     let pairs = x.iter().zip(y);
                     *out = pairs.fold(*out, |sum, (&x, &y)| x.mul_add(y, sum));
                 }
