@@ -202,13 +202,14 @@ fn coupled_robots_and_others_accelerate_in_a_world_as_alone() {
     let arm = samples::arm();
     let mut world = World::default();
     let ball = Object::free(Mass::Kilograms(0.5));
-    world.add_sphere("ball", 0.1, &ball).expect("a ball");
+    world.add_sphere("a", 0.1, &ball).expect("a ball");
     let ball = world.build().expect("a world");
-    for (name, robot) in [("a/", &coupled), ("b/", &arm), ("c/", &coupled)] {
+    for (name, robot) in [("b/", &coupled), ("c/", &arm), ("d/", &coupled)] {
         (world.add(robot, name, &Transform::identity())).expect("a member");
     }
     let world = world.build().expect("a world");
     let tau = DVector::from_fn(world.nv(), |k, _| 0.3 * (k as f64).cos());
+    // Members are in the order of their names.
     let (mut q, mut v) = (0, 0);
     for alone in [&ball, &coupled, &arm, &coupled] {
         let [actual, expected] = accelerations(&world, alone, &tau, [q, v]);
