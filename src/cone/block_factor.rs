@@ -3,8 +3,11 @@
 //! Nodes are eliminated in an order of least degree, so that few blocks fill [Davis 2006, chapter 7]. Within a node there is pivoting, between nodes none:
 //! the matrices here are the identity plus the terms of laws with monotone derivatives.
 
-use crate::scalar::vectorized;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::ops::Range;
+
+use crate::scalar::vectorized;
 
 /// The size of the blocks of free bodies, whose products are unrolled.
 pub(super) const OF_BODIES: usize = 6;
@@ -29,6 +32,8 @@ pub(super) struct BlockFactor {
     first_pivots: Vec<usize>,
     merged: Vec<usize>,
     union: Vec<usize>,
+    /// Nodes with their degrees, those of the least degree first, and of these the first.
+    waiting: BinaryHeap<Reverse<(usize, usize)>>,
 }
 
 impl BlockFactor {
@@ -58,12 +63,17 @@ impl BlockFactor {
         self.places.clear();
         self.places.resize(n, usize::MAX);
         self.nodes.clear();
-        for place in 0..n {
-            let left = (0..n).filter(|&k| self.places[k] == usize::MAX);
-            let node = left.min_by_key(|&k| self.neighbours[k].len()).unwrap_or(0);
-            self.places[node] = place;
-            self.nodes.push(node);
-            self.eliminate_node(node);
+        self.waiting.clear();
+        let degrees = self.neighbours[..n].iter().map(Vec::len).enumerate();
+        (self.waiting).extend(degrees.map(|(node, degree)| Reverse((degree, node))));
+        while let Some(Reverse((degree, node))) = self.waiting.pop() {
+            // Nodes wait once for each degree that they have had.
+            let is_last = self.neighbours[node].len() == degree;
+            if is_last && self.places[node] == usize::MAX {
+                self.places[node] = self.nodes.len();
+                self.nodes.push(node);
+                self.eliminate_node(node);
+            }
         }
         self.place_blocks();
     }
@@ -80,6 +90,7 @@ impl BlockFactor {
             union.dedup();
             own.clear();
             own.extend(union.iter().filter(|&&k| k != other && k != node));
+            self.waiting.push(Reverse((own.len(), other)));
         }
         self.merged = merged;
     }

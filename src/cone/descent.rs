@@ -178,7 +178,9 @@ impl Descent {
 
     /// Goes along the step to where the slope is a part of the first one. `false` if that is not down.
     fn advance(&mut self, newton: &Newton, rho: f64) -> bool {
-        let first = self.slope(newton, rho, 0.0);
+        // At its start the slope is that of the gradient.
+        let along = self.gradient.iter().zip(&self.step);
+        let first: f64 = along.map(|(gradient, step)| gradient * step).sum();
         if first.is_nan() || first >= 0.0 {
             return false;
         }

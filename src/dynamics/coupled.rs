@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use super::aba::Driven;
-use super::crba::{CrbaScratch, mass_matrix_into};
+use super::crba::{CrbaScratch, mass_matrix_of_trees_into};
 use super::mass_matrix_factor::MassMatrixFactor;
 use super::rnea::{RneaScratch, bias_forces_into};
 use crate::model::Model;
@@ -24,11 +24,10 @@ impl<T: Scalar> CoupledScratch<T> {
     /// Memory for a model with mimic joints; nothing for others, which do not need it.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
         model.has_coupling().then(|| {
-            let identity = DMatrix::identity(model.nv(), model.nv());
             Box::new(Self {
                 crba: CrbaScratch::new(model),
                 rnea: RneaScratch::new(model),
-                factor: MassMatrixFactor::new(model, &identity),
+                factor: MassMatrixFactor::unfilled(model),
             })
         })
     }
@@ -80,7 +79,7 @@ pub(super) fn factorize<P: Scalar, T: Over<P>>(
     factor: &mut MassMatrixFactor<T>,
 ) {
     factor.refactor_filled(|mass| {
-        mass_matrix_into(model, q, crba, mass);
+        mass_matrix_of_trees_into(model, q, crba, mass);
         for (k, &resistance) in resistance.iter().enumerate() {
             mass[(k, k)] += resistance;
         }

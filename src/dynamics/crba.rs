@@ -2,12 +2,11 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::ops::Range;
-
 use nalgebra::DMatrix;
 
 use super::columns::{Columns, Payload};
-use crate::joint::{Axis, Joint, with_joint};
+use super::tree_matrix::TreeMatrix;
+use crate::joint::{Axis, with_joint};
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Transform};
@@ -19,8 +18,8 @@ pub struct CrbaScratch<T> {
     X_PB: Vec<Transform<T>>,
     composite: Vec<Inertia<T>>,
     columns: Columns<T>,
-    /// Coordinates of each tree of joints.
-    trees: Vec<Range<usize>>,
+    /// Index of the first entry of each column of a matrix that has all of them.
+    starts: Vec<usize>,
 }
 
 impl<T: Scalar> CrbaScratch<T> {
@@ -32,24 +31,9 @@ impl<T: Scalar> CrbaScratch<T> {
             X_PB: vec![Transform::identity(); n],
             composite: vec![Inertia::zero(); n],
             columns: Columns::new(model),
-            trees: trees(model),
+            starts: (0..model.nv()).map(|k| k * model.nv()).collect(),
         }
     }
-}
-
-/// Coordinates of each tree of joints on the world; with mimic joints all form one tree.
-fn trees<P: Scalar>(model: &Model<P>) -> Vec<Range<usize>> {
-    let roots = model.bodies().iter().filter(|body| body.parent.is_none());
-    let mut starts: Vec<usize> = roots.map(|body| body.v).collect();
-    if model.has_coupling() {
-        starts.truncate(1);
-    }
-    let ends = starts.iter().copied().skip(1).chain([model.nv()]);
-    starts
-        .iter()
-        .zip(ends)
-        .map(|(&start, end)| start..end)
-        .collect()
 }
 
 /// Computes the mass matrix M(q), `nv` × `nv`, symmetric:  T = ½ vᵀ M v.
@@ -102,7 +86,44 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    out.as_mut_slice().fill(T::zero());
+    let starts = std::mem::take(&mut scratch.starts);
+    fill(model, q, scratch, (out.as_mut_slice(), &starts));
+    scratch.starts = starts;
+}
+
+/// [`mass_matrix_into`] of the trees alone.
+pub(super) fn mass_matrix_of_trees_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    scratch: &mut CrbaScratch<T>,
+    out: &mut TreeMatrix<T>,
+) {
+    fill(model, q, scratch, out.parts_mut());
+}
+
+/// [`mass_matrix_of_trees_into`] where the pose of each body in its parent is known.
+pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    X_PB: &[Transform<T>],
+    scratch: &mut CrbaScratch<T>,
+    out: &mut TreeMatrix<T>,
+) {
+    let CrbaScratch {
+        composite, columns, ..
+    } = scratch;
+    T::vectorized(
+        #[inline(always)]
+        || inward(model, X_PB, composite, columns, out.parts_mut()),
+    );
+}
+
+/// Places the bodies and writes the matrix.
+fn fill<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    scratch: &mut CrbaScratch<T>,
+    out: (&mut [T], &[usize]),
+) {
     let CrbaScratch {
         sin_cos,
         X_PB,
@@ -120,36 +141,6 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
             inward(model, X_PB, composite, columns, out);
         },
     );
-    add_armature(model, out);
-}
-
-/// [`mass_matrix_into`] where the pose of each body in its parent is known.
-///
-/// * `out` – output, zero where a row and a column belong to different trees
-pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    X_PB: &[Transform<T>],
-    scratch: &mut CrbaScratch<T>,
-    out: &mut DMatrix<T>,
-) {
-    let CrbaScratch {
-        composite,
-        columns,
-        trees,
-        ..
-    } = scratch;
-    let nv = model.nv();
-    // Entries between trees stay zero.
-    for tree in trees {
-        for column in out.as_mut_slice()[nv * tree.start..nv * tree.end].chunks_exact_mut(nv) {
-            column[tree.clone()].fill(T::zero());
-        }
-    }
-    T::vectorized(
-        #[inline(always)]
-        || inward(model, X_PB, composite, columns, out),
-    );
-    add_armature(model, out);
 }
 
 /// Rotors rotate with their own coordinate only.
@@ -167,62 +158,47 @@ fn inward<P: Scalar, T: Over<P>>(
     X_PB: &[Transform<T>],
     composite: &mut [Inertia<T>],
     columns: &mut Columns<T>,
-    out: &mut DMatrix<T>,
+    (out, starts): (&mut [T], &[usize]),
 ) {
+    out.fill(T::zero());
     for (I, body) in composite.iter_mut().zip(model.bodies()) {
         *I = body.inertia.lift();
     }
     columns.number(model.bodies());
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let (X, I) = (&X_PB[j], &composite[j]);
-        let at = At {
-            i: j,
+        let in_parent = body.parent.map(|_| X);
+        let mut entries = Entries {
             body,
-            X_PB: body.parent.map(|_| X),
+            I,
+            out: &mut *out,
+            starts,
         };
-        with_joint!(body.joint, joint => pass(at, joint, I, columns, out),
-            else pass_rare(at, I, columns, out));
+        with_joint!(body.joint, joint => columns.propagate::<P, T, _>(j, body, joint, in_parent, &mut entries),
+            else pass_rare(j, in_parent, columns, &mut entries));
         if let Some(p) = body.parent {
             let I_P = X.inertia(I);
             composite[p.0] = composite[p.0] + I_P;
         }
     }
-}
-
-/// The place of a joint.
-#[derive(Clone, Copy)]
-struct At<'a, P, T> {
-    /// Index of its body.
-    i: usize,
-    body: &'a Body<P>,
-    /// Pose of the body in its parent; `None` if that is the world.
-    X_PB: Option<&'a Transform<T>>,
-}
-
-#[inline(always)]
-fn pass<P: Scalar, T: Over<P>, J: Joint>(
-    at: At<'_, P, T>,
-    joint: J,
-    I: &Inertia<T>,
-    columns: &mut Columns<T>,
-    out: &mut DMatrix<T>,
-) {
-    let (body, nv) = (at.body, out.nrows());
-    let out = out.as_mut_slice();
-    let mut entries = Entries { body, I, nv, out };
-    columns.propagate::<P, T, J>(at.i, body, joint, at.X_PB, &mut entries);
+    // Rotors rotate with their own coordinate only.
+    for (k, &armature) in model.armature().iter().enumerate() {
+        let entry = &mut out[starts[k] + k];
+        *entry = *entry + armature;
+    }
 }
 
 #[inline(never)]
 fn pass_rare<P: Scalar, T: Over<P>>(
-    at: At<'_, P, T>,
-    I: &Inertia<T>,
+    j: usize,
+    X_PB: Option<&Transform<T>>,
     columns: &mut Columns<T>,
-    out: &mut DMatrix<T>,
+    entries: &mut Entries<'_, P, T>,
 ) {
+    let body = entries.body;
     T::vectorized(
         #[inline(always)]
-        || with_joint!(rare at.body.joint, joint => pass(at, joint, I, columns, out)),
+        || with_joint!(rare body.joint, joint => columns.propagate::<P, T, _>(j, body, joint, X_PB, entries)),
     );
 }
 
@@ -231,8 +207,9 @@ fn pass_rare<P: Scalar, T: Over<P>>(
 struct Entries<'a, P, T> {
     body: &'a Body<P>,
     I: &'a Inertia<T>,
-    nv: usize,
     out: &'a mut [T],
+    /// Index that the entry of each column in row zero has, or would have.
+    starts: &'a [usize],
 }
 
 impl<P: Scalar, T: Over<P>> Payload<T> for Entries<'_, P, T> {
@@ -247,14 +224,14 @@ impl<P: Scalar, T: Over<P>> Payload<T> for Entries<'_, P, T> {
 
     #[inline(always)]
     fn own(&mut self, row: usize, column: usize, entry: T) {
-        self.out[row + self.nv * column] += self.body.scaled(entry);
+        self.out[self.starts[column] + row] += self.body.scaled(entry);
     }
 
     #[inline(always)]
     fn carried(&mut self, _: usize, row: usize, column: usize, entry: T, _: &Force<T>) {
         let entry = self.body.scaled(entry);
-        self.out[row + self.nv * column] += entry;
-        self.out[column + self.nv * row] += entry;
+        self.out[self.starts[column] + row] += entry;
+        self.out[self.starts[row] + column] += entry;
     }
 
     #[inline(always)]

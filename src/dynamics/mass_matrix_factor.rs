@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
+use super::tree_matrix::{TreeMatrix, trees};
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{ELIMINATED, Linear, Scalar, plus_scaled, vectorized_over};
@@ -29,7 +30,7 @@ use crate::scalar::{ELIMINATED, Linear, Scalar, plus_scaled, vectorized_over};
 #[derive(Clone, Debug)]
 pub struct MassMatrixFactor<T> {
     /// L below the diagonal, Lᵀ above it, so that rows and columns of L are both read in order; D⁻¹ on the diagonal.
-    factors: DMatrix<T>,
+    factors: TreeMatrix<T>,
     /// Ancestors of each coordinate, nearest first, one list after the other.
     ancestors: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
@@ -63,16 +64,15 @@ impl<T: Scalar> MassMatrixFactor<T> {
         factor
     }
 
-    /// Memory for the factors of a model, which are none yet: zeros, of which those between trees are never touched.
+    /// Memory for the factors of a model, which are none yet: zeros.
     pub(crate) fn unfilled<P: Scalar>(model: &Model<P>) -> Self {
         let Ancestors {
             lists,
             starts,
             ends,
         } = Ancestors::of(model);
-        let n = model.nv();
         Self {
-            factors: DMatrix::from_vec(n, n, vec![T::zero(); n * n]),
+            factors: TreeMatrix::zeros(model),
             ancestors: lists,
             starts,
             groups: groups(&ends),
@@ -85,12 +85,14 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn refactor(&mut self, mass_matrix: &DMatrix<T>) {
+        let n = self.factors.size();
+        assert_eq!(mass_matrix.shape(), (n, n), "a mass matrix is nv × nv");
         self.refactor_filled(|factors| factors.copy_from(mass_matrix));
     }
 
     /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; previous values are
     /// overwritten.
-    pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
+    pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut TreeMatrix<T>)) {
         fill(&mut self.factors);
         vectorized_over::<T, _>(
             #[inline(always)]
@@ -100,24 +102,20 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     #[inline(always)]
     fn factorize(&mut self) {
-        let n = self.factors.nrows();
-        for k in (0..n).rev() {
-            let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
-            let reciprocal = T::one() / own[k];
-            own[k] = reciprocal;
+        for k in (0..self.factors.size()).rev() {
+            let (tree, before, own) = self.factors.split_before(k);
+            let own_row = k - tree.start;
+            let reciprocal = T::one() / own[own_row];
+            own[own_row] = reciprocal;
             let ancestors = &self.ancestors[self.starts[k]..self.starts[k + 1]];
-            let root = ancestors.last().copied().unwrap_or(k);
             for &i in ancestors {
+                let row = i - tree.start;
                 // M_ij −= M_ki M_kj / M_kk for all j of the tree up to i, including zeros of those that are not ancestors of k
-                let ratio = own[i] * reciprocal;
-                let column = &mut before[n * i..n * (i + 1)];
-                // The bounds of a tree that is not the first one cost a robot alone 6 %.
-                match root {
-                    0 => subtract_scaled(&mut column[..=i], ratio, &own[..=i]),
-                    _ => subtract_scaled(&mut column[root..=i], ratio, &own[root..=i]),
-                }
-                own[i] = ratio;
-                column[k] = ratio;
+                let ratio = own[row] * reciprocal;
+                let column = &mut before[tree.len() * row..tree.len() * (row + 1)];
+                subtract_scaled(&mut column[..=row], ratio, &own[..=row]);
+                own[row] = ratio;
+                column[own_row] = ratio;
             }
         }
     }
@@ -128,7 +126,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If `x` has the wrong length.
     pub fn solve<S: Linear<T>>(&self, x: &mut [S]) {
-        let n = self.factors.nrows();
+        let n = self.factors.size();
         assert_eq!(x.len(), n, "a right-hand side has nv entries");
         S::vectorized(
             #[inline(always)]
@@ -144,8 +142,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     #[inline(always)]
     fn column(&self, k: usize) -> &[T] {
-        let n = self.factors.nrows();
-        &self.factors.as_slice()[n * k..n * (k + 1)]
+        self.factors.column(k)
     }
 
     #[inline(always)]
@@ -234,7 +231,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// Y.
     #[inline(always)]
     pub(crate) fn back_substitute_together<const N: usize>(&self, x: &mut [[T; N]]) {
-        let n = self.factors.nrows();
+        let n = self.factors.size();
         for j in (0..n).rev() {
             let below = j + 1..self.ends[j];
             let shares = &self.column(j)[below.clone()];
@@ -283,7 +280,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
 /// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint,
 /// then in the parent's.
 ///
-/// A mimic joint ties branches together, so with mimic joints every coordinate counts as an ancestor of all after it.
+/// A mimic joint ties branches together, so with mimic joints every coordinate counts as an ancestor of all after it in
+/// what is connected.
 pub(crate) struct Ancestors {
     /// Lists of all coordinates, in sequence.
     pub(crate) lists: Vec<usize>,
@@ -338,7 +336,8 @@ fn subtract_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
 /// Nearest ancestor of each velocity coordinate.
 fn nearest_ancestors<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
     if model.has_coupling() {
-        return (0..model.nv()).map(|k| k.checked_sub(1)).collect();
+        let own = trees(model).into_iter().enumerate();
+        return own.map(|(k, first)| (k > first).then(|| k - 1)).collect();
     }
     let mut out = vec![None; model.nv()];
     for body in model.bodies() {

@@ -97,6 +97,7 @@ mod regressor;
 mod rnea;
 mod singular;
 mod tree;
+mod tree_matrix;
 mod weightless;
 
 pub use acceleration::{
@@ -168,3 +169,4 @@ pub use rnea::{
     inverse_dynamics, inverse_dynamics_into,
 };
 pub(crate) use rnea::{motions_of_some, transmitted_forces, world_acceleration};
+pub(crate) use tree_matrix::{TreeMatrix, trees};

@@ -3,8 +3,6 @@
 //! With the acceleration `a_free` without the rows, a = `a_free` + M⁻¹ Jᵀ f. In the rows this is y = G f + J `a_free` − reference with
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The order of rows is: kinematic constraints, joints at their limits and with dry friction, contact points.
 
-use nalgebra::DMatrix;
-
 use super::evaluation_point::EvaluationPoint;
 use super::force_solver::ForceSolver;
 use super::forces::Forces;
@@ -13,7 +11,7 @@ use super::rows::Rows;
 use super::simulator::Simulator;
 use crate::cone::{Certificate, ConeOptions, Law, Mode, Smoothed, Status};
 use crate::contact::{Contacts, ROWS};
-use crate::dynamics::MassMatrixFactor;
+use crate::dynamics::{MassMatrixFactor, TreeMatrix};
 use crate::model::Model;
 use crate::scalar::{Linear, Over, Scalar, is_f64};
 use crate::spatial::{Motion, Transform};
@@ -67,7 +65,7 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn find_mass<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        change: impl FnOnce(&mut DMatrix<T>, &mut [T]),
+        change: impl FnOnce(&mut TreeMatrix<T>, &mut [T]),
     ) where
         T: Over<P>,
     {
@@ -79,7 +77,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The factors of M after another change of it and of τ − h, which are written.
-    pub(super) fn change_mass(&mut self, write: impl FnOnce(&mut DMatrix<T>, &mut [T])) {
+    pub(super) fn change_mass(&mut self, write: impl FnOnce(&mut TreeMatrix<T>, &mut [T])) {
         let forces = &mut self.placed.forces;
         self.factor.refactor_filled(|mass| write(mass, forces));
     }
@@ -129,7 +127,7 @@ impl<T: Scalar> Balance<T> {
         T: Over<P>,
     {
         let (law, solver) = (law_of(at), &mut self.solver);
-        self.rows.prepare_slopes(law, &self.factor, solver);
+        self.rows.prepare_slopes(law, solver);
     }
 
     /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.

@@ -116,15 +116,10 @@ impl<T: Scalar> ForceSolver<T> {
     }
 
     /// Readies islands that were solved by blocks for derivatives, which take their rows in one piece.
-    pub(super) fn prepare_slopes(
-        &mut self,
-        problem: &ConeProblem<'_, T>,
-        rows: &SparseRows<T>,
-        factor: &MassMatrixFactor<T>,
-    ) {
+    pub(super) fn prepare_slopes(&mut self, problem: &ConeProblem<'_, T>, rows: &SparseRows<T>) {
         if let Solved::Islands(count) = self.last {
             let all = self.islands[..count].iter_mut();
-            all.for_each(|island| island.prepare_slopes(problem, rows, factor));
+            all.for_each(|island| island.prepare_slopes(problem, rows));
         }
     }
 

@@ -143,16 +143,14 @@ impl<T: Scalar> Island<T> {
     }
 
     /// G of its rows.
-    fn form_matrix(&mut self, rows: &SparseRows<T>, factor: &MassMatrixFactor<T>) {
+    fn form_matrix(&mut self, rows: &SparseRows<T>) {
         let n = self.rows.len();
-        self.matrix.clear();
         self.matrix.resize(n * n, T::zero());
         for i in 0..n {
-            for j in 0..=i {
-                let entry = rows.product(factor, self.rows[i], self.rows[j]);
-                self.matrix[n * i + j] = entry;
-                self.matrix[n * j + i] = entry;
-            }
+            let (before, rest) = self.matrix.split_at_mut(n * i);
+            rows.products(self.rows[i], &self.rows[..=i], &mut rest[..=i]);
+            let column = before.iter_mut().skip(i).step_by(n.max(1));
+            column.zip(&*rest).for_each(|(out, &x)| *out = x);
         }
     }
 
@@ -201,7 +199,7 @@ impl<T: Scalar> Island<T> {
         if self.is_by_blocks {
             return self.solve_by_blocks(of, rows, factor, start);
         }
-        self.form_matrix(rows, factor);
+        self.form_matrix(rows);
         if start != Start::Last {
             self.forces.fill(T::zero());
         }
@@ -238,7 +236,7 @@ impl<T: Scalar> Island<T> {
         }
         self.by_blocks = Some(own);
         if is_more_than_values::<T>() && worst.status != Status::NotFinite {
-            self.form_matrix(rows, factor);
+            self.form_matrix(rows);
             self.adopt(of);
         }
         worst
@@ -272,14 +270,9 @@ impl<T: Scalar> Island<T> {
     }
 
     /// Readies what was solved by blocks for derivatives, which take the rows in one piece.
-    pub(super) fn prepare_slopes(
-        &mut self,
-        of: &ConeProblem<'_, T>,
-        rows: &SparseRows<T>,
-        factor: &MassMatrixFactor<T>,
-    ) {
+    pub(super) fn prepare_slopes(&mut self, of: &ConeProblem<'_, T>, rows: &SparseRows<T>) {
         if self.is_by_blocks {
-            self.form_matrix(rows, factor);
+            self.form_matrix(rows);
             self.adopt(of);
         }
     }

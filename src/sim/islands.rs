@@ -5,7 +5,6 @@
 
 use super::sparse_rows::SparseRows;
 use crate::cone::Block;
-use crate::model::Model;
 use crate::scalar::Scalar;
 
 /// The islands of the rows of an instant.
@@ -82,38 +81,6 @@ impl Islands {
     }
 }
 
-/// First coordinate of what is connected with each one, by joints or by joints that follow others.
-pub(super) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
-    let mut trees: Vec<usize> = (0..model.nv()).collect();
-    let root = |trees: &[usize], mut k: usize| {
-        while trees[k] != k {
-            k = trees[k];
-        }
-        k
-    };
-    // Of a body without coordinates those of the bodies before it.
-    let mut own: Vec<Option<usize>> = Vec::with_capacity(model.n_bodies());
-    for body in model.bodies() {
-        let mut first = body.parent.and_then(|parent| own[parent.0]);
-        for k in body.v..body.v + body.joint.nv() {
-            let k = root(&trees, k);
-            let other = first.map_or(k, |first| root(&trees, first));
-            let (low, high) = (k.min(other), k.max(other));
-            trees[high] = low;
-            first = Some(low);
-        }
-        own.push(first);
-    }
-    let mut out: Vec<usize> = (0..trees.len()).map(|k| root(&trees, k)).collect();
-    // What is between connected coordinates counts as connected with them.
-    for k in (1..out.len()).rev() {
-        if out[k] < k {
-            out[k - 1] = out[k - 1].min(out[k]);
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,19 +103,5 @@ mod tests {
         rows.truncate(3);
         islands.find(&rows, &[Block::Cone]);
         assert_eq!((islands.count, &islands.of_blocks[..]), (1, &[0][..]));
-    }
-
-    #[test]
-    fn a_robot_is_one_tree_and_free_bodies_are_many() {
-        use crate::model::{Mass, Object, World, samples};
-        assert!(trees(&samples::arm()).iter().all(|&first| first == 0));
-        let mut world = World::default();
-        for name in ["a", "b"] {
-            let ball = Object::free(Mass::Kilograms(1.0));
-            world.add_sphere(name, 0.1, &ball).expect("a member");
-        }
-        let model = world.build().expect("a world");
-        let expected: Vec<usize> = (0..12).map(|k| k / 6 * 6).collect();
-        assert_eq!(trees(&model), expected);
     }
 }

@@ -40,6 +40,7 @@ mod balance;
 mod base;
 mod batch;
 mod carried;
+mod dense_rows;
 mod effort_bounds;
 mod evaluation_point;
 mod force;

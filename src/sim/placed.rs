@@ -1,10 +1,10 @@
 //! Mass matrix and forces of a robot at a state, without constraint forces.
 
-use nalgebra::DMatrix;
-
 use super::evaluation_point::EvaluationPoint;
 use super::forces::Forces;
-use crate::dynamics::{CrbaScratch, RneaScratch, bias_forces_into, mass_matrix_of_placed_into};
+use crate::dynamics::{
+    CrbaScratch, RneaScratch, TreeMatrix, bias_forces_into, mass_matrix_of_placed_into,
+};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Transform};
@@ -40,7 +40,7 @@ impl<T: Scalar> Placed<T> {
     }
 
     /// M, the upper triangle.
-    pub(super) fn mass_into<P: Scalar>(&mut self, model: &Model<P>, mass: &mut DMatrix<T>)
+    pub(super) fn mass_into<P: Scalar>(&mut self, model: &Model<P>, mass: &mut TreeMatrix<T>)
     where
         T: Over<P>,
     {
@@ -54,7 +54,7 @@ impl<T: Scalar> Placed<T> {
 }
 
 /// Adds to the diagonal of a matrix.
-pub(super) fn add_diagonal<T: Scalar>(matrix: &mut DMatrix<T>, diagonal: &[T]) {
+pub(super) fn add_diagonal<T: Scalar>(matrix: &mut TreeMatrix<T>, diagonal: &[T]) {
     for (k, &x) in diagonal.iter().enumerate() {
         matrix[(k, k)] += x;
     }

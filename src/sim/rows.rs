@@ -1,14 +1,15 @@
 //! Constraint rows of the force problem: Jacobian, reference accelerations, and compliance.
 
+use super::dense_rows::DenseRows;
 use super::force_solver::ForceSolver;
 use super::island::Start;
-use super::islands::{Islands, trees};
+use super::islands::Islands;
 use super::sparse_rows::SparseRows;
 use crate::cone::{Block, Certificate, ConeProblem, Law};
-use crate::dynamics::MassMatrixFactor;
+use crate::dynamics::{MassMatrixFactor, trees};
 use crate::linalg::product::dot;
 use crate::model::Model;
-use crate::scalar::{GROUP, Linear, Scalar, TILE, each, plus_scaled, vectorized};
+use crate::scalar::{GROUP, Linear, Scalar};
 
 /// Rows  y = G f + J a − reference, block after block.
 #[derive(Clone, Debug)]
@@ -16,24 +17,16 @@ pub(crate) struct Rows<T> {
     nv: usize,
     /// Number of rows.
     count: usize,
-    /// J, row by row, `nv` numbers each.
-    jacobian: Vec<T>,
-    /// X with Lᵀ X = (Jᵀ, τ), filled up with zeros: for each group of rows, coordinate after coordinate.
-    half: Vec<[T; GROUP]>,
-    /// D⁻¹ X of one group.
-    scaled: Vec<[T; GROUP]>,
+    /// J, X and G; in a world of several trees J and X for derivatives alone.
+    dense: DenseRows<T>,
     references: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
-    /// G.
-    matrix: Vec<T>,
     regularization: Vec<T>,
     offset: Vec<T>,
     forces: Vec<T>,
-    /// In a world of several trees, instead of J, X and G, which are then formed only for derivatives.
+    /// J and X of a world of several trees.
     sparse: Option<Box<SparseRows<T>>>,
-    /// Diagonal of G there.
-    diagonal: Vec<T>,
     /// Acceleration by turning axes there.
     turned: Vec<T>,
     islands: Islands,
@@ -56,23 +49,18 @@ impl<T: Scalar> Rows<T> {
         let trees = trees(model);
         // Recorded numbers have no known zeros.
         let are_several = T::HAS_VALUES && trees.iter().any(|&first| first > 0);
-        let dense = |rows: usize| if are_several { 0 } else { rows };
         Self {
             nv,
             sparse: are_several.then(|| Box::new(SparseRows::new(&trees))),
-            diagonal: Vec::new(),
             turned: Vec::new(),
             islands: Islands::default(),
             start: Start::Nothing,
             start_forces: Vec::new(),
             count: 0,
-            jacobian: Vec::with_capacity(dense(rows) * nv),
-            half: Vec::with_capacity((dense(rows) / GROUP + 1) * nv),
-            scaled: Vec::with_capacity(nv),
+            dense: DenseRows::new(nv, if are_several { 0 } else { rows }),
             references: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
-            matrix: Vec::with_capacity(dense(rows) * rows),
             regularization: Vec::with_capacity(rows),
             offset: Vec::with_capacity(rows),
             forces: Vec::with_capacity(rows),
@@ -82,7 +70,7 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn clear(&mut self) {
         self.count = 0;
         self.start = Start::Nothing;
-        self.jacobian.clear();
+        self.dense.truncate(0);
         if let Some(sparse) = &mut self.sparse {
             sparse.truncate(0);
         }
@@ -103,7 +91,7 @@ impl<T: Scalar> Rows<T> {
     /// Takes back what came after a mark.
     pub(super) fn truncate(&mut self, to: Mark) {
         self.count = to.rows;
-        self.jacobian.truncate(to.rows * self.nv);
+        self.dense.truncate(to.rows);
         if let Some(sparse) = &mut self.sparse {
             sparse.truncate(to.rows);
         }
@@ -136,25 +124,21 @@ impl<T: Scalar> Rows<T> {
 
     /// More rows of zeros, to be filled: they act on the same bodies or coordinates.
     pub(super) fn grow(&mut self, rows: usize) -> NewRows<'_, T> {
-        let start = self.jacobian.len();
         self.count += rows;
         match &mut self.sparse {
-            None => self.jacobian.resize(self.count * self.nv, T::zero()),
-            Some(sparse) => sparse.grow(rows),
-        }
-        NewRows {
-            nv: self.nv,
-            rows,
-            dense: &mut self.jacobian[start..],
-            sparse: self.sparse.as_deref_mut(),
+            None => NewRows::Dense(self.nv, self.dense.grow(rows)),
+            Some(sparse) => {
+                sparse.grow(rows);
+                NewRows::Sparse(rows, sparse)
+            }
         }
     }
 
     /// So many more rows, all of whose entries are given, row by row. A robot without freedom has rows without entries.
     pub(super) fn push_dense(&mut self, rows: usize, entries: &[T]) {
         if self.sparse.is_none() {
-            self.grow(rows).dense.copy_from_slice(entries);
-            return;
+            self.count += rows;
+            return self.dense.grow(rows).copy_from_slice(entries);
         }
         for row in entries.chunks_exact(self.nv.max(1)) {
             let mut own = self.grow(1);
@@ -196,81 +180,12 @@ impl<T: Scalar> Rows<T> {
     ///
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
     pub(super) fn form_delassus(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
-        if let Some(sparse) = &mut self.sparse {
-            sparse.form_halves(factor, tau);
-            let rows = 0..self.count;
-            self.diagonal.clear();
-            self.offset.clear();
-            (self.diagonal).extend(rows.clone().map(|i| sparse.product(factor, i, i)));
-            (self.offset).extend(rows.map(|i| sparse.offset(factor, i)));
-            self.turned.clear();
-            return self.turned.resize(self.nv, T::zero());
+        match &mut self.sparse {
+            None => (self.dense).form(factor, self.count, tau, &mut self.offset),
+            Some(sparse) => sparse.form(factor, tau, &mut self.offset),
         }
-        self.transpose(tau);
-        self.matrix.resize(self.count * self.count, T::zero());
-        self.offset.resize(self.count, T::zero());
-        vectorized(
-            #[inline(always)]
-            || {
-                factor.back_substitute_together(&mut self.half);
-                for first in (0..self.count).step_by(GROUP) {
-                    self.multiply(factor, first);
-                }
-            },
-        );
-    }
-
-    /// Jᵀ, and τ beside it.
-    fn transpose(&mut self, tau: &[T]) {
-        let nv = self.nv;
-        self.half.clear();
-        self.half.resize(nv * self.groups(), [T::zero(); GROUP]);
-        let rows = self.jacobian.chunks_exact(nv.max(1));
-        for (i, row) in rows.chain([tau]).enumerate() {
-            let own = &mut self.half[nv * (i / GROUP)..][..nv];
-            for k in 0..nv {
-                own[k][i % GROUP] = row[k];
-            }
-        }
-    }
-
-    /// The columns of Xᵀ D⁻¹ X for one group of rows.
-    #[inline(always)]
-    fn multiply(&mut self, factor: &MassMatrixFactor<T>, first: usize) {
-        let (nv, end) = (self.nv, self.count.min(first + GROUP));
-        self.scaled.clear();
-        for (k, x) in self.half[nv * (first / GROUP)..][..nv].iter().enumerate() {
-            let reciprocal = factor.reciprocal(k);
-            self.scaled.push(each(|i| x[i] * reciprocal));
-        }
-        for from in (first..=self.count).step_by(GROUP) {
-            for column in (first..end).step_by(TILE) {
-                let x = &self.half[nv * (from / GROUP)..][..nv];
-                let tile = products(x, &self.scaled, column - first);
-                self.store(&tile, from, column);
-            }
-        }
-    }
-
-    /// Puts what is on and below the diagonal of G on both sides of it, and what stands after its last row where it belongs.
-    #[inline(always)]
-    fn store(&mut self, tile: &[[T; GROUP]; TILE], from: usize, first: usize) {
-        let n = self.count;
-        for j in first..n.min(first + TILE) {
-            let column = &tile[j - first];
-            for i in j.max(from)..n.min(from + GROUP) {
-                self.matrix[i + n * j] = column[i - from];
-                self.matrix[j + n * i] = column[i - from];
-            }
-            if n < from + GROUP {
-                self.offset[j] = column[n - from];
-            }
-        }
-    }
-
-    /// Number of groups that hold the rows and one more.
-    fn groups(&self) -> usize {
-        self.count / GROUP + 1
+        self.turned.clear();
+        self.turned.resize(self.nv, T::zero());
     }
 
     /// Number of rows.
@@ -279,46 +194,35 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Writes J and X for derivatives, and readies the solver for them, in a world of several trees.
-    pub(super) fn prepare_slopes(
-        &mut self,
-        law: Law,
-        factor: &MassMatrixFactor<T>,
-        solver: &mut ForceSolver<T>,
-    ) {
-        let Some(sparse) = &self.sparse else { return };
-        self.jacobian.clear();
-        self.jacobian.resize(self.count * self.nv, T::zero());
-        sparse.fill_jacobian(&mut self.jacobian);
-        let groups = self.groups();
-        self.half.clear();
-        self.half.resize(self.nv * groups, [T::zero(); GROUP]);
-        sparse.fill_halves(&mut self.half);
-        solver.prepare_slopes(&self.problem(law), sparse, factor);
+    pub(super) fn prepare_slopes(&mut self, law: Law, solver: &mut ForceSolver<T>) {
+        if let Some(sparse) = &self.sparse {
+            self.dense.take(sparse, self.count);
+            solver.prepare_slopes(&self.problem(law), sparse);
+        }
     }
 
     /// J of a coordinate times the forces of the rows.
     pub(super) fn force_along(&self, k: usize) -> impl Iterator<Item = (T, T)> + '_ {
         let forces = self.forces.iter().enumerate();
         forces.map(move |(row, &f)| match &self.sparse {
-            None => (self.jacobian[self.nv * row + k], f),
+            None => (self.dense.entry(row, k), f),
             Some(sparse) => (sparse.entry(row, k), f),
         })
     }
 
     /// The entries of J in so many first rows, in sequence; in a world of several trees once derivatives are prepared.
     pub(crate) fn first_rows(&self, rows: usize) -> &[T] {
-        &self.jacobian[..self.nv * rows]
+        self.dense.first_rows(rows)
     }
 
     /// X with Lᵀ X = Jᵀ, for each group of rows: their entries for each coordinate. Entries after the last row are not rows.
     pub(crate) fn halves(&self) -> impl Iterator<Item = &[[T; GROUP]]> {
-        self.half.chunks_exact(self.nv.max(1))
+        self.dense.halves()
     }
 
     /// X of one row, coordinate after coordinate.
     pub(crate) fn half(&self, row: usize) -> impl Iterator<Item = T> {
-        let group = &self.half[self.nv * (row / GROUP)..][..self.nv];
-        group.iter().map(move |x| x[row % GROUP])
+        self.dense.half(row)
     }
 
     /// The forces of the last solution.
@@ -328,20 +232,17 @@ impl<T: Scalar> Rows<T> {
 
     /// `G_ii`.
     pub(crate) fn delassus(&self, row: usize) -> T {
-        match self.sparse {
-            None => self.matrix[row * (self.count + 1)],
-            Some(_) => self.diagonal[row],
+        match &self.sparse {
+            None => self.dense.matrix()[row * (self.count + 1)],
+            Some(sparse) => sparse.delassus(row),
         }
     }
 
     /// All rows see another acceleration, by `x` along the coordinate `k`.
     pub(super) fn turn(&mut self, k: usize, x: T) {
-        if self.sparse.is_some() {
-            self.turned[k] += x;
-            return;
-        }
-        for (row, offset) in self.offset.iter_mut().enumerate() {
-            *offset = self.jacobian[self.nv * row + k].mul_add(x, *offset);
+        match self.sparse {
+            None => self.dense.turn(k, x, &mut self.offset),
+            Some(_) => self.turned[k] += x,
         }
     }
 
@@ -426,7 +327,7 @@ impl<T: Scalar> Rows<T> {
             law,
             blocks: &self.blocks,
             friction: &self.friction,
-            matrix: &self.matrix,
+            matrix: self.dense.matrix(),
             regularization: &self.regularization,
             free_velocity: &self.offset,
         }
@@ -456,34 +357,9 @@ impl<T: Scalar> Rows<T> {
 
     /// a = M⁻¹ (τ + Jᵀ f)
     pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, a: &mut [T]) {
-        if let Some(sparse) = &self.sparse {
-            return sparse.accelerations(factor, &self.forces, a);
-        }
-        vectorized(
-            #[inline(always)]
-            || {
-                a.fill(T::zero());
-                for (group, x) in self.halves().enumerate() {
-                    self.push(group, x, a);
-                }
-                factor.forward_substitute(a);
-            },
-        );
-    }
-
-    /// τ ← τ + Xᵀ f of one group of rows.
-    #[inline(always)]
-    fn push(&self, group: usize, x: &[[T; GROUP]], tau: &mut [T]) {
-        // What the forces act beside stands after the last row, as if it had a force of one.
-        let mut forces = [T::one(); GROUP];
-        for (own, &f) in forces.iter_mut().zip(&self.forces[GROUP * group..]) {
-            *own = f;
-        }
-        for (tau, x) in tau.iter_mut().zip(x) {
-            // One after the other: a row without a force, which a lane has for the sake of others, then changes no bit of the sum.
-            for i in 0..GROUP {
-                *tau = x[i].mul_add(forces[i], *tau);
-            }
+        match &self.sparse {
+            None => self.dense.accelerations(factor, &self.forces, a),
+            Some(sparse) => sparse.accelerations(factor, &self.forces, a),
         }
     }
 
@@ -499,19 +375,19 @@ impl<T: Scalar> Rows<T> {
 }
 
 /// Rows that have just been added.
-pub(super) struct NewRows<'a, T> {
-    nv: usize,
-    rows: usize,
-    dense: &'a mut [T],
-    sparse: Option<&'a mut SparseRows<T>>,
+pub(super) enum NewRows<'a, T> {
+    /// The number of coordinates, and the rows, one after the other.
+    Dense(usize, &'a mut [T]),
+    /// How many they are.
+    Sparse(usize, &'a mut SparseRows<T>),
 }
 
 impl<T: Scalar> NewRows<'_, T> {
     /// Adds to an entry.
     pub(super) fn add(&mut self, row: usize, k: usize, x: T) {
-        match &mut self.sparse {
-            None => self.dense[row * self.nv + k] += x,
-            Some(sparse) => sparse.add(self.rows, row, k, x),
+        match self {
+            Self::Dense(nv, rows) => rows[row * *nv + k] += x,
+            Self::Sparse(rows, sparse) => sparse.add(*rows, row, k, x),
         }
     }
 }
@@ -519,17 +395,4 @@ impl<T: Scalar> NewRows<'_, T> {
 /// Whether the bound of a block limits its force.
 fn is_bound<T: Scalar>(block: Block, x: &T) -> bool {
     block == Block::Interval && !(x.has_value() && x.value(0).is_infinite())
-}
-
-/// X Yᵀ, of which as many columns as a tile has, from `first` on.
-#[inline(always)]
-fn products<T: Scalar>(x: &[[T; GROUP]], y: &[[T; GROUP]], first: usize) -> [[T; GROUP]; TILE] {
-    let mut out = [[T::zero(); GROUP]; TILE];
-    for (x, y) in x.iter().zip(y) {
-        let y = &y[first..first + TILE];
-        for j in 0..TILE {
-            out[j] = plus_scaled(&out[j], y[j], x);
-        }
-    }
-    out
 }

@@ -19,10 +19,13 @@ pub(super) struct SparseRows<T> {
     segments: Vec<Segment>,
     /// J.
     values: Vec<T>,
-    /// X, in the same places.
+    /// X, in the same places, and D⁻¹ X.
     half: Vec<T>,
+    scaled: Vec<T>,
     /// Y with Lᵀ Y = τ.
     beside: Vec<T>,
+    /// Diagonal of G.
+    diagonal: Vec<T>,
 }
 
 /// Place of the entries of a row.
@@ -61,7 +64,9 @@ impl<T: Scalar> SparseRows<T> {
             segments: Vec::new(),
             values: Vec::new(),
             half: Vec::new(),
+            scaled: Vec::new(),
             beside: vec![T::zero(); first.len()],
+            diagonal: Vec::new(),
         }
     }
 
@@ -137,47 +142,55 @@ impl<T: Scalar> SparseRows<T> {
         })
     }
 
-    /// X, and Y of forces τ along the coordinates.
-    pub(super) fn form_halves(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
-        self.half.clone_from(&self.values);
-        for place in &self.rows {
-            for segment in &self.segments[place.segments.clone()] {
-                let tree = self.trees[segment.tree].clone();
-                let at = segment.at + place.index * tree.len();
-                let own = &mut self.half[at..at + tree.len()];
-                factor.back_substitute_in(tree, own);
-            }
-        }
+    /// X, Y of forces τ along the coordinates, the diagonal of G, and J M⁻¹ τ.
+    pub(super) fn form(&mut self, factor: &MassMatrixFactor<T>, tau: &[T], offset: &mut Vec<T>) {
         self.beside.copy_from_slice(tau);
         for tree in &self.trees {
             let own = &mut self.beside[tree.clone()];
             factor.back_substitute_in(tree.clone(), own);
         }
+        self.half.clone_from(&self.values);
+        self.scaled.resize(self.values.len(), T::zero());
+        self.diagonal.clear();
+        offset.clear();
+        for place in &self.rows {
+            let (mut diagonal, mut along) = (T::zero(), T::zero());
+            for segment in &self.segments[place.segments.clone()] {
+                let tree = self.trees[segment.tree].clone();
+                let at = segment.at + place.index * tree.len();
+                let own = at..at + tree.len();
+                let x = &mut self.half[own.clone()];
+                factor.back_substitute_in(tree.clone(), x);
+                for ((k, &x), scaled) in tree.zip(&*x).zip(&mut self.scaled[own]) {
+                    *scaled = x * factor.reciprocal(k);
+                    diagonal = scaled.mul_add(x, diagonal);
+                    along = scaled.mul_add(self.beside[k], along);
+                }
+            }
+            self.diagonal.push(diagonal);
+            offset.push(along);
+        }
     }
 
-    /// `G_ij` of two rows.
-    pub(super) fn product(&self, factor: &MassMatrixFactor<T>, i: usize, j: usize) -> T {
-        let mut sum = T::zero();
-        for (tree, x) in self.parts(&self.half, i) {
-            let mut others = self.parts(&self.half, j);
-            if let Some((_, y)) = others.find(|(other, _)| *other == tree) {
-                for ((k, &x), &y) in self.trees[tree].clone().zip(x).zip(y) {
-                    sum = (x * factor.reciprocal(k)).mul_add(y, sum);
+    /// `G_ii` of a row.
+    pub(super) fn delassus(&self, row: usize) -> T {
+        self.diagonal[row]
+    }
+
+    /// `G_ij` of a row and some others.
+    pub(super) fn products(&self, row: usize, others: &[usize], out: &mut [T]) {
+        out.fill(T::zero());
+        for (tree, x) in self.parts(&self.scaled, row) {
+            for (&other, out) in others.iter().zip(&mut *out) {
+                let place = &self.rows[other];
+                let mut segments = self.segments[place.segments.clone()].iter();
+                if let Some(own) = segments.find(|own| own.tree == tree) {
+                    let y = &self.half[own.at + place.index * x.len()..][..x.len()];
+                    let pairs = x.iter().zip(y);
+                    *out = pairs.fold(*out, |sum, (&x, &y)| x.mul_add(y, sum));
                 }
             }
         }
-        sum
-    }
-
-    /// J M⁻¹ τ of a row.
-    pub(super) fn offset(&self, factor: &MassMatrixFactor<T>, row: usize) -> T {
-        let mut sum = T::zero();
-        for (tree, x) in self.parts(&self.half, row) {
-            for (k, &x) in self.trees[tree].clone().zip(x) {
-                sum = (x * factor.reciprocal(k)).mul_add(self.beside[k], sum);
-            }
-        }
-        sum
     }
 
     /// An entry of J.

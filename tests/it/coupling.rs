@@ -6,9 +6,10 @@ use dualbody::dynamics::{
 };
 use dualbody::joint::JointKind;
 use dualbody::model::{
-    FrameId, JointSpec, LinkSpec, Mimic, Mimicry, Model, ModelBuilder, Spring, samples,
+    FrameId, JointSpec, LinkSpec, Mass, Mimic, Mimicry, Model, ModelBuilder, Object, Spring, World,
+    samples,
 };
-use dualbody::spatial::Representation;
+use dualbody::spatial::{Representation, Transform};
 use dualbody::{Integrator, LoadError, Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
@@ -171,6 +172,51 @@ fn coupled_forward_dynamics_obeys_the_projected_equation_of_motion() {
             "projected equation",
         );
     });
+}
+
+/// Accelerations of a part of a world, and the same of that part alone.
+fn accelerations(
+    world: &Model,
+    alone: &Model,
+    tau: &DVector<f64>,
+    [first_q, first_v]: [usize; 2],
+) -> [DVector<f64>; 2] {
+    let point = random_point(world, 11);
+    let all = forward_dynamics(
+        world,
+        point.q.as_slice(),
+        point.v.as_slice(),
+        tau.as_slice(),
+    );
+    let q = &point.q.as_slice()[first_q..first_q + alone.nq()];
+    let own = first_v..first_v + alone.nv();
+    let v = &point.v.as_slice()[own.clone()];
+    let expected = forward_dynamics(alone, q, v, &tau.as_slice()[own.clone()]);
+    [all.rows_range(own).into_owned(), expected]
+}
+
+// Followers connect the branches of their own robot, and nothing else.
+#[test]
+fn coupled_robots_and_others_accelerate_in_a_world_as_alone() {
+    let (coupled, _) = both();
+    let arm = samples::arm();
+    let mut world = World::default();
+    let ball = Object::free(Mass::Kilograms(0.5));
+    world.add_sphere("a", 0.1, &ball).expect("a ball");
+    let ball = world.build().expect("a world");
+    for (name, robot) in [("b/", &coupled), ("c/", &arm), ("d/", &coupled)] {
+        (world.add(robot, name, &Transform::identity())).expect("a member");
+    }
+    let world = world.build().expect("a world");
+    let tau = DVector::from_fn(world.nv(), |k, _| 0.3 * (k as f64).cos());
+    // Members are in the order of their names.
+    let (mut q, mut v) = (0, 0);
+    for alone in [&ball, &coupled, &arm, &coupled] {
+        let [actual, expected] = accelerations(&world, alone, &tau, [q, v]);
+        assert_close_vector(&actual, &expected, OTHER_ALGORITHM, alone.name());
+        (q, v) = (q + alone.nq(), v + alone.nv());
+    }
+    assert_eq!((q, v), (world.nq(), world.nv()));
 }
 
 #[test]

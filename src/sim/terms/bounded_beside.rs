@@ -1,7 +1,7 @@
 //! Data beside bounded forces while a solver finds other forces: mass matrix and forces of the first round.
 
-use nalgebra::DMatrix;
-
+use crate::dynamics::TreeMatrix;
+use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::balance::Balance;
 
@@ -9,17 +9,17 @@ use crate::sim::balance::Balance;
 #[derive(Clone, Debug)]
 pub(super) struct Beside<T> {
     /// Of which the upper triangle is read.
-    pub(super) mass: DMatrix<T>,
+    pub(super) mass: TreeMatrix<T>,
     /// τ − h.
     pub(super) forces: Vec<T>,
 }
 
 impl<T: Scalar> Beside<T> {
-    /// Memory for so many coordinates.
-    pub(super) fn new(nv: usize) -> Box<Self> {
+    /// Memory for the coordinates of a model.
+    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Box<Self> {
         Box::new(Self {
-            mass: DMatrix::zeros(nv, nv),
-            forces: vec![T::zero(); nv],
+            mass: TreeMatrix::zeros(model),
+            forces: vec![T::zero(); model.nv()],
         })
     }
 
@@ -27,7 +27,7 @@ impl<T: Scalar> Beside<T> {
     pub(super) fn needed(&self, k: usize, a: &[T], balance: &Balance<T>) -> T {
         let entries = a.iter().enumerate();
         let inertial = entries.fold(-self.forces[k], |sum, (j, &a)| {
-            self.mass[(k.min(j), k.max(j))].mul_add(a, sum)
+            self.mass.entry(k.min(j), k.max(j)).mul_add(a, sum)
         });
         let pairs = balance.rows().force_along(k);
         pairs.fold(inertial, |sum, (j, f)| (-j).mul_add(f, sum))

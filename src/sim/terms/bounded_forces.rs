@@ -286,7 +286,7 @@ impl<T: Scalar> BoundedForces<T> {
             resistance: zeros(),
             needed: zeros(),
             rnea: holds.then(|| Box::new(RneaScratch::new(simulator.model()))),
-            beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(nv)),
+            beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(simulator.model())),
         }
     }
 

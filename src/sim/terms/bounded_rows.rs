@@ -4,10 +4,9 @@
 //! correct, and the problem of the solver is not larger than without them. Otherwise all become rows with a bounded force. They are rows from the
 //! start with contact models that depend on the Delassus diagonal, which the addition to M changes, and while a step is recorded.
 
-use nalgebra::DMatrix;
-
 use super::bounded_forces::BoundedForces;
 use crate::cone::Block;
+use crate::dynamics::TreeMatrix;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -40,7 +39,7 @@ impl<T: Scalar> BoundedForces<T> {
     pub(in crate::sim) fn start<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
-        mass: &mut DMatrix<T>,
+        mass: &mut TreeMatrix<T>,
         forces: &mut [T],
     ) where
         T: Over<P>,
@@ -53,22 +52,22 @@ impl<T: Scalar> BoundedForces<T> {
             return;
         }
         if let Some(beside) = self.beside.as_deref_mut() {
-            beside.mass.copy_from(mass);
+            beside.mass.copy_from_own(mass);
             beside.forces.copy_from_slice(forces);
             self.add_to(mass, forces);
         }
     }
 
     /// Writes mass matrix and forces with those on pieces of their laws.
-    pub(in crate::sim) fn write(&self, mass: &mut DMatrix<T>, forces: &mut [T]) {
+    pub(in crate::sim) fn write(&self, mass: &mut TreeMatrix<T>, forces: &mut [T]) {
         if let Some(beside) = &self.beside {
-            mass.copy_from(&beside.mass);
+            mass.copy_from_own(&beside.mass);
             forces.copy_from_slice(&beside.forces);
             self.add_to(mass, forces);
         }
     }
 
-    fn add_to(&self, mass: &mut DMatrix<T>, forces: &mut [T]) {
+    fn add_to(&self, mass: &mut TreeMatrix<T>, forces: &mut [T]) {
         for (site, own) in self.all() {
             let k = site.coordinate;
             let parts = own.parts();

@@ -16,7 +16,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::half_step;
-use crate::dynamics::{CoriolisScratch, coriolis_matrix_into};
+use crate::dynamics::{CoriolisScratch, TreeMatrix, coriolis_matrix_into};
 use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
@@ -64,7 +64,7 @@ impl<T: Scalar> Gyroscopic<T> {
     ///
     /// The Coriolis matrix gives it, except for the order of rotations: ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints that rotate about
     /// several axes, because there C(v) u − C(u) v = M (ω × u). If v and u rotate about r, so does ω × u.
-    fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &DMatrix<T>)
+    fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &TreeMatrix<T>)
     where
         T: Over<P>,
     {
@@ -96,7 +96,7 @@ impl<T: Scalar> Gyroscopic<T> {
     }
 
     /// Subtracts M N (ω × u) in the columns of the rotations of a joint; rotor inertias act in their own coordinates and do not rotate.
-    fn reorder_turns<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, mass: &DMatrix<T>)
+    fn reorder_turns<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, mass: &TreeMatrix<T>)
     where
         T: Over<P>,
     {
@@ -104,7 +104,7 @@ impl<T: Scalar> Gyroscopic<T> {
         let omega = Vector3::from_fn(|k, _| self.v[first + k]);
         let entry = |row: usize, column: usize| match row == column {
             true => mass[(row, row)] - model.armature()[row],
-            false => mass[(row.min(column), row.max(column))],
+            false => mass.entry(row.min(column), row.max(column)),
         };
         for row in 0..model.nv() {
             let mut inertia = Vector3::from_fn(|k, _| entry(row, first + k));
@@ -125,7 +125,7 @@ impl<T: Scalar> Gyroscopic<T> {
     /// * `held` – J, row by row, and r and R of each; empty for none; a row with an infinite R takes no part
     fn solve(
         &mut self,
-        mass: &DMatrix<T>,
+        mass: &TreeMatrix<T>,
         s: T,
         forces: &[T],
         held: (&[T], impl Iterator<Item = (T, T)>),
@@ -134,7 +134,7 @@ impl<T: Scalar> Gyroscopic<T> {
         self.factor.factorize(|out| {
             for (j, mut column) in out.column_iter_mut().enumerate() {
                 for (i, entry) in column.iter_mut().enumerate() {
-                    *entry = mass[(i.min(j), i.max(j))] + slope[(i, j)] * s;
+                    *entry = mass.entry(i.min(j), i.max(j)) + slope[(i, j)] * s;
                 }
             }
         });
@@ -158,7 +158,7 @@ impl<T: Scalar> Gyroscopic<T> {
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
         resistance: &[T],
-        mass: &mut DMatrix<T>,
+        mass: &mut TreeMatrix<T>,
         forces: &mut [T],
         held: (&[T], impl Iterator<Item = (T, T)>),
     ) where
@@ -254,7 +254,8 @@ mod tests {
             let c = |v: DVector<f64>| bias_forces(&model, q.as_slice(), v.as_slice());
             let expected = (c(&still + &u) - c(&still - &u)) * 0.5;
             let mut gyroscopic = Gyroscopic::new(&model, 0);
-            let mass = mass_matrix(&model, q.as_slice());
+            let mut mass = TreeMatrix::zeros(&model);
+            mass.copy_from(&mass_matrix(&model, q.as_slice()));
             gyroscopic.differentiate(&model, q.as_slice(), v.as_slice(), &mass);
             let error = (&gyroscopic.slope * &u - &expected).amax();
             assert!(

@@ -9,8 +9,7 @@ mod gyroscopic;
 mod pullback;
 mod pushforward;
 
-use nalgebra::DMatrix;
-
+use crate::dynamics::TreeMatrix;
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
@@ -35,7 +34,7 @@ const ORDINARY: f64 = 100.0;
 pub(crate) struct HalfStep<T: Scalar> {
     pub(super) gyroscopic: Gyroscopic<T>,
     /// For robots without rows; others have a balance.
-    own: Option<Box<(Placed<T>, DMatrix<T>)>>,
+    own: Option<Box<(Placed<T>, TreeMatrix<T>)>>,
 }
 
 impl<T: Scalar> HalfStep<T> {
@@ -66,9 +65,9 @@ impl<T: Scalar> HalfStep<T> {
 }
 
 /// Mass matrix and forces of a robot without rows.
-fn own<P: Scalar, T: Scalar>(simulator: &Simulator<P>) -> Box<(Placed<T>, DMatrix<T>)> {
-    let (model, nv) = (simulator.model(), simulator.model().nv());
-    Box::new((Placed::new(model), DMatrix::zeros(nv, nv)))
+fn own<P: Scalar, T: Scalar>(simulator: &Simulator<P>) -> Box<(Placed<T>, TreeMatrix<T>)> {
+    let model = simulator.model();
+    Box::new((Placed::new(model), TreeMatrix::zeros(model)))
 }
 
 /// Time by which the velocity is ahead along a₀, s.

@@ -1,0 +1,196 @@
+//! A matrix with a block for each tree of a forest: without joints between them, bodies have no inertia in common.
+//!
+//! Its memory is that of the blocks. A robot is one tree, and one block.
+
+use std::ops::{Index, IndexMut, Range};
+
+use nalgebra::DMatrix;
+
+use crate::model::Model;
+use crate::scalar::Scalar;
+
+/// A square matrix over the coordinates of a model, zero between its trees.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeMatrix<T> {
+    /// The blocks by columns, one after the other.
+    values: Vec<T>,
+    /// Index that the entry of each column in row zero would have.
+    starts: Vec<usize>,
+    /// Rows of each column: those of its tree.
+    rows: Vec<Range<usize>>,
+}
+
+impl<T: Scalar> TreeMatrix<T> {
+    /// Zeros.
+    pub(crate) fn zeros<P: Scalar>(model: &Model<P>) -> Self {
+        let (mut starts, mut rows, mut before) = (Vec::new(), Vec::new(), 0);
+        for own in trees(model).chunk_by(|a, b| a == b) {
+            let (first, size) = (own[0], own.len());
+            // The blocks before have at least as many entries as rows.
+            starts.extend((0..size).map(|k| before + size * k - first));
+            rows.resize(first + size, first..first + size);
+            before += size * size;
+        }
+        let values = vec![T::zero(); before];
+        Self {
+            values,
+            starts,
+            rows,
+        }
+    }
+
+    /// Number of rows.
+    #[inline(always)]
+    pub(crate) fn size(&self) -> usize {
+        self.starts.len()
+    }
+
+    /// Takes the blocks of a matrix.
+    pub(crate) fn copy_from(&mut self, matrix: &DMatrix<T>) {
+        for (k, column) in matrix.column_iter().enumerate() {
+            let rows = self.rows[k].clone();
+            let to = self.starts[k] + rows.start..self.starts[k] + rows.end;
+            let all = self.values[to].iter_mut().zip(&column.as_slice()[rows]);
+            all.for_each(|(own, &x)| *own = x);
+        }
+    }
+
+    /// Takes the entries of another matrix of the same model.
+    pub(crate) fn copy_from_own(&mut self, other: &Self) {
+        self.values.copy_from_slice(&other.values);
+    }
+
+    /// The entries of a column, by their rows; those before the rows of its tree are no entries.
+    #[inline(always)]
+    pub(crate) fn column(&self, k: usize) -> &[T] {
+        let start = self.starts[k];
+        &self.values[start..start + self.rows[k].end]
+    }
+
+    /// Rows of the tree of a coordinate, the columns of that tree before its own one, and its own one.
+    #[inline(always)]
+    pub(super) fn split_before(&mut self, k: usize) -> (Range<usize>, &mut [T], &mut [T]) {
+        let rows = self.rows[k].clone();
+        let own = self.starts[k] + rows.start;
+        let block = self.starts[rows.start] + rows.start;
+        let (before, own) = self.values[block..own + rows.len()].split_at_mut(own - block);
+        (rows, before, own)
+    }
+
+    /// All entries, and the index that the entry of each column in row zero would have.
+    pub(super) fn parts_mut(&mut self) -> (&mut [T], &[usize]) {
+        (&mut self.values, &self.starts)
+    }
+
+    /// An entry, zero between trees.
+    pub(crate) fn entry(&self, i: usize, j: usize) -> T {
+        match self.rows[j].contains(&i) {
+            true => self[(i, j)],
+            false => T::zero(),
+        }
+    }
+}
+
+/// Entries of a tree.
+impl<T: Scalar> Index<(usize, usize)> for TreeMatrix<T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn index(&self, (i, j): (usize, usize)) -> &T {
+        &self.values[self.starts[j] + i]
+    }
+}
+
+impl<T: Scalar> IndexMut<(usize, usize)> for TreeMatrix<T> {
+    #[inline(always)]
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut T {
+        &mut self.values[self.starts[j] + i]
+    }
+}
+
+/// First coordinate of what is connected with each one, by joints or by joints that follow others.
+pub(crate) fn trees<P: Scalar>(model: &Model<P>) -> Vec<usize> {
+    let mut trees: Vec<usize> = (0..model.nv()).collect();
+    let root = |trees: &[usize], mut k: usize| {
+        while trees[k] != k {
+            k = trees[k];
+        }
+        k
+    };
+    // Of a body without coordinates those of the bodies before it.
+    let mut own: Vec<Option<usize>> = Vec::with_capacity(model.n_bodies());
+    for body in model.bodies() {
+        let mut first = body.parent.and_then(|parent| own[parent.0]);
+        for k in body.v..body.v + body.joint.nv() {
+            let k = root(&trees, k);
+            let other = first.map_or(k, |first| root(&trees, first));
+            let (low, high) = (k.min(other), k.max(other));
+            trees[high] = low;
+            first = Some(low);
+        }
+        own.push(first);
+    }
+    let roots = (0..trees.len()).map(|k| root(&trees, k));
+    with_what_is_between(roots.collect())
+}
+
+/// Connects what is between connected coordinates with them.
+///
+/// * `trees` – first coordinate of what is connected with each one
+fn with_what_is_between(mut trees: Vec<usize>) -> Vec<usize> {
+    for k in (1..trees.len()).rev() {
+        if trees[k] < k {
+            trees[k - 1] = trees[k - 1].min(trees[k]);
+        }
+    }
+    // Of those that reach into one another the first one counts.
+    for k in 0..trees.len() {
+        trees[k] = trees[trees[k]];
+    }
+    trees
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::mass_matrix;
+    use crate::model::{Mass, Object, World, samples};
+
+    /// A world of two balls.
+    fn balls() -> Model {
+        let mut world = World::default();
+        for name in ["a", "b"] {
+            let ball = Object::free(Mass::Kilograms(1.0));
+            world.add_sphere(name, 0.1, &ball).expect("a member");
+        }
+        world.build().expect("a world")
+    }
+
+    #[test]
+    fn a_robot_is_one_tree_and_free_bodies_are_many() {
+        assert!(trees(&samples::arm()).iter().all(|&first| first == 0));
+        let expected: Vec<usize> = (0..12).map(|k| k / 6 * 6).collect();
+        assert_eq!(trees(&balls()), expected);
+    }
+
+    // {0, 3} around {1, 2}; {1, 4} and {2, 5}, which reach into one another, around {3}.
+    #[test]
+    fn connected_coordinates_take_those_between_them_along() {
+        assert_eq!(with_what_is_between(vec![0, 1, 1, 0]), [0; 4]);
+        let chained = with_what_is_between(vec![0, 1, 2, 3, 1, 2]);
+        assert_eq!(chained, [0, 1, 1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn entries_are_those_of_the_matrix_and_memory_is_that_of_the_blocks() {
+        let model = balls();
+        let q = model.neutral();
+        let full = mass_matrix(&model, q.as_slice());
+        let mut own = TreeMatrix::zeros(&model);
+        own.copy_from(&full);
+        for (i, j) in (0..12).flat_map(|i| (0..12).map(move |j| (i, j))) {
+            assert_eq!(own.entry(i, j), full[(i, j)], "{i} {j}");
+        }
+        assert_eq!(own.values.len(), 2 * 36);
+    }
+}
