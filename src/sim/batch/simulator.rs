@@ -372,7 +372,7 @@ pub(super) struct Stepper<'a> {
     simulator: &'a Simulator,
     variants: Option<&'a Variants>,
     /// Index of the group.
-    group: usize,
+    pub(super) group: usize,
     worker: &'a mut BatchWorker,
 }
 
