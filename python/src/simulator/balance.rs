@@ -77,7 +77,9 @@ impl Environment for Balance {
         let (q, v) = (now.state.q.as_slice(), now.state.v.as_slice());
         let mut over = [false; BATCH_WIDTH];
         for Within { entry, low, high } in &self.within {
-            let x = entry.checked_sub(q.len()).map_or_else(|| q[*entry], |k| v[k]);
+            let x = entry
+                .checked_sub(q.len())
+                .map_or_else(|| q[*entry], |k| v[k]);
             for (over, x) in over.iter_mut().zip(x.0) {
                 *over |= (x < *low) | (x > *high);
             }
