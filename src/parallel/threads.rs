@@ -55,12 +55,13 @@ pub(super) fn at_once<P: Send>(
     serve: impl Fn(P) + Sync,
 ) {
     let (signals, waiting) = (StopSignal::watched(), AtomicUsize::new(parts.len() - 1));
-    let (serve, signals, waiting) = (&serve, &signals, &waiting);
+    let serve = |part| watching(&signals, || serve(part));
+    let (serve, waiting) = (&serve, &waiting);
     let first = parts.next();
     in_place(|scope| {
         for part in parts {
             scope.spawn(move |_| {
-                watching(signals, || serve(part));
+                serve(part);
                 waiting.fetch_sub(1, Ordering::Release);
             });
         }
@@ -86,6 +87,51 @@ fn in_place<'scope>(work: impl FnOnce(&Scope<'scope>) + Send) {
                 true => rayon::scope(work),
                 false => rayon::in_place_scope(work),
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parallel::for_each_part;
+
+    fn indices(workers: usize, items: usize) -> Vec<usize> {
+        let (mut workers, mut out) = (vec![(); workers], vec![0; items]);
+        for_each_part(&mut workers, &mut out, |(), k, out| *out += k + 1);
+        out
+    }
+
+    #[test]
+    fn each_item_is_served_once_wherever_the_work_is_asked_for() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let pool = Arc::new(pool.expect("threads"));
+        for (workers, items) in [(1, 5), (2, 1), (2, 7), (3, 7), (5, 3), (4, 0)] {
+            let all: Vec<usize> = (1..=items).collect();
+            let found = || indices(workers, items);
+            // More parts than threads too: who waits for them serves them.
+            let ways = [found(), pool.install(found), beside_pool(&pool, found)];
+            assert_eq!(ways, [(); 3].map(|()| all.clone()), "{workers} workers");
+        }
+    }
+
+    #[test]
+    fn parts_beside_a_pool_run_on_its_threads_and_panics_come_back() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = Arc::new(pool.expect("a thread"));
+        let own = std::thread::current().id();
+        let mut ids = vec![None; 2];
+        let note =
+            |(): &mut (), _: usize, id: &mut Option<_>| *id = Some(std::thread::current().id());
+        beside_pool(&pool, || for_each_part(&mut [(); 2], &mut ids, note));
+        let others = pool.broadcast(|_| std::thread::current().id());
+        let is_known = |id: &Option<_>| *id == Some(own) || *id == Some(others[0]);
+        assert!(ids.iter().all(is_known) && ids[1] == Some(others[0]));
+        for bad in [0, 1] {
+            let work = |(): &mut (), k: usize, _: &mut ()| assert_ne!(k, bad, "on purpose");
+            let run = || beside_pool(&pool, || for_each_part(&mut [(); 2], &mut [(); 2], work));
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
+            assert!(POOL.with_borrow(Option::is_none));
         }
     }
 }
