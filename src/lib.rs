@@ -149,6 +149,9 @@ pub use error::{
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model, World};
+#[cfg(feature = "parallel")]
+#[doc(hidden)]
+pub use parallel::beside_pool;
 pub use scalar::{Cast, Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;

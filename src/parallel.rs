@@ -1,33 +1,16 @@
 //! Work on many independent items, on one or several cores.
 
 #[cfg(feature = "parallel")]
-use crate::stop::{StopSignal, watching};
+mod threads;
 
-/// Starts rayon's own threads with stacks as large as those of first threads of programs, unless the program has started them, or this is a thread of another
-/// pool. Without optimisation steps of batches may need more than the 2 MiB that threads have else. The stacks are addresses; memory is what is used of them.
 #[cfg(feature = "parallel")]
-fn start_threads() {
-    const STACK: usize = 8 << 20;
-    static STARTED: std::sync::Once = std::sync::Once::new();
-    if rayon::current_thread_index().is_some() {
-        return;
-    }
-    STARTED.call_once(|| {
-        // Where there can be no threads, rayon does without them only if it is not asked. The variable holds for all threads of a program.
-        let is_chosen = std::env::var_os("RUST_MIN_STACK").is_some();
-        if !cfg!(target_family = "wasm") && !is_chosen {
-            let threads = rayon::ThreadPoolBuilder::new().stack_size(STACK);
-            // An error says that they are there.
-            let _ = threads.build_global();
-        }
-    });
-}
+pub use threads::beside_pool;
 
 /// The cores that there are to use: one without the feature `parallel`.
 pub(crate) fn available_threads() -> usize {
     #[cfg(feature = "parallel")]
     {
-        start_threads();
+        threads::start();
         rayon::current_num_threads()
     }
     #[cfg(not(feature = "parallel"))]
@@ -47,18 +30,10 @@ pub(crate) fn for_each_part<W: Send, I: Send>(
             work(worker, part * length + k, item);
         }
     };
+    let parts = workers.iter_mut().zip(items.chunks_mut(length)).enumerate();
     #[cfg(feature = "parallel")]
-    if workers.len() > 1 && items.len() > 1 {
-        use rayon::prelude::*;
-        start_threads();
-        let parts = workers.par_iter_mut().zip(items.par_chunks_mut(length));
-        let signals = StopSignal::watched();
-        return parts.enumerate().for_each(|(part, (worker, items))| {
-            watching(&signals, || serve(part, worker, items));
-        });
+    if parts.len() > 1 {
+        return threads::at_once(parts, |(part, (worker, items))| serve(part, worker, items));
     }
-    let parts = workers.iter_mut().zip(items.chunks_mut(length));
-    parts
-        .enumerate()
-        .for_each(|(part, (worker, items))| serve(part, worker, items));
+    parts.for_each(|(part, (worker, items))| serve(part, worker, items));
 }

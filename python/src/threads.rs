@@ -72,6 +72,12 @@ pub(crate) fn on_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) 
     py.detach(|| guarded(|| pool.install(work)))
 }
 
+/// Runs short work on this thread and, of loops of the library, on others of the pool, without the interpreter lock.
+pub(crate) fn beside_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> PyResult<R> {
+    let pool = pool()?;
+    py.detach(|| guarded(|| dualbody::beside_pool(&pool, work)))
+}
+
 /// [`on_pool_watched`] without progress: solvers, which Ctrl-C ends.
 pub(crate) fn on_pool_stopped<R: Send>(
     py: Python<'_>,

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::weightless::add_spared;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::lift_vector;
+use crate::spatial::linear::{lift_vector, zero};
 use crate::spatial::{Force, Motion, Transform};
 
 /// Working memory of [`inverse_dynamics_into`], [`bias_forces_into`] and [`gravity_forces_into`].
@@ -291,10 +291,7 @@ fn load<P: Scalar, T: Over<P>>(
 /// Gravity acts like an acceleration of the world the other way.
 #[inline(always)]
 pub(crate) fn world_acceleration<P: Scalar, T: Over<P>>(model: &Model<P>) -> Motion<T> {
-    Motion::new(
-        -lift_vector::<P, T>(model.gravity()),
-        nalgebra::Vector3::zeros(),
-    )
+    Motion::new(-lift_vector::<P, T>(model.gravity()), zero())
 }
 
 /// The motion of a body, in its own frame.

@@ -8,7 +8,7 @@ use rand::Rng;
 use super::revolute::cross_z;
 use super::{Joint, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{fused, lift_matrix, lift_vector};
+use crate::spatial::linear::{fused, lift_matrix, lift_vector, zero};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
 /// S = (ẑ; 0).
@@ -55,7 +55,7 @@ impl Joint for Prismatic {
     /// (v; ω) × (ẑ v₀; 0)
     #[inline(always)]
     fn velocity_product<T: Scalar>(self, V: &Motion<T>, v: &[T]) -> Motion<T> {
-        Motion::new(cross_z(&V.angular, v[0]), Vector3::zeros())
+        Motion::new(cross_z(&V.angular, v[0]), zero())
     }
 
     #[inline(always)]

@@ -54,7 +54,8 @@ impl RolloutStatus {
     /// Status of a trajectory that ends before a step, by the input in these lanes; `None` if all continue.
     #[inline]
     pub(crate) fn before<T: Scalar>(step: usize, u: &[T], lanes: Range<usize>) -> Option<Self> {
-        (!are_finite(u, lanes)).then_some(Self::NonFiniteInput { step })
+        let zero = plus_zeros(T::zero(), u);
+        (!are_all(lanes, |lane| zero.value(lane) == 0.0)).then_some(Self::NonFiniteInput { step })
     }
 
     /// Status of a trajectory that ends with a step, by the state after it in these lanes; `None` if all continue.
@@ -65,23 +66,26 @@ impl RolloutStatus {
         step: usize,
         next: &State<T>,
         bound: f64,
-        mut lanes: Range<usize>,
+        lanes: Range<usize>,
     ) -> Option<Self> {
-        let finite = are_finite(next.numbers(), lanes.clone());
+        let parts = [&next.q, &next.v, &next.contact, &next.activation];
+        let zero = (parts.into_iter()).fold(T::zero(), |sum, x| plus_zeros(sum, x.as_slice()));
         let speed = (next.v.iter()).fold(T::zero(), |speed, v| speed.max(v.abs()));
-        let goes_on = finite && lanes.all(|lane| speed.value(lane) <= bound);
-        (!goes_on).then_some(Self::Diverged { step })
+        let goes_on = |lane| (zero.value(lane) == 0.0) & (speed.value(lane) <= bound);
+        (!are_all(lanes, goes_on)).then_some(Self::Diverged { step })
     }
 }
 
-/// Whether all entries are finite in some lanes: a product with zero is zero only for finite numbers.
+/// Adds the product of each number with zero, which is zero only for finite numbers.
 #[inline]
-fn are_finite<'a, T: Scalar>(
-    numbers: impl IntoIterator<Item = &'a T>,
-    mut lanes: Range<usize>,
-) -> bool {
-    let sum = (numbers.into_iter()).fold(T::zero(), |sum, &x| sum + x * 0.0);
-    lanes.all(|lane| sum.value(lane) == 0.0)
+fn plus_zeros<T: Scalar>(sum: T, numbers: &[T]) -> T {
+    numbers.iter().fold(sum, |sum, &x| sum + x * 0.0)
+}
+
+/// Whether all lanes are so, without a branch for each.
+#[inline]
+fn are_all(lanes: Range<usize>, are: impl Fn(usize) -> bool) -> bool {
+    lanes.fold(true, |all, lane| all & are(lane))
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::scalar::{Additive, Linear, Over, Scalar};
 
-/// The vector of zeros, entry by entry: that of nalgebra goes through an iterator, which is not inlined everywhere.
+/// The vector of zeros, entry by entry: that of nalgebra goes through an iterator, which is not inlined everywhere, and over lanes goes through memory.
 #[inline(always)]
-pub(super) fn zero<T: Additive>() -> Vector3<T> {
+pub(crate) fn zero<T: Additive>() -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), T::zero())
 }
 

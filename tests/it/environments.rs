@@ -159,6 +159,48 @@ fn an_episode_is_what_steps_of_a_simulator_give() {
     assert!(next.observations[0] == 0.0 && next.observations[2] == 0.0 && one.length(0) == 0);
 }
 
+// Each thread has a part of the groups; a robot of its own shows whether a state has stayed in its place.
+#[test]
+fn variants_on_any_number_of_threads_equal_single_environments() {
+    const N: usize = 45;
+    let damped = |k: usize| samples::cartpole().with_damping(1, 0.1 * k as f64);
+    let run = |batch: BatchSimulator, first: usize, threads: usize| {
+        let len = batch.len();
+        let all = Environments::new(Windy, batch, first as u64).with_max_length(7);
+        let mut all = all.with_auto_reset(AutoReset::SameStep);
+        let (mut next, mut rows) = (all.transitions(), Vec::new());
+        for step in 0..20 {
+            // In the middle, as where it turns out that more threads pay.
+            if step == 5 {
+                all = all.with_threads(threads);
+            }
+            let actions: Vec<f64> = (first..first + len).map(|i| action(i, step)).collect();
+            all.step(&actions, &mut next);
+            rows.push(next.clone());
+        }
+        rows
+    };
+    let variants = |all: std::ops::Range<usize>| {
+        BatchSimulator::of_variants(&simulator(), all.map(damped).collect()).expect("one robot")
+    };
+    let one = run(variants(0..N), 0, 1);
+    for threads in [2, 3, 5, 100] {
+        assert_eq!(run(variants(0..N), 0, threads), one, "{threads} threads");
+    }
+    for i in [0, 17, N - 1] {
+        for (all, own) in one.iter().zip(run(variants(i..i + 1), i, 1)) {
+            assert_eq!(all.observations[3 * i..3 * (i + 1)], own.observations);
+            assert_eq!(
+                all.final_observations[3 * i..3 * (i + 1)],
+                own.final_observations
+            );
+            let ends = [all.terminated[i], all.truncated[i]];
+            assert_eq!(ends, [own.terminated[0], own.truncated[0]]);
+            assert_eq!(all.rewards[i], own.rewards[0]);
+        }
+    }
+}
+
 #[test]
 fn the_last_observation_is_kept_where_an_episode_begins_in_the_step_of_an_end() {
     let mut all = environments(5, 9, AutoReset::SameStep);

@@ -23,9 +23,27 @@ type Bounds = [Vec<f64>; 2];
 /// Starts are drawn within bounds around the neutral state, along its directions; an episode is over outside of bounds of the state.
 struct Balance {
     model: Model,
+    neutral: Vec<f64>,
     nu: usize,
     start: Bounds,
-    within: Bounds,
+    within: Vec<Within>,
+}
+
+/// Bounds of an entry of the state, q and v in a row.
+struct Within {
+    entry: usize,
+    low: f64,
+    high: f64,
+}
+
+impl Within {
+    /// Those of bounds that are any.
+    fn all([low, high]: &Bounds) -> Vec<Self> {
+        let bounds = low.iter().zip(high).enumerate();
+        let all = bounds.map(|(entry, (&low, &high))| Self { entry, low, high });
+        all.filter(|own| own.low.is_finite() || own.high.is_finite())
+            .collect()
+    }
 }
 
 impl Environment for Balance {
@@ -43,9 +61,11 @@ impl Environment for Balance {
             true => rng.random_range(*low..*high),
             false => *low,
         });
-        let dq: Vec<f64> = drawn.by_ref().take(self.model.nv()).collect();
-        state.q = self.model.integrate(state.q.as_slice(), &dq);
-        state.v.iter_mut().zip(drawn).for_each(|(v, x)| *v = x);
+        let (v, q) = (state.v.as_mut_slice(), state.q.as_mut_slice());
+        let mut draw = |v: &mut [f64]| v.iter_mut().zip(&mut drawn).for_each(|(v, x)| *v = x);
+        draw(v);
+        self.model.integrate_into(&self.neutral, v, q);
+        draw(v);
     }
 
     fn observe(&self, now: &Episode<'_>, out: &mut [BatchScalar]) {
@@ -54,12 +74,14 @@ impl Environment for Balance {
     }
 
     fn is_over(&self, now: &Episode<'_>) -> [bool; BATCH_WIDTH] {
-        let [low, high] = &self.within;
-        let numbers = now.state.q.iter().chain(&now.state.v);
+        let (q, v) = (now.state.q.as_slice(), now.state.v.as_slice());
         let mut over = [false; BATCH_WIDTH];
-        for (x, (low, high)) in numbers.zip(low.iter().zip(high)) {
+        for Within { entry, low, high } in &self.within {
+            let x = entry
+                .checked_sub(q.len())
+                .map_or_else(|| q[*entry], |k| v[k]);
             for (over, x) in over.iter_mut().zip(x.0) {
-                *over |= x < *low || x > *high;
+                *over |= (x < *low) | (x > *high);
             }
         }
         over
@@ -118,9 +140,10 @@ impl PyBalance {
         check_array("states", &[n, nq + nv])?;
         let task = Balance {
             model: own.model().clone(),
+            neutral: own.model().neutral().as_slice().to_vec(),
             nu,
             start: bounds("start", &start, 2 * nv, true)?,
-            within: bounds("within", &within, nq + nv, false)?,
+            within: Within::all(&bounds("within", &within, nq + nv, false)?),
         };
         let batch = BatchSimulator::new((**own).clone(), n).with_threads(1);
         let all = Environments::new(task, batch, 0)
@@ -243,8 +266,8 @@ impl PyBalance {
     }
 
     fn refuse_ended(&self) -> PyResult<()> {
-        let waits = self.all.as_ref().is_some_and(Environments::needs_reset);
-        match waits && self.auto_reset == AutoReset::Never {
+        let mut all = self.all.iter();
+        match self.auto_reset == AutoReset::Never && all.any(Environments::needs_reset) {
             true => Err(PyRuntimeError::new_err(
                 "an episode is over: reset it (in a batch with options={'reset_mask': flags})",
             )),

@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 
 use crate::errors::guarded;
-use crate::threads::on_pool;
+use crate::threads::beside_pool;
 
 /// Work that takes less time is done by the thread that asks for it: to wake another one takes as long.
 const SHORT: Duration = Duration::from_micros(60);
 /// How often the time is taken before it is believed.
 const TRIALS: usize = 4;
 
-/// Decides whether work that is repeated goes to the threads of the pool. It is done on one thread first, and the shortest of some times is what it takes.
+/// Decides whether work that is repeated goes to threads of the pool as well. It is done on one thread first, and the shortest of some times is what it takes.
 pub(super) struct Spread {
     trials: usize,
     shortest: Duration,
@@ -26,7 +26,7 @@ impl Spread {
         }
     }
 
-    /// Whether the work from now on goes to the pool, for the first time: what it works with is to be given threads.
+    /// Whether the work from now on goes to the pool as well, for the first time: what it works with is to be given threads.
     pub(super) fn begins(&mut self) -> bool {
         let begins = self.trials == TRIALS && self.shortest > SHORT;
         self.trials += usize::from(begins);
@@ -40,7 +40,7 @@ impl Spread {
         work: impl FnOnce() -> R + Send,
     ) -> PyResult<R> {
         if self.trials > TRIALS {
-            return on_pool(py, work);
+            return beside_pool(py, work);
         }
         let begin = Instant::now();
         let out = py.detach(|| guarded(work))?;

@@ -8,6 +8,7 @@ use crate::dynamics::rnea::{Accelerated, joint_motion_over};
 use crate::joint::{Joint, JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar};
+use crate::spatial::linear::zero;
 use crate::spatial::{Force, Motion};
 
 /// Derivative of the motion of a body in the position and in the velocity of one degree of freedom (the two of a pack), seen from
@@ -27,7 +28,7 @@ pub(super) struct Direction<T> {
 impl<T: Scalar> Direction<T> {
     pub(super) fn zero() -> Self {
         Self {
-            omega: Vector3::zeros(),
+            omega: zero(),
             A: Motion::zero(),
         }
     }

@@ -11,7 +11,7 @@ use crate::joint::{Axis, Joint};
 use crate::model::Body;
 use crate::scalar::{Differentiable, Over, Pack, Scalar};
 use crate::spatial::Force;
-use crate::spatial::linear::dot_data;
+use crate::spatial::linear::{dot_data, zero};
 
 /// Sink of derivatives in q and v.
 pub(crate) trait Entries<T> {
@@ -112,7 +112,7 @@ fn own_column<P: Scalar, T: Over<P>>(
     );
     let row_B = axis.column(
         #[inline(always)]
-        |k| Force::new(Vector3::zeros(), B.row(k)),
+        |k| Force::new(zero(), B.row(k)),
     );
     pack(
         &body.scaled_force(row_I),

@@ -68,6 +68,15 @@ impl<T: Scalar, const N: usize> Group<T, N> {
         &self.status
     }
 
+    /// Whether the state of each lane runs.
+    #[inline]
+    pub(super) fn runs(&self) -> [bool; N] {
+        match self.all_run {
+            true => [true; N],
+            false => std::array::from_fn(|lane| is_running(&self.status[lane])),
+        }
+    }
+
     pub(super) fn solver_failures(&self) -> &[Option<SolverFailure>; N] {
         &self.solver_failures
     }
@@ -77,6 +86,10 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     /// * `solver_status` – that of the step in a lane
     #[inline]
     pub(super) fn watch_solver(&mut self, step: usize, solver_status: impl Fn(usize) -> Status) {
+        let worst = (0..N).map(&solver_status).max();
+        if worst <= Some(Status::Acceptable) {
+            return;
+        }
         for (lane, failure) in self.solver_failures.iter_mut().enumerate() {
             if is_running(&self.status[lane]) {
                 SolverFailure::note(failure, step, solver_status(lane));
@@ -123,6 +136,8 @@ fn end_of<T: Scalar>(
     bound: f64,
     lanes: Range<usize>,
 ) -> Option<RolloutStatus> {
-    let before = RolloutStatus::before(step, u, lanes.clone());
-    before.or_else(|| RolloutStatus::after(step, next, bound, lanes))
+    match RolloutStatus::before(step, u, lanes.clone()) {
+        None => RolloutStatus::after(step, next, bound, lanes),
+        ended => ended,
+    }
 }

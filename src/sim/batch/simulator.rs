@@ -210,8 +210,8 @@ impl BatchSimulator {
         out.with_threads(available_threads())
     }
 
-    /// Uses at most this many threads of rayon's pool. One thread needs no pool. Without the feature `parallel` there is always one thread. Results
-    /// do not depend on the number of threads.
+    /// Uses at most this many threads: the calling one, and others of rayon's pool. Without the feature `parallel` there is always one thread. Results
+    /// do not depend on the number of threads. With debug assertions the calling thread, whose stack may be too small, only waits for the pool.
     ///
     /// Unless the program has made rayon's global pool, its threads get stacks of 8 MiB, or of the size in the variable `RUST_MIN_STACK`. In builds
     /// without optimisation, steps of batches may need more than the 2 MiB that other threads have by default, including those of pools that the
@@ -373,7 +373,7 @@ pub(super) struct Stepper<'a> {
     simulator: &'a Simulator,
     variants: Option<&'a Variants>,
     /// Index of the group.
-    group: usize,
+    pub(super) group: usize,
     worker: &'a mut BatchWorker,
 }
 

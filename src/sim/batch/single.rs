@@ -76,7 +76,7 @@ impl SingleBatch {
         out.with_threads(available_threads())
     }
 
-    /// Uses at most this many threads of rayon's pool; one needs no pool. Results do not depend on it.
+    /// Uses at most this many threads, the calling one and others of rayon's pool. Results do not depend on it.
     ///
     /// # Panics
     /// If it is zero.

@@ -4,6 +4,7 @@
 
 mod environment;
 mod episodes;
+mod memory;
 mod rules;
 mod runner;
 mod transitions;

@@ -1,7 +1,5 @@
 //! Rules of all episodes.
 
-use crate::sim::state::State;
-
 /// When an episode begins after the end of another one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoReset {
@@ -17,7 +15,6 @@ pub enum AutoReset {
 /// Rules of a step, the same for all groups.
 pub(super) struct Rules<'a, E> {
     pub(super) environment: &'a E,
-    pub(super) neutral: &'a State,
     /// Index of the first time step.
     pub(super) step: usize,
     pub(super) decimation: usize,

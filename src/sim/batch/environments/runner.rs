@@ -1,7 +1,8 @@
 //! Runs a task on many states.
 
 use super::environment::Environment;
-use super::episodes::{Episodes, OwnGroup};
+use super::episodes::Episodes;
+use super::memory::Memory;
 use super::rules::{AutoReset, Rules};
 use super::transitions::{Rows, Transitions};
 use crate::sim::batch::{BATCH_WIDTH, BatchSimulator, BatchStates};
@@ -47,6 +48,8 @@ pub struct Environments<E> {
     batch: BatchSimulator,
     states: BatchStates,
     episodes: Vec<Episodes>,
+    /// Of each thread, and one at least.
+    memories: Vec<Memory>,
     neutral: State,
     decimation: usize,
     max_length: usize,
@@ -64,9 +67,10 @@ impl<E: Environment> Environments<E> {
         let of_lane = |group: usize, lane: usize| (group * BATCH_WIDTH + lane).min(last) as u64;
         let seeds = |group| std::array::from_fn(|lane| seed.wrapping_add(of_lane(group, lane)));
         let groups = 0..batch.len().div_ceil(BATCH_WIDTH);
-        let episodes = groups.map(|k| Episodes::new(&environment, &neutral, seeds(k)));
+        let episodes = groups.map(|k| Episodes::new(&environment, seeds(k)));
         let mut out = Self {
             episodes: episodes.collect(),
+            memories: vec![Memory::new(&environment, &neutral)],
             environment,
             batch,
             states,
@@ -201,10 +205,10 @@ impl<E: Environment> Environments<E> {
     fn begin_where(&mut self, begins: impl Fn(usize) -> bool) {
         let len = self.states.len();
         for i in (0..len).filter(|i| begins(*i)) {
-            let (episodes, group) = (&mut self.episodes, &mut self.states.groups.all);
-            let k = i / BATCH_WIDTH;
+            let (k, memory) = (i / BATCH_WIDTH, &mut self.memories[0]);
+            let (episodes, group) = (&mut self.episodes[k], &mut self.states.groups.all[k]);
             for lane in lanes_of(i, len) {
-                episodes[k].begin(&self.environment, &self.neutral, lane, &mut group[k]);
+                episodes.begin(&self.environment, lane, group, memory);
             }
         }
     }
@@ -221,9 +225,9 @@ impl<E: Environment> Environments<E> {
             "rows of observations"
         );
         let rows = observations.chunks_mut((BATCH_WIDTH * width).max(1));
-        let groups = self.episodes.iter_mut().zip(&self.states.groups.all);
+        let groups = self.episodes.iter().zip(&self.states.groups.all);
         for ((episodes, group), rows) in groups.zip(rows) {
-            episodes.observe_into(&self.environment, group, rows);
+            episodes.observe(&self.environment, group, rows, &mut self.memories[0]);
         }
     }
 
@@ -244,16 +248,10 @@ impl<E: Environment> Environments<E> {
             len * n_actions,
             "states × entries of an action"
         );
-        let lengths = (
-            out.observations.len(),
-            out.final_observations.len(),
-            out.rewards.len(),
-        );
-        assert_eq!(
-            lengths,
-            (len * width, len * width, len),
-            "memory of the results"
-        );
+        let rows = [out.observations.len(), out.final_observations.len()];
+        let ends = [out.terminated.len(), out.truncated.len()];
+        let is_own = rows == [len * width; 2] && out.rewards.len() == len && ends == [len; 2];
+        assert!(is_own, "memory of results of other environments");
         let waits = self.auto_reset == AutoReset::Never && self.needs_reset();
         assert!(
             !waits,
@@ -261,23 +259,31 @@ impl<E: Environment> Environments<E> {
         );
         let rules = Rules {
             environment: &self.environment,
-            neutral: &self.neutral,
             step: self.states.groups.steps,
             decimation: self.decimation,
             max_length: self.max_length,
             auto_reset: self.auto_reset,
         };
         self.states.groups.steps += self.decimation;
-        let mut items = items(
-            &mut self.episodes,
-            &mut self.states.groups.all,
-            actions,
-            out,
+        // One for each thread, instead of one for each group.
+        let groups = self.episodes.len().div_ceil(self.batch.threads()).max(1);
+        let memory = || Memory::new(rules.environment, &self.neutral);
+        self.memories.resize_with(self.batch.threads(), memory);
+        let mut rows = Rows::all(actions, out);
+        let episodes = self.episodes.chunks_mut(groups);
+        let own = episodes.zip(self.states.groups.all.chunks_mut(groups));
+        let parts = own.zip(&mut self.memories);
+        let parts = parts.map(|(own, memory)| (own, rows.take(groups * BATCH_WIDTH), memory));
+        let mut parts: Vec<_> = parts.collect();
+        self.batch.for_each(
+            &mut parts,
+            |stepper, part, ((episodes, all), rows, memory)| {
+                for (k, (own, group)) in episodes.iter_mut().zip(&mut **all).enumerate() {
+                    stepper.group = part * groups + k;
+                    own.advance(&rules, stepper, group, &mut rows.take(BATCH_WIDTH), memory);
+                }
+            },
         );
-        self.batch
-            .for_each(&mut items, |stepper, _, (episodes, group, rows)| {
-                episodes.advance(&rules, stepper, group, rows);
-            });
     }
 }
 
@@ -285,38 +291,4 @@ impl<E: Environment> Environments<E> {
 fn lanes_of(i: usize, len: usize) -> std::ops::Range<usize> {
     let lane = i % BATCH_WIDTH;
     lane..if i + 1 == len { BATCH_WIDTH } else { lane + 1 }
-}
-
-/// Episodes of a group, its states, and its rows.
-type Item<'a> = (&'a mut Episodes, &'a mut OwnGroup, Rows<'a>);
-
-fn items<'a>(
-    episodes: &'a mut [Episodes],
-    groups: &'a mut [OwnGroup],
-    actions: &'a [f64],
-    out: &'a mut Transitions,
-) -> Vec<Item<'a>> {
-    let len = out.rewards.len();
-    let [n_actions, width] = [actions.len(), out.observations.len()].map(|n| n / len.max(1));
-    let mut observations = out.observations.chunks_mut((BATCH_WIDTH * width).max(1));
-    let mut last = out
-        .final_observations
-        .chunks_mut((BATCH_WIDTH * width).max(1));
-    let mut actions = actions.chunks((BATCH_WIDTH * n_actions).max(1));
-    let ends = out
-        .terminated
-        .chunks_mut(BATCH_WIDTH)
-        .zip(out.truncated.chunks_mut(BATCH_WIDTH));
-    let each = out.rewards.chunks_mut(BATCH_WIDTH).zip(ends);
-    let rows = each.map(|(rewards, (terminated, truncated))| Rows {
-        actions: actions.next().unwrap_or_default(),
-        observations: observations.next().unwrap_or_default(),
-        rewards,
-        terminated,
-        truncated,
-        final_observations: last.next().unwrap_or_default(),
-    });
-    let own = episodes.iter_mut().zip(groups).zip(rows);
-    own.map(|((episodes, group), rows)| (episodes, group, rows))
-        .collect()
 }

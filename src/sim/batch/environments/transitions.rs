@@ -30,7 +30,8 @@ impl Transitions {
     }
 }
 
-/// Rows of the states of one group.
+/// Rows of some states.
+#[derive(Default)]
 pub(super) struct Rows<'a> {
     pub(super) actions: &'a [f64],
     pub(super) observations: &'a mut [f64],
@@ -38,4 +39,39 @@ pub(super) struct Rows<'a> {
     pub(super) terminated: &'a mut [bool],
     pub(super) truncated: &'a mut [bool],
     pub(super) final_observations: &'a mut [f64],
+}
+
+impl<'a> Rows<'a> {
+    /// All rows.
+    pub(super) fn all(actions: &'a [f64], out: &'a mut Transitions) -> Self {
+        Self {
+            actions,
+            observations: &mut out.observations,
+            rewards: &mut out.rewards,
+            terminated: &mut out.terminated,
+            truncated: &mut out.truncated,
+            final_observations: &mut out.final_observations,
+        }
+    }
+
+    /// Takes off the rows of so many states, or all if there are fewer.
+    pub(super) fn take(&mut self, states: usize) -> Self {
+        let all = self.rewards.len();
+        if states >= all {
+            return std::mem::take(self);
+        }
+        let [n_actions, width] = [self.actions.len(), self.observations.len()].map(|n| n / all);
+        let actions = self.actions.split_off(..states * n_actions);
+        let rows =
+            |all: &mut &'a mut [f64]| all.split_off_mut(..states * width).unwrap_or_default();
+        let flags = |all: &mut &'a mut [bool]| all.split_off_mut(..states).unwrap_or_default();
+        Self {
+            actions: actions.unwrap_or_default(),
+            observations: rows(&mut self.observations),
+            rewards: self.rewards.split_off_mut(..states).unwrap_or_default(),
+            terminated: flags(&mut self.terminated),
+            truncated: flags(&mut self.truncated),
+            final_observations: rows(&mut self.final_observations),
+        }
+    }
 }
