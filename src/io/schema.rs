@@ -167,8 +167,10 @@ fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
 /// Reason why an element is not read.
 pub(super) fn reason(element: &str) -> &'static str {
     match element {
-        "transmission" => "transmissions are not modelled: efforts act at the joints",
-        "ros2_control" => "interfaces of controllers are not read: servos are set by Actuation",
+        "transmission" | "ros2_control" => {
+            "inputs of joints are read of URDF files only, below <robot>"
+        }
+        "gpio" => "inputs and outputs of hardware are not modelled",
         "gazebo" | "plugin" => "settings of another simulator",
         "physics" | "ode" | "bullet" | "simbody" => "settings of a physics engine",
         "light" | "camera" | "scene" | "gui" | "projector" => "not a part of a robot",

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::control::{self, Commands};
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::massless::Remark;
@@ -26,6 +27,8 @@ pub(super) struct Parts<'a> {
     pub(super) joints: Vec<JointPart<'a>>,
     /// Materials beside the links.
     pub(super) materials: Vec<Material<'a>>,
+    /// Inputs of joints, if the file states any.
+    pub(super) commands: Option<Commands<'a>>,
 }
 
 /// A link, and its shapes apart, visuals with their materials.
@@ -142,6 +145,7 @@ impl<'a> Parts<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             materials: Vec::new(),
+            commands: None,
         }
     }
 
@@ -156,6 +160,8 @@ impl<'a> Parts<'a> {
             .with_mimicry(options.mimicry)
             .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
         let colors = self.colors();
+        context.commands = (self.commands.as_ref())
+            .map(|own| control::finish(own, &self.joints, options.mimicry, &mut context));
         for link in self.links {
             let place = link.place;
             let spec = link.finish(&mut context, &colors);
