@@ -604,7 +604,8 @@ def test_simulator_of_an_mjcf_has_its_servos_contacts_and_states() -> None:
     simulator = db.Simulator.from_mjcf(text)
     assert (simulator.nu, simulator.time_step, simulator.integrator) == (1, 0.01, "implicit_velocity")
     assert "contact points" in repr(simulator) and simulator.effort_bounds[1][0] == 0.5
-    q, v, u = simulator.keyframes["bent"]
+    q, v, u, contact = simulator.keyframes["bent"]
+    assert contact.shape == (simulator.n_contact,)
     assert q[0] == 0.2 and u[0] == 0.3 and simulator.keyframes["qpos0"][0][0] == 0
     reached = pickle.loads(pickle.dumps(simulator)).rollout(q, v, inputs=np.tile([9.0], (500, 1)))
     assert abs(reached.q[-1][0] - 0.5) < 1e-6

@@ -112,11 +112,11 @@ const PHYSICS: [(&str, &str); 15] = [
     ("kinematic", "links move by forces"),
     (
         "springStiffness",
-        "set it by JointSpec::with_spring or Model::with_spring",
+        "set the spring of the joint in the model",
     ),
     (
         "springReference",
-        "set it by JointSpec::with_spring or Model::with_spring",
+        "set the spring of the joint in the model",
     ),
     (
         "implicitSpringDamper",
@@ -181,7 +181,7 @@ pub(super) fn reason(element: &str) -> &'static str {
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
         "stiffness" | "dissipation" => {
-            "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping: set others by Actuator::position, with Actuation::with_actuator"
+            "joint limits act in simulators with the actuation of the model, which chooses their stiffness and damping: set others as position limits of its actuators"
         }
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
         _ => UNKNOWN,

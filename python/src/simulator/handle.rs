@@ -200,7 +200,8 @@ impl PySimulator {
         class.call((Bound::new(py, model)?,), Some(&parts))
     }
 
-    /// Named states of the MJCF file: {name: (q, v, u)}, first "qpos0" at rest without inputs; empty for other simulators.
+    /// Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
+    /// activations; what the file does not state of it is zero.
     #[getter]
     fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
@@ -211,7 +212,13 @@ impl PySimulator {
         let scene = scene_of(&scene)?;
         let state_of = |state: &State, u: Vec<f64>| {
             let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
-            (q, v, vector(py, u))
+            let mut contact = self.simulator.neutral_state::<f64>();
+            // A simulator with other activations starts without those of the file.
+            if contact.activation.len() == state.activation.len() {
+                contact.activation.clone_from(&state.activation);
+            }
+            let contact = contact.contact.iter().chain(&contact.activation);
+            (q, v, vector(py, u), vector(py, contact.copied().collect()))
         };
         let still = vec![0.0; self.simulator.nu()];
         out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;
