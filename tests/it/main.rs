@@ -97,6 +97,7 @@ mod step_remarks;
 mod stop_signal;
 mod surfaces;
 mod tendon_servos;
+mod tiled_ground;
 mod time_step;
 mod trajopt_costs;
 mod trajopt_ddp;
