@@ -309,10 +309,12 @@ class Simulator:
         activations: Mapping[str, Activation] | None = None,
         divergence_bound: float | None = None,
         parameters: ArrayLike | None = None,
-        _scene: tuple[str | None, str | None, dict[str, object]] | None = None,
+        _scene: tuple[str, str | None, str | None, dict[str, object]] | None = None,
     ) -> Self: ...
     @staticmethod
     def from_mjcf(description: str | PathLike[str], **keywords: Unpack[LoaderKeywords]) -> Simulator: ...
+    @staticmethod
+    def from_urdf(description: str | PathLike[str], **keywords: Unpack[LoaderKeywords]) -> Simulator: ...
     @property
     def keyframes(self) -> dict[str, tuple[Array, Array, Array, Array]]: ...
     @property

@@ -40,6 +40,7 @@ mod finite_differences;
 mod floors;
 mod folded_ground;
 mod frame_forces;
+mod frame_servos;
 mod free_bodies;
 mod generic_scalar;
 mod golden;

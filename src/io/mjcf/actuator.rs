@@ -88,13 +88,9 @@ pub(super) fn read(
         [armature?, damping?]
     };
     let (servo, damping_ratio) = law.servo(gear[0]);
-    let is_force = servo
-        == Servo {
-            gain: servo.gain,
-            ..Servo::torque(gear[0])
-        };
     let on_site = matches!(transmission, MjcfTransmission::Site(..));
-    let lack = lack.or((on_site && !is_force).then_some("holds no site: only motors act there"));
+    let has_ratio = on_site && damping_ratio.is_some();
+    let lack = lack.or(has_ratio.then_some("has a damping ratio on a site: give it a kv"));
     let mut servo = Servo {
         input_range: input_range?,
         force_range: force_range?,
