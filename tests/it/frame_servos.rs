@@ -197,8 +197,13 @@ fn crossing(integrator: Integrator) -> (Simulator, State, Vec<f64>) {
     ];
     let load = ExternalForce::constant(middle, Force::from_array([0.1; 6]), Representation::Mixed);
     let count = servos.len();
+    // Explicit steps do not bear these gains on light links for longer.
+    let step = match integrator {
+        Integrator::RungeKutta4 => 1e-4,
+        _ => 0.01,
+    };
     let simulator = Simulator::new(model)
-        .with_time_step(0.01)
+        .with_time_step(step)
         .with_integrator(integrator)
         .with_external_forces(vec![load])
         .with_frame_actuators(servos);
@@ -240,12 +245,7 @@ fn gradients_in_numbers_of_servos_on_frames_equal_central_differences() {
             all.zip(&weights).map(|(x, w)| x * w).sum::<f64>()
         };
         let mut compared = 0;
-        // Explicit steps of these gains are so sensitive to the masses of the hand that differences see it no more.
-        let first = match integrator {
-            Integrator::RungeKutta4 => simulator.model().parameters().len(),
-            _ => 0,
-        };
-        for k in first..parameters.len() {
+        for k in 0..parameters.len() {
             // A gain below zero is that of the start.
             if parameters[k] == 0.0 && layout.names()[k].contains("gain") {
                 continue;

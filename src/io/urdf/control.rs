@@ -18,13 +18,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::parts::JointPart;
 use super::schema;
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child, children, tag};
 use crate::io::schema::check;
 use crate::io::values::parse;
-use crate::model::Mimicry;
+use crate::joint::JointKind;
 use crate::sim::Servo;
 
 /// A joint with an input.
@@ -36,6 +35,14 @@ pub(super) struct Command<'a> {
     pub(super) servo: Option<Servo>,
     /// Turns of the motor for one of the joint, where a transmission states them.
     pub(super) gear: Option<f64>,
+}
+
+/// A joint that may have an input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Movable {
+    pub(super) kind: JointKind,
+    /// Whether it has no coordinates of its own.
+    pub(super) follows: bool,
 }
 
 /// Joints with inputs, in the order of the file, and where each joint is among them.
@@ -288,14 +295,14 @@ impl Command<'_> {
     }
 
     /// Why the joint has no input.
-    fn lack(&self, joint: Option<&&JointPart<'_>>, mimicry: Mimicry) -> Option<&'static str> {
+    fn lack(joint: Option<&Movable>) -> Option<&'static str> {
         let Some(joint) = joint else {
             return Some("there is no joint of this name");
         };
-        if joint.mimic.is_some() && mimicry == Mimicry::Coupled {
+        if joint.follows {
             return Some("the joint follows another one");
         }
-        match (joint.spec.kind.nq(), joint.spec.kind.nv()) {
+        match (joint.kind.nq(), joint.kind.nv()) {
             (_, 0) => Some("the joint does not move"),
             (1, 1) => None,
             _ => Some("the joint has several degrees of freedom"),
@@ -306,15 +313,13 @@ impl Command<'_> {
 /// The joints that have inputs, with their servos; reports the others.
 pub(super) fn finish(
     commands: &Commands<'_>,
-    joints: &[JointPart<'_>],
-    mimicry: Mimicry,
+    joints: &HashMap<&str, Movable>,
     context: &mut Context<'_>,
 ) -> Vec<(String, Option<Servo>)> {
-    let joints: HashMap<&str, &JointPart<'_>> = joints.iter().map(|own| (own.name, own)).collect();
     let mut taken = HashSet::new();
     let mut out = Vec::new();
     for own in &commands.all {
-        let lack = own.lack(joints.get(own.joint), mimicry);
+        let lack = Command::lack(joints.get(own.joint));
         let twice = (!taken.insert(own.joint)).then_some("the joint has another input");
         match lack.or(twice) {
             Some(lack) => {
