@@ -118,7 +118,7 @@ def test_an_arm_that_floats_is_warned_of() -> None:
 
 def test_no_message_has_words_of_rust(tmp_path: Any) -> None:
     report = db.samples.load("quadruped").import_report
-    assert report is not None and 'base="fixed"' in str(report)
+    assert report is not None and "base=fixed" in str(report)
     texts = [str(report), report._repr_html_()]
     lost = '<robot name="r"><link name="a"><collision><geometry><mesh filename="absent.stl"/></geometry></collision></link></robot>'
     texts.append(str(db.Model.from_urdf(lost, roots=[tmp_path]).import_report))

@@ -654,7 +654,7 @@ def test_keyframes_have_activations() -> None:
     q, v, u, contact = simulator.keyframes["on"]
     assert contact[-simulator.n_activation :].tolist() == [0.7]
     assert simulator.keyframes["qpos0"][3].tolist() == [0.0]
-    simulator.step(q, v, u, contact)
+    simulator.step(q, v, u, contact=contact)
 
 
 def test_tiles_of_ground_equal_the_library_and_refuse_others() -> None:

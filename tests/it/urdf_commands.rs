@@ -145,7 +145,7 @@ fn reduction_is_the_gear_of_the_servo_and_leaves_the_law_at_the_joint() {
     let plain = simulator(&control(joints));
     let end = |own: &Simulator| {
         let moved = own.rollout(&own.neutral_state(), 50, |_, _, u| {
-            u.copy_from_slice(&[0.4, 0.1])
+            u.copy_from_slice(&[0.4, 0.1]);
         });
         moved.last().clone()
     };
