@@ -50,6 +50,7 @@
 
 mod anchor;
 mod carried;
+mod frame_axis;
 mod hold;
 mod joints;
 mod kind;
@@ -60,6 +61,7 @@ pub use anchor::Anchor;
 use anchor::AnchorMotion;
 pub(crate) use anchor::Mounted;
 pub(crate) use carried::{CarriedRow, CarrierMotion};
+pub(crate) use frame_axis::FrameAxis;
 pub(crate) use hold::Hold;
 pub(crate) use joints::{JointMotion, TiedJoint};
 pub use kind::ConstraintKind;

@@ -201,13 +201,25 @@ class Activation:
 
 @dataclass(frozen=True)
 class FrameActuator:
-    """An actuator at an attachment frame: a wrench (6,) per unit of its input, with optional limits (lower, upper) of the input."""
+    """An actuator at an attachment frame: a wrench (6,) per unit of its input, with optional limits (lower, upper) of the input.
+
+    servo: (gear n, gain g, bias b, position gain k, velocity gain d) of a servo along the wrench w, with the input as its target: the force is w times that of
+    the servo at the end of a step, see `Actuator`. In "mixed" representation its position is w · (p, θ), with the position p of the frame in the world and
+    its rotation vector θ; in the others, whose axes move, there is a velocity only. input_range, force_range: (least, largest) input and force of the servo.
+    """
 
     name: str
     place: Anchor
     wrench: Sequence[float]
     representation: RepresentationName = "body"
     limits: tuple[float, float] | None = None
+    servo: tuple[float, float, float, float, float] | None = None
+    input_range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.servo is None and not (self.input_range is None and self.force_range is None):
+            raise ValueError("input_range and force_range are those of a servo, and there is none: `limits` bounds an input that scales the wrench")
 
     @staticmethod
     def thruster(

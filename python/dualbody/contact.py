@@ -116,6 +116,38 @@ class HeightField(Terrain):
     spacing: tuple[float, float]
     heights: ArrayLike
 
+    @staticmethod
+    def tiled(tiles: Sequence[HeightField], columns: int) -> tuple[HeightField, Array]:
+        """Lays grids of one spacing and shape side by side on one: `columns` of them along x, then the next row along y. The first one keeps its place.
+
+        Returns the grid, and the shifts (len(tiles), 2), m: a robot that starts at (x, y) of its own tile starts at (x, y) plus its shift. Neighbours have
+        one cell between them, and the last row is filled up with copies of the last tile. All nodes keep their heights; about the border of a tile the
+        spline bends on to the neighbour.
+
+        >>> import dualbody as db
+        >>> low, high = (db.contact.HeightField((-1, -1), (0.5, 0.5), [[h] * 5] * 5) for h in (0.1, 0.3))
+        >>> ground, shifts = db.contact.HeightField.tiled([low, high], 2)
+        >>> shifts.tolist(), round(ground.surface(2.5, 0.0)[0], 2)
+        ([[0.0, 0.0], [2.5, 0.0]], 0.3)
+        """
+        import numpy as np
+
+        if not tiles or columns < 1:
+            raise ValueError(f"{len(tiles)} tiles in {columns} columns: expected one or more of both")
+        first, grids = tiles[0], [np.asarray(tile.heights, dtype=float) for tile in tiles]
+        for k, (tile, grid) in enumerate(zip(tiles, grids, strict=True)):
+            if grid.ndim != 2 or grid.shape != grids[0].shape or tuple(tile.spacing) != tuple(first.spacing):
+                raise ValueError(f"tile {k} has shape {grid.shape} and spacing {tile.spacing}, the first one {grids[0].shape} and {first.spacing}")
+        rows = -(-len(tiles) // columns)
+        nx, ny = grids[0].shape
+        _dualbody._check_grid(nx * columns, ny * rows)
+        grids += [grids[-1]] * (rows * columns - len(grids))
+        heights = np.block([[grids[row * columns + column] for row in range(rows)] for column in range(columns)])
+        index = np.arange(len(tiles))
+        cells = np.stack([index % columns * nx, index // columns * ny], axis=1)
+        shifts = np.asarray(first.origin) + cells * np.asarray(first.spacing) - np.array([tile.origin for tile in tiles])
+        return HeightField(first.origin, first.spacing, heights), shifts
+
     def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
         import numpy as np
 

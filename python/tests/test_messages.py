@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import inspect
 import pickle
+import subprocess
+import sys
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -115,7 +118,7 @@ def test_an_arm_that_floats_is_warned_of() -> None:
 
 def test_no_message_has_words_of_rust(tmp_path: Any) -> None:
     report = db.samples.load("quadruped").import_report
-    assert report is not None and 'base="fixed"' in str(report)
+    assert report is not None and "base=fixed" in str(report)
     texts = [str(report), report._repr_html_()]
     lost = '<robot name="r"><link name="a"><collision><geometry><mesh filename="absent.stl"/></geometry></collision></link></robot>'
     texts.append(str(db.Model.from_urdf(lost, roots=[tmp_path]).import_report))
@@ -204,3 +207,13 @@ def test_columns_of_inputs_have_the_names_of_what_they_act_on(tmp_path: Any) -> 
 def test_a_weld_needs_anchors() -> None:
     with pytest.raises(TypeError, match="b is of the type tuple, expected Anchor"):
         db.Simulator(db.samples.cartpole(), constraints=[Weld(Anchor("pole"), (0.0, 0.0, 0.0))])  # type: ignore[arg-type]
+
+
+def test_the_program_names_no_words_of_rust(tmp_path: Path) -> None:
+    limited = FREE.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><limit effort="1" velocity="2"/><dynamics friction="0.1"/>')
+    file = tmp_path / "robot.urdf"
+    file.write_text(limited.replace("</robot>", "<gazebo reference='j'><springStiffness>1</springStiffness></gazebo></robot>"))
+    done = subprocess.run([sys.executable, "-m", "dualbody", "check", str(file)], capture_output=True, text=True)
+    for words in ("base=fixed", "limits of position", "friction 0.1", "springStiffness"):
+        assert words in done.stdout
+    assert "::" not in done.stdout, done.stdout

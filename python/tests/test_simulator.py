@@ -604,10 +604,67 @@ def test_simulator_of_an_mjcf_has_its_servos_contacts_and_states() -> None:
     simulator = db.Simulator.from_mjcf(text)
     assert (simulator.nu, simulator.time_step, simulator.integrator) == (1, 0.01, "implicit_velocity")
     assert "contact points" in repr(simulator) and simulator.effort_bounds[1][0] == 0.5
-    q, v, u = simulator.keyframes["bent"]
+    q, v, u, contact = simulator.keyframes["bent"]
+    assert contact.shape == (simulator.n_contact,)
     assert q[0] == 0.2 and u[0] == 0.3 and simulator.keyframes["qpos0"][0][0] == 0
     reached = pickle.loads(pickle.dumps(simulator)).rollout(q, v, inputs=np.tile([9.0], (500, 1)))
     assert abs(reached.q[-1][0] - 0.5) < 1e-6
     explicit = simulator.replace(integrator="runge_kutta_4", time_step=1e-4)
     assert explicit.nu == 1 and explicit.integrator == "runge_kutta_4"
     assert db.Simulator(simulator.model).keyframes == {}
+
+
+URDF = """<robot name="cart"><link name="world"/>
+  <link name="a"><inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="x" type="prismatic"><parent link="world"/><child link="a"/><axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="5000" velocity="90"/></joint>
+  <joint name="y" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-9" upper="9" effort="50" velocity="90"/></joint>
+  <ros2_control name="all" type="system"><joint name="x">
+    <command_interface name="position"><param name="kp">1e4</param><param name="kd">1e3</param><param name="max">0.5</param></command_interface>
+  </joint></ros2_control></robot>"""
+
+
+def test_simulator_of_a_urdf_has_the_inputs_of_its_command_interfaces() -> None:
+    simulator = db.Simulator.from_urdf(URDF, gravity=(0.0, 0.0, 0.0))
+    assert simulator.input_names == ["x"] and simulator.keyframes == {} and simulator.effort_bounds[1][0] == 0.5
+    copied = pickle.loads(pickle.dumps(simulator)).replace(time_step=0.01)
+    reached = copied.rollout(np.zeros(2), np.zeros(2), inputs=np.tile([9.0], (500, 1)))
+    assert abs(reached.q[-1][0] - 0.5) < 1e-6
+    without = db.Simulator.from_urdf(URDF.replace("kp", "unknown"))
+    assert "no gains in the file" in str(without.model.import_report)
+
+
+def test_servo_of_a_frame_holds_it_under_gains_that_no_explicit_step_bears() -> None:
+    box = db.samples.load("box") if hasattr(db.samples, "load") else db.Model.from_urdf(ASSETS / "box.urdf", base="floating")
+    box = box.with_gravity((0.0, 0.0, 0.0))
+    place = db.sim.Anchor(box.link_names[0])
+    servo = db.sim.FrameActuator("x", place, (1, 0, 0, 0, 0, 0), "mixed", servo=(1.0, 1e4, 0.0, 1e4, 100.0), force_range=(-50.0, 50.0))
+    simulator = db.Simulator(box, frame_actuators=[servo], time_step=0.01)
+    q = box.neutral()
+    held = pickle.loads(pickle.dumps(simulator)).rollout(q, np.zeros(6), inputs=np.tile([0.3], (2000, 1)))
+    assert abs(held.q[-1][0] - 0.3) < 1e-3
+    with pytest.raises(ValueError, match="there is none"):
+        db.sim.FrameActuator("x", place, (1, 0, 0, 0, 0, 0), force_range=(-1.0, 1.0))
+
+
+def test_keyframes_have_activations() -> None:
+    text = """<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
+      <actuator><general joint="j" dyntype="filter" dynprm="0.1"/></actuator><keyframe><key name="on" act="0.7"/></keyframe></mujoco>"""
+    simulator = db.Simulator.from_mjcf(text)
+    q, v, u, contact = simulator.keyframes["on"]
+    assert contact[-simulator.n_activation :].tolist() == [0.7]
+    assert simulator.keyframes["qpos0"][3].tolist() == [0.0]
+    simulator.step(q, v, u, contact=contact)
+
+
+def test_tiles_of_ground_equal_the_library_and_refuse_others() -> None:
+    grids = [db.contact.HeightField((k, -1.0), (0.5, 0.25), np.random.default_rng(k).normal(size=(4, 6))) for k in range(5)]
+    ground, shifts = db.contact.HeightField.tiled(grids, 2)
+    assert np.asarray(ground.heights).shape == (8, 18) and shifts.shape == (5, 2)
+    for grid, shift in zip(grids, shifts, strict=True):
+        heights = np.asarray(grid.heights)
+        for i, j in ((0, 0), (3, 5), (1, 2)):
+            x, y = np.asarray(grid.origin) + shift + (0.5 * i, 0.25 * j)
+            assert abs(ground.surface(x, y)[0] - heights[i, j]) < 1e-12
+    with pytest.raises(ValueError, match="tile 1 has shape"):
+        db.contact.HeightField.tiled([grids[0], db.contact.HeightField((0, 0), (1, 1), [[0.0] * 2] * 2)], 1)

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::robot::Loaded;
 use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use crate::model::Model;
-use crate::sim::{Actuation, Integrator, Simulator, State};
+use crate::sim::{Integrator, Simulator, State};
 
 /// Time step for files without one, s.
 const TIME_STEP: f64 = 1e-3;
@@ -164,11 +164,8 @@ impl Setup {
         let simulator = match &loaded.scene {
             Some(scene) => scene.simulator(),
             None => {
-                let model = loaded.model.clone();
-                let actuation = Actuation::from_model(&model);
-                Simulator::new(model)
-                    .with_time_step(TIME_STEP)
-                    .with_actuation(actuation)
+                let simulator = loaded.report.simulator(loaded.model.clone());
+                simulator.with_time_step(TIME_STEP)
             }
         };
         let integrator = match self.integrator {

@@ -32,7 +32,7 @@ impl<T: Scalar> CarrierMotion<T> {
         }
     }
 
-    fn biased(&self) -> Carrier<T> {
+    pub(super) fn biased(&self) -> Carrier<T> {
         Carrier {
             X: self.X_WB,
             V: self.V,

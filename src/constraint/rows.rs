@@ -96,8 +96,8 @@ pub(crate) struct ConstraintRows<T> {
     /// The rows at another velocity.
     after: Vec<ConstraintRow<T>>,
     /// Jacobians of one anchor, and of the second relative to the first, 6 × `nv`.
-    own: DMatrix<T>,
-    relative: DMatrix<T>,
+    pub(super) own: DMatrix<T>,
+    pub(super) relative: DMatrix<T>,
 }
 
 /// Distances below this have no direction, m.
@@ -264,7 +264,7 @@ impl<P: Scalar> Constraint<P> {
 }
 
 /// Subtracts the effect of rotating axes of floating and planar joints from the biases, and stores it.
-fn turn<P: Scalar, T: Over<P>>(
+pub(super) fn turn<P: Scalar, T: Over<P>>(
     rows: &mut [ConstraintRow<T>],
     model: &Model<P>,
     jacobian: &[T],

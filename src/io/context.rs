@@ -3,6 +3,7 @@
 use super::place::{ImportNote, Place, SourcePlace, element, name, path};
 use crate::error::{LoadError, SourcePosition};
 pub(super) use crate::input::xml::{Node, child, children, is_native, tag};
+use crate::sim::Servo;
 
 /// The source of a description and the remarks about it.
 #[derive(Debug)]
@@ -10,6 +11,8 @@ pub(super) struct Context<'a> {
     pub(super) file: &'a str,
     pub(super) warnings: Vec<ImportNote>,
     pub(super) ignored: Vec<ImportNote>,
+    /// Joints with inputs, with their servos, if the description states any.
+    pub(super) commands: Option<Vec<(String, Option<Servo>)>>,
     /// Start of each line after the first.
     line_starts: Vec<usize>,
 }
@@ -21,6 +24,7 @@ impl<'a> Context<'a> {
             file,
             warnings: Vec::new(),
             ignored: Vec::new(),
+            commands: None,
             line_starts: newlines.map(|(i, _)| i + 1).collect(),
         }
     }

@@ -95,7 +95,7 @@ pub(super) fn remarks(model: &Model) -> Vec<Remark> {
         joint: at.joint.clone(),
         reason: format!(
             "nothing resists its motion (inertia {:e} at link \"{}\"): the mass matrix is singular, forward dynamics and simulators refuse \
-             the robot; see MasslessLinks",
+             the robot; see the option massless_links",
             at.inertia, at.link
         ),
         is_carried: false,
@@ -124,7 +124,7 @@ mod tests {
     fn massless_links_load_with_a_warning_each_and_inverse_dynamics_is_that_of_the_others() {
         let (model, report) = ModelOptions::default().load_urdf_str(GRIPPER).unwrap();
         let warned: Vec<_> = (report.warnings.iter())
-            .filter(|note| note.reason.contains("MasslessLinks"))
+            .filter(|note| note.reason.contains("massless_links"))
             .map(|note| (note.name.as_str(), note.line))
             .collect();
         assert_eq!(warned, [("fa", 5), ("fc", 7)], "{report}");

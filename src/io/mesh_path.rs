@@ -77,7 +77,7 @@ impl MeshFinder {
     /// Names the folders in which files may be, after "is not found".
     pub(super) fn places(&self) -> &'static str {
         if self.roots.are_given() {
-            " below the folders of with_root"
+            " below the root folders"
         } else {
             ""
         }

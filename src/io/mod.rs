@@ -12,6 +12,7 @@
 //! | load an SDF robot, with included files? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
 //! | load an MJCF robot, with included and attached files? | [`Model::from_mjcf_file`](crate::Model::from_mjcf_file), [`from_mjcf_str`](crate::Model::from_mjcf_str) | linear in the texts and in the content of replicas |
 //! | load motors, keyframes, equalities, ground? | [`MjcfScene`], [`Simulator::from_mjcf_file`](crate::Simulator::from_mjcf_file) | the same |
+//! | inputs of joints from `<ros2_control>` or `<transmission>` of a URDF? | [`Simulator::from_urdf_file`](crate::Simulator::from_urdf_file), [`ImportReport::simulator`] | the same |
 //! | set base, kept joints, package paths? | [`ModelOptions`] | |
 //! | list content that the model does not use? | [`ImportReport`] | |
 //! | load an untrusted description? | [`ModelOptions::with_root`] | |
@@ -50,6 +51,7 @@
 // folders: values as attributes or as elements ([`values`]), axes of joints ([`motion`]), shapes ([`shapes`]), rotations
 // ([`rotation`]), versions ([`version`]), places for errors and remarks ([`place`]), massless links ([`massless`]), and
 // mesh paths ([`mesh_path`]).
+mod commands;
 mod contact_meshes;
 mod context;
 #[cfg(test)]

@@ -75,7 +75,7 @@ pub(super) fn check_room(context: &mut Context<'_>, place: Place<'_>, limits: &L
 pub(super) fn check_friction(context: &mut Context<'_>, place: Place<'_>, friction: f64) {
     if friction != 0.0 {
         let reason =
-            format!("friction {friction} acts in simulators with Actuation::from_model only");
+            format!("friction {friction} acts in simulators with the actuation of the model only");
         context.warn(place, reason);
     }
 }

@@ -164,7 +164,7 @@ impl ModelOptions {
     /// let options = ModelOptions::default().with_root("assets");
     /// assert!(options.load_urdf_file("assets/cartpole.urdf").is_ok());
     /// let error = options.load_urdf_file("assets/../Cargo.toml").unwrap_err().to_string();
-    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: not found below the folders of with_root");
+    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: not found below the root folders");
     /// ```
     #[must_use]
     pub fn with_root(mut self, dir: impl AsRef<Path>) -> Self {

@@ -6,6 +6,7 @@ use super::context::Context;
 use super::place::ImportNote;
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
+use crate::sim::Servo;
 
 /// Report on a loaded file.
 ///
@@ -27,6 +28,9 @@ pub struct ImportReport {
     pub warnings: Vec<ImportNote>,
     /// Remarks on content that the model does not use. The content of an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
+    /// Joints with a command interface in `<ros2_control>` or `<transmission>` of a URDF, in the order of the file, each with its servo; without a servo the
+    /// input is the effort. `None` if the file has no such elements. [`simulator`](Self::simulator) uses them.
+    pub commands: Option<Vec<(String, Option<Servo>)>>,
 }
 
 impl ImportReport {
@@ -40,6 +44,7 @@ impl ImportReport {
             limited_joints: 0,
             warnings: Vec::new(),
             ignored: Vec::new(),
+            commands: None,
         }
     }
 
@@ -50,7 +55,7 @@ impl ImportReport {
     /// use dualbody::ModelOptions;
     ///
     /// let (arm, report) = ModelOptions::default().load_urdf_file("assets/quadruped.urdf")?;
-    /// assert!(arm.has_floating_base() && report.base_note().unwrap().contains("with_base(Base::Fixed)"));
+    /// assert!(arm.has_floating_base() && report.base_note().unwrap().contains("base=fixed"));
     /// # Ok::<(), dualbody::LoadError>(())
     /// ```
     pub fn base_note(&self) -> Option<String> {
@@ -58,11 +63,11 @@ impl ImportReport {
         match (self.wanted_base, self.base) {
             (Base::Auto, Base::Floating) => Some(format!(
                 "NOTE: the robot FLOATS, with 6 degrees of freedom more than its joints have, as its root link \"{root}\" is not called \
-                 \"world\"; ModelOptions::with_base(Base::Fixed) holds it"
+                 \"world\"; the option base=fixed holds it"
             )),
             (Base::Auto, _) => Some(format!(
                 "NOTE: the robot is FIXED to the world, as its root link is called \"{root}\"; \
-                 ModelOptions::with_base(Base::Floating) lets it float"
+                 the option base=floating lets it float"
             )),
             _ => None,
         }
@@ -70,11 +75,24 @@ impl ImportReport {
 }
 
 impl ImportReport {
-    /// Note on simulators that apply joint limits; `None` for a robot without limits.
+    /// Note on simulators that apply joint limits and command interfaces; `None` for a robot without limits and inputs in its description.
     pub fn limits_note(&self) -> Option<String> {
-        let n = self.limited_joints;
-        (n > 0).then(|| {
-            format!("NOTE: limits of position, speed and effort ({n} joints) act in simulators with Actuation::from_model only")
+        let commands = self.commands.as_ref().map_or(0, Vec::len);
+        let parts = [
+            (self.limited_joints, "limits of position, speed and effort"),
+            (commands, "command interfaces"),
+        ];
+        let counted = parts.iter().filter(|(n, _)| *n > 0);
+        let parts: Vec<_> = counted
+            .map(|(n, of)| format!("{of} ({n} joints)"))
+            .collect();
+        let simulators = match commands {
+            0 => "the actuation of the model",
+            _ => "the actuation of the file",
+        };
+        (!parts.is_empty()).then(|| {
+            let parts = parts.join(" and ");
+            format!("NOTE: {parts} act in simulators with {simulators} only")
         })
     }
 }
@@ -124,6 +142,7 @@ pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> 
     let is_limited = |limits: &Limits| *limits != Limits::default();
     let joints = model.joints().iter();
     ImportReport {
+        commands: context.commands,
         file: context.file.into(),
         limited_joints: joints.filter(|joint| is_limited(&joint.limits)).count(),
         base,
@@ -152,6 +171,7 @@ mod tests {
             wanted_base: Base::Floating,
             root_link: "hip".into(),
             limited_joints: 0,
+            commands: None,
             warnings: Vec::new(),
             ignored: vec![note],
         };
@@ -189,6 +209,7 @@ mod tests {
             wanted_base: Base::Fixed,
             root_link: "hip".into(),
             limited_joints: 0,
+            commands: None,
             warnings: Vec::new(),
             ignored: vec![note; 20_000],
         };

@@ -30,7 +30,7 @@ impl Roots {
         let real = fs::canonicalize(path).ok();
         let is_below = |path: &PathBuf| folders.iter().any(|folder| path.starts_with(folder));
         let found = real.filter(is_below).map(Cow::Owned);
-        let reason = "not found below the folders of with_root";
+        let reason = "not found below the root folders";
         found.ok_or_else(|| Error::new(ErrorKind::NotFound, reason))
     }
 }

@@ -112,11 +112,11 @@ const PHYSICS: [(&str, &str); 15] = [
     ("kinematic", "links move by forces"),
     (
         "springStiffness",
-        "set it by JointSpec::with_spring or Model::with_spring",
+        "set the spring of the joint in the model",
     ),
     (
         "springReference",
-        "set it by JointSpec::with_spring or Model::with_spring",
+        "set the spring of the joint in the model",
     ),
     (
         "implicitSpringDamper",
@@ -167,8 +167,10 @@ fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
 /// Reason why an element is not read.
 pub(super) fn reason(element: &str) -> &'static str {
     match element {
-        "transmission" => "transmissions are not modelled: efforts act at the joints",
-        "ros2_control" => "interfaces of controllers are not read: servos are set by Actuation",
+        "transmission" | "ros2_control" => {
+            "inputs of joints are read of URDF files only, below <robot>"
+        }
+        "gpio" => "inputs and outputs of hardware are not modelled",
         "gazebo" | "plugin" => "settings of another simulator",
         "physics" | "ode" | "bullet" | "simbody" => "settings of a physics engine",
         "light" | "camera" | "scene" | "gui" | "projector" => "not a part of a robot",
@@ -179,7 +181,7 @@ pub(super) fn reason(element: &str) -> &'static str {
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
         "stiffness" | "dissipation" => {
-            "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping: set others by Actuator::position, with Actuation::with_actuator"
+            "joint limits act in simulators with the actuation of the model, which chooses their stiffness and damping: set others as position limits of its actuators"
         }
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
         _ => UNKNOWN,

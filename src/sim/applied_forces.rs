@@ -48,7 +48,7 @@ impl<P: Scalar> Simulator<P> {
             let X_WB = kinematics.pose(mounted.body);
             let V_B = kinematics.velocity(mounted.body);
             let u = term.input().map_or(T::zero(), |input| u[input]);
-            let F_B = term.body_force(&mounted.X_BA, &X_WB, &V_B, u);
+            let F_B = term.body_force(&mounted.X_BA, &X_WB, &V_B, u, None);
             let pose = mounted.X_BA.after(&X_WB);
             let F_A = mounted.X_BA.force_inverse(&F_B);
             Some(AppliedForce {

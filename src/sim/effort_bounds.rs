@@ -30,9 +30,13 @@ impl Simulator {
             }
         }
         let joints = self.actuated().iter().map(|&k| bounds[k]);
-        let frames = self.frame_actuators().iter().map(|own| Interval {
-            lower: own.lower().unwrap_or(NONE.lower),
-            upper: own.upper().unwrap_or(NONE.upper),
+        let frames = self.frame_actuators().iter().map(|own| {
+            let servo = own.servo().and_then(|servo| servo.input_range);
+            let range = servo.unwrap_or(NONE);
+            Interval {
+                lower: own.lower().unwrap_or(NONE.lower).max(range.lower),
+                upper: own.upper().unwrap_or(NONE.upper).min(range.upper),
+            }
         });
         let tendons = self.tendon_servos().iter();
         let tendons = tendons.map(|own| own.servo().input_range.unwrap_or(NONE));

@@ -111,7 +111,7 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
     pub(crate) fn has_rows(&self) -> bool {
         self.solved_contacts().is_some()
             || !self.simulator.constraints().is_empty()
-            || !self.is_explicit() && self.simulator.has_following_tendons()
+            || !self.is_explicit() && self.simulator.has_following_servos()
     }
 
     /// Contacts whose forces a solver finds.
@@ -148,7 +148,7 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn needs_solver(&self) -> bool {
         self.solved_contacts(self.at_end()).is_some()
             || !self.constraints().is_empty()
-            || self.at_end().has_joints() && self.has_following_tendons()
+            || self.at_end().has_joints() && self.has_following_servos()
             || self.contacts().is_some_and(Contacts::have_pairs)
     }
 
@@ -160,7 +160,8 @@ impl<P: Scalar> Simulator<P> {
     /// The most rows of joints, each a block: joint limits, bounded forces, and servos of tendons.
     pub(crate) fn joint_rows(&self) -> usize {
         let bounded = self.actuation().map_or(0, |own| own.bounded_forces());
-        self.model().nv() + bounded + self.tendon_servos().len()
+        let on_frames = self.frame_servos().count();
+        self.model().nv() + bounded + self.tendon_servos().len() + on_frames
     }
 
     /// Contacts whose forces a solver finds in a step.

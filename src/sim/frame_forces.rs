@@ -27,7 +27,8 @@ impl<P: Scalar> Simulator<P> {
     /// For a robot with thrusters and unactuated joints, call `with_actuated_joints(&[])`.
     ///
     /// # Panics
-    /// If two have the same name, or an attachment frame belongs to another model or is fixed to the world.
+    /// If two have the same name, an attachment frame belongs to another model or is fixed to the world, or the integrator is the implicit midpoint rule and one
+    /// has a servo.
     #[must_use]
     pub fn with_frame_actuators(mut self, actuators: Vec<FrameActuator<P>>) -> Self {
         for (k, actuator) in actuators.iter().enumerate() {
@@ -37,7 +38,8 @@ impl<P: Scalar> Simulator<P> {
             assert!(!known, "two frame actuators are called \"{name}\"");
         }
         self.frames.actuators = actuators;
-        self.with_activations_placed()
+        self.check_integrator();
+        self.with_resistance_found().with_activations_placed()
     }
 
     /// The external forces.
@@ -48,6 +50,12 @@ impl<P: Scalar> Simulator<P> {
     /// The frame actuators, in the order of their inputs.
     pub fn frame_actuators(&self) -> &[FrameActuator<P>] {
         &self.frames.actuators
+    }
+
+    /// The frame actuators that have servos, with their indices among all.
+    pub(crate) fn frame_servos(&self) -> impl Iterator<Item = (usize, &FrameActuator<P>)> {
+        let all = self.frames.actuators.iter().enumerate();
+        all.filter(|(_, own)| own.servo().is_some())
     }
 
     pub(crate) fn frame_terms(&self) -> &FrameTerms<P> {

@@ -12,6 +12,7 @@
 //! | episodes of reinforcement learning, many at once? | [`Environment`], [`Environments`] | that of the steps | |
 //! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, servos, dry friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`], [`Servo`], [`FrictionLaw`] | O(n), a round or two where joints stick | [Júdice & Pires 1994] |
+//! | servos that hold a frame in the world? | [`FrameActuator::with_servo`] | a row of the solver each | |
 //! | tendon servos, several servos on a joint? | [`Simulator::with_tendon_servos`], [`TendonServo`] | a row of the solver each | |
 //! | filters, integrators and delays of inputs, an actuator of one's own? | [`Simulator::with_activation`], [`Activation`], [`ActuatorFunction`] | a few operations each | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |

@@ -113,6 +113,7 @@ impl<P: Scalar> Simulator<P> {
         let actuators = out.actuation().into_iter().flat_map(Actuation::actuators);
         let of_tendons = out.tendon_servos().iter().map(TendonServo::actuator);
         actuators.chain(of_tendons).for_each(Actuator::check);
+        out.frame_servos().for_each(|(_, own)| own.check());
         let laws = out.contacts().into_iter().flat_map(Contacts::laws);
         laws.for_each(ContactLaw::check);
         (out.activations().iter()).for_each(|activation| activation.own.check());

@@ -107,7 +107,7 @@ impl<P: Scalar> Simulator<P> {
             let has_spring = q.is_some() && is_anything(passive.stiffness);
             resists |= is_anything(passive.damping) || has_spring;
         });
-        self.resists = resists || self.has_following_tendons();
+        self.resists = resists || self.has_following_servos();
         self
     }
 
@@ -281,9 +281,9 @@ impl<P: Scalar> Simulator<P> {
         self.actuated.len() + self.frames.nu() + k
     }
 
-    /// Whether the force of a tendon follows the motion over a step.
-    pub(crate) fn has_following_tendons(&self) -> bool {
-        self.tendons.iter().any(TendonServo::follows)
+    /// Whether the force of a servo on a tendon or frame follows the motion over a step.
+    pub(crate) fn has_following_servos(&self) -> bool {
+        self.tendons.iter().any(TendonServo::follows) || self.frame_servos().next().is_some()
     }
 
     /// Number of rows of the constraints.
@@ -296,11 +296,11 @@ impl<P: Scalar> Simulator<P> {
         self.constraints.iter().map(Constraint::blocks).sum()
     }
 
-    fn check_integrator(&self) {
+    pub(super) fn check_integrator(&self) {
         let refused = match &self.contacts {
             _ if self.integrator != Integrator::ImplicitMidpoint => None,
             Some(_) => Some("contacts"),
-            None if self.has_following_tendons() => Some("servos of tendons"),
+            None if self.has_following_servos() => Some("servos of tendons or frames"),
             None => (self.constraints.iter().any(Constraint::gives_way))
                 .then_some("constraints that are springs or have a largest force"),
         };

@@ -1,6 +1,8 @@
 //! Equilibria with contact, and regulators about them.
 
-use dualbody::contact::{ContactLaw, RelaxedRigid, SoftContact, Terrain};
+use std::collections::HashSet;
+
+use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::control::{Equilibrium, EquilibriumLqr, EquilibriumStatus};
 use dualbody::model::samples;
 use dualbody::{Simulator, State};
@@ -82,6 +84,28 @@ fn what_relaxed_contact_does_not_hold_is_dropped_by_name() {
             .all(|z| (z.norm() - 1.0).abs() < 1e-6)
     );
     assert!((&regulator.gain * &dropped.directions).amax() < 1e-9 * regulator.gain.amax());
+}
+
+// Rigid contact fixes the feet: of many directions that are out of reach several have the same largest component.
+#[test]
+fn each_direction_that_rigid_contact_drops_has_a_name_of_its_own() {
+    let rigid = |_| ContactLaw::Rigid(Rigid::default());
+    let simulator = quadruped(rigid, Terrain::flat(0.0));
+    let at = Equilibrium::find(&simulator, &crouching(&simulator, 0.0), &[0.0; 12]);
+    assert!(at.is_found(), "{at:?}");
+    let dropped = regulator(&simulator, &at).dropped;
+    let names: HashSet<&String> = dropped.names.iter().collect();
+    assert!(dropped.names.len() > 6, "{dropped}");
+    assert_eq!(names.len(), dropped.names.len(), "{dropped}");
+    // A name states the components of its direction.
+    let known = simulator.tangent_names();
+    for (name, direction) in dropped.names.iter().zip(dropped.directions.column_iter()) {
+        let first = name
+            .split(' ')
+            .find(|word| word.contains('.') && !word.starts_with('0'));
+        let k = known.iter().position(|own| Some(own.as_str()) == first);
+        assert_eq!(k, Some(direction.iamax()), "{name}");
+    }
 }
 
 #[test]

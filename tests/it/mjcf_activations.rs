@@ -128,3 +128,36 @@ fn what_is_odd_about_an_activation_is_said() {
     let error = text(&many, "").expect_err("too many inputs");
     assert!(error.to_string().contains("a million inputs"), "{error}");
 }
+
+#[test]
+fn negative_time_constant_of_a_filter_is_taken_as_none_with_a_warning() {
+    let load = |time: f64, kind: &str| {
+        let xml = format!(
+            "<mujoco><worldbody><body><joint name='j'/><geom size='0.1'/></body></worldbody>\n<actuator>\n<general joint='j' dyntype='{kind}' dynprm='{time}'/></actuator></mujoco>"
+        );
+        let loaded = ModelOptions::default().load_mjcf_scene_str(&xml);
+        loaded.unwrap_or_else(|error| panic!("{error}"))
+    };
+    for (time, kind, warned) in [
+        (-0.1, "filter", true),
+        (-0.1, "filterexact", true),
+        (0.1, "filter", false),
+        (0.0, "filter", false),
+        (-0.1, "none", false),
+        (-0.1, "integrator", false),
+    ] {
+        let (_, report) = load(time, kind);
+        let of_time = |note: &&dualbody::io::ImportNote| note.reason.contains("time constant -0.1");
+        let lines: Vec<u32> = report
+            .warnings
+            .iter()
+            .filter(of_time)
+            .map(|note| note.line)
+            .collect();
+        assert_eq!(
+            lines,
+            if warned { vec![3] } else { vec![] },
+            "{kind} {time}"
+        );
+    }
+}

@@ -136,7 +136,7 @@ fn meshes_are_found_below_the_root_only_by_whatever_name() {
     let warnings = reasons(&report);
     assert_eq!(warnings.len(), 2 * (uris.len() - 3));
     for uri in &uris[3..] {
-        let expected = format!("the mesh \"{uri}\" is not found below the folders of with_root");
+        let expected = format!("the mesh \"{uri}\" is not found below the root folders");
         assert!(warnings.contains(&expected.as_str()), "{uri}: {warnings:?}");
     }
     // There, or not there: no difference.
@@ -145,7 +145,7 @@ fn meshes_are_found_below_the_root_only_by_whatever_name() {
         .options()
         .load_urdf_str(&urdf(std::slice::from_ref(&none)))
         .expect("a robot");
-    let expected = format!("the mesh \"{none}\" is not found below the folders of with_root");
+    let expected = format!("the mesh \"{none}\" is not found below the root folders");
     assert_eq!(reasons(&report), [&expected, &expected]);
 
     let page = model_page(&model);
@@ -202,10 +202,7 @@ fn descriptions_and_includes_are_read_below_the_roots_only() {
             "{uri}"
         );
         let error = options.load_sdf_file(&file).unwrap_err().to_string();
-        assert!(
-            error.contains("below the folders of with_root"),
-            "{uri}: {error}"
-        );
+        assert!(error.contains("below the root folders"), "{uri}: {error}");
         assert!(
             options
                 .clone()

@@ -161,8 +161,13 @@ fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameA
     );
     let representation = named::<Representation>(model, &axes)?;
     let limits: Option<(f64, f64)> = value.getattr("limits")?.extract()?;
+    let servo = servo_of(value)?;
     guarded(|| {
         let actuator = FrameActuator::new(name, place, force_of(wrench), representation);
+        let actuator = match servo {
+            Some(servo) => actuator.with_servo(servo),
+            None => actuator,
+        };
         match limits {
             Some((lower, upper)) => actuator.with_limits(lower, upper),
             None => actuator,

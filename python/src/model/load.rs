@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dualbody::io::{MasslessLinks, MjcfScene};
 use dualbody::model::{Base, BodyId, UpAxis};
-use dualbody::{ImportReport, Model, ModelOptions};
+use dualbody::{ImportReport, Model, ModelOptions, Simulator};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -116,39 +116,67 @@ pub(crate) fn is_text(text: &str) -> bool {
 }
 
 impl PyModel {
-    /// The robot of an MJCF.
-    pub(crate) fn of_mjcf(
+    /// The robot of a description in a format, "urdf" or "mjcf".
+    pub(crate) fn of_description(
+        format: &'static str,
         description: &Bound<'_, PyAny>,
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        from_description("mjcf", description, keywords)
+        from_description(format, description, keywords)
     }
 
-    /// Text, path and keywords of the MJCF that it was loaded from.
-    pub(crate) fn mjcf_recipe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let own = self.recipe.1.bind(py);
-        let parts = (own.get_item(1)?, own.get_item(2)?, own.get_item(3)?);
-        Ok(parts.into_pyobject(py)?.into_any())
+    /// Format, text, path and keywords of the description that it was loaded from.
+    pub(crate) fn source<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(self.recipe.1.bind(py).clone().into_any())
     }
+}
+
+/// Makes the simulator of a description again, with its model.
+///
+/// * `recipe` – format, text, path and keywords
+pub(crate) fn simulator_of(recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
+    let format: String = recipe.get_item(0)?.extract()?;
+    if format == "mjcf" {
+        let scene = scene_of(recipe)?;
+        return guarded(|| scene.simulator());
+    }
+    let (wanted, text, path) = source_of(recipe)?;
+    let loaded = guarded(|| match (&path, &text) {
+        (Some(path), None) => wanted.load_urdf_file(path),
+        (path, text) => {
+            beside(wanted, path.as_ref()).load_urdf_str(text.as_deref().unwrap_or_default())
+        }
+    })?;
+    let (model, report) = loaded.or_raise()?;
+    guarded(|| report.simulator(model))
 }
 
 /// Reads the scene of an MJCF again.
 ///
-/// * `recipe` – text, path and keywords
+/// * `recipe` – format, text, path and keywords
 pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
-    let (text, path, keywords): (Option<String>, Option<PathBuf>, Bound<'_, PyDict>) =
-        recipe.extract()?;
-    let wanted = guarded(|| options_of(&keywords))??;
-    let read = path
-        .as_ref()
-        .and_then(|path| std::fs::read_to_string(path).ok());
+    let (wanted, text, path) = source_of(recipe)?;
     let loaded = guarded(|| match (&path, &text) {
-        (Some(path), _) if text.is_none() || text == read => wanted.load_mjcf_scene_file(path),
+        (Some(path), None) => wanted.load_mjcf_scene_file(path),
         (path, text) => {
             beside(wanted, path.as_ref()).load_mjcf_scene_str(text.as_deref().unwrap_or_default())
         }
     })?;
     Ok(loaded.or_raise()?.0)
+}
+
+/// Options, text and path of a description; without the text if the file still has it.
+fn source_of(
+    recipe: &Bound<'_, PyAny>,
+) -> PyResult<(ModelOptions, Option<String>, Option<PathBuf>)> {
+    type Recipe<'py> = (String, Option<String>, Option<PathBuf>, Bound<'py, PyDict>);
+    let (_, text, path, keywords): Recipe<'_> = recipe.extract()?;
+    let wanted = guarded(|| options_of(&keywords))??;
+    let read = path
+        .as_ref()
+        .and_then(|path| std::fs::read_to_string(path).ok());
+    let is_there = path.is_some() && text == read;
+    Ok((wanted, text.filter(|_| !is_there), path))
 }
 
 /// Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.

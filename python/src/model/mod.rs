@@ -27,7 +27,7 @@ pub(crate) use build::_build_model;
 pub(crate) use engines::PyEngineCoordinates;
 pub(crate) use handle::{_edited, PyModel, next_id};
 pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
-pub(crate) use load::{_load_model, is_text, scene_of};
+pub(crate) use load::{_load_model, is_text, scene_of, simulator_of};
 pub(crate) use random_state::{_random_state, _unit_joint_forces};
 pub(crate) use report::{_import_report, PyImportReport};
 pub(crate) use samples::{_sample, _sample_urdf};

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
-use crate::model::{PyModel, next_id, scene_of};
+use crate::model::{PyModel, next_id, scene_of, simulator_of};
 
 /// A simulator of a batch.
 pub(crate) struct Batch {
@@ -83,11 +83,10 @@ fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     with_parts(simulator, parts.as_any())
 }
 
-/// Makes the simulator of everything that an MJCF holds.
+/// Makes the simulator of everything that a description holds.
 fn of_scene(model: &Model, recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
-    let scene = scene_of(recipe)?;
-    let simulator = guarded(|| scene.simulator())?;
-    match scene.model == *model {
+    let simulator = simulator_of(recipe)?;
+    match simulator.model() == model {
         true => Ok(simulator),
         false => simulator.with_model(model.clone()).or_raise(),
     }
@@ -121,6 +120,23 @@ pub(crate) fn _simulator<'py>(
     parts: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyAny>> {
     class.call((model,), Some(parts))
+}
+
+impl PySimulator {
+    /// The simulator of everything that a description holds.
+    fn from_description<'py>(
+        format: &'static str,
+        description: &Bound<'py, PyAny>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = description.py();
+        let model = PyModel::of_description(format, description, keywords)?;
+        let parts = PyDict::new(py);
+        parts.set_item("integrator", py.None())?;
+        parts.set_item("_scene", model.source(py)?)?;
+        let class = py.get_type::<Self>();
+        class.call((Bound::new(py, model)?,), Some(&parts))
+    }
 }
 
 #[pymethods]
@@ -191,16 +207,27 @@ impl PySimulator {
         description: &Bound<'py, PyAny>,
         keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = description.py();
-        let model = PyModel::of_mjcf(description, keywords)?;
-        let parts = PyDict::new(py);
-        parts.set_item("integrator", py.None())?;
-        parts.set_item("_scene", model.mjcf_recipe(py)?)?;
-        let class = py.get_type::<Self>();
-        class.call((Bound::new(py, model)?,), Some(&parts))
+        Self::from_description("mjcf", description, keywords)
     }
 
-    /// Named states of the MJCF file: {name: (q, v, u)}, first "qpos0" at rest without inputs; empty for other simulators.
+    /// Makes a simulator of a URDF, a text that begins with "<", or the path of a file, with the inputs that it states in <ros2_control> or <transmission>.
+    ///
+    /// Limits and friction of joints act as with actuation="model". Joints with a command interface have inputs, in the order of the file; if the file
+    /// states none at all, all joints have one. An effort is the input itself. A position or velocity with gains (parameters kp, kd, p, d, pos_kp,
+    /// position_kp, vel_kp, … of the interface or its joint) is the target of a servo; without gains the input is the effort, with a warning. min and max are the
+    /// range of the input, the reduction of a simple transmission is the gear of the servo. What is not used is in model.import_report. The
+    /// keywords are those of Model.from_urdf.
+    #[staticmethod]
+    #[pyo3(signature = (description, **keywords))]
+    fn from_urdf<'py>(
+        description: &Bound<'py, PyAny>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Self::from_description("urdf", description, keywords)
+    }
+
+    /// Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
+    /// activations; what the file does not state of it is zero.
     #[getter]
     fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
@@ -208,10 +235,19 @@ impl PySimulator {
         if scene.is_none() {
             return Ok(out);
         }
+        if scene.get_item(0)?.extract::<String>()? != "mjcf" {
+            return Ok(out);
+        }
         let scene = scene_of(&scene)?;
         let state_of = |state: &State, u: Vec<f64>| {
             let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
-            (q, v, vector(py, u))
+            let mut contact = self.simulator.neutral_state::<f64>();
+            // A simulator with other activations starts without those of the file.
+            if contact.activation.len() == state.activation.len() {
+                contact.activation.clone_from(&state.activation);
+            }
+            let contact = contact.contact.iter().chain(&contact.activation);
+            (q, v, vector(py, u), vector(py, contact.copied().collect()))
         };
         let still = vec![0.0; self.simulator.nu()];
         out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;

@@ -106,6 +106,16 @@ impl<P: Scalar> HeightField<P> {
         self.size
     }
 
+    /// Position of the first node, m.
+    pub(super) fn origin(&self) -> [f64; 2] {
+        self.origin
+    }
+
+    /// Distance of neighbours along x and y, m.
+    pub(super) fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+
     /// Weights of the basis splines.
     pub(super) fn weights(&self) -> &[P] {
         &self.weights
@@ -299,7 +309,7 @@ impl<T: Scalar> Place<T> {
 
 /// # Panics
 /// If there is not enough memory for the heights of a grid, the weights of its spline, and the work space.
-fn check_memory([nx, ny]: [usize; 2]) {
+pub(super) fn check_memory([nx, ny]: [usize; 2]) {
     let weights = nx.saturating_add(2).saturating_mul(ny.saturating_add(2));
     let bytes = weights.saturating_mul(3 * size_of::<f64>());
     let what = format_args!("grids of {nx} × {ny} heights");

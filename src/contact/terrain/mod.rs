@@ -2,6 +2,7 @@
 
 mod function;
 mod height_field;
+mod tiles;
 
 use nalgebra::Vector3;
 

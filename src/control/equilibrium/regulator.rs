@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
 use super::Equilibrium;
 use crate::control::doubling::TimeDomain;
@@ -39,7 +39,8 @@ pub struct Dropped {
     pub bristles: Vec<usize>,
     /// Orthonormal basis of the unreachable directions (δq, δv), one per column.
     pub directions: DMatrix<f64>,
-    /// Name of the largest component of each direction, see [`Simulator::tangent_names`].
+    /// Name of the largest component of each direction, see [`Simulator::tangent_names`]; where several directions share it, up to four components with
+    /// their sizes, as in `"0.71 q.hip - 0.70 q.knee"`.
     pub names: Vec<String>,
     /// Eigenvalues of the unreachable part, the least stable first: modulus 1 for a marginally stable mode, above 1 for an unstable one.
     pub eigenvalues: Vec<Complex<f64>>,
@@ -79,7 +80,7 @@ impl Equilibrium {
             basis,
             dropped: Dropped {
                 bristles,
-                names: largest_parts(simulator, &outside),
+                names: described(simulator, &outside),
                 eigenvalues: stability::eigenvalues(TimeDomain::Discrete, &alone),
                 directions: outside,
             },
@@ -135,10 +136,43 @@ fn followers(simulator: &Simulator, at: &State) -> (Vec<usize>, DMatrix<f64>) {
     (bristles, out)
 }
 
-fn largest_parts(simulator: &Simulator, directions: &DMatrix<f64>) -> Vec<String> {
+/// Most components that the name of a direction has.
+const MOST_NAMED: usize = 4;
+
+/// Least component that it has beside the largest one, of a unit vector.
+const LEAST_NAMED: f64 = 0.1;
+
+/// Names of the largest components of directions; where that of one is that of another too, several components tell them apart.
+fn described(simulator: &Simulator, directions: &DMatrix<f64>) -> Vec<String> {
     let names = simulator.tangent_names();
-    let largest = directions.column_iter().map(|column| column.iamax());
-    largest.map(|k| names[k].clone()).collect()
+    let largest: Vec<usize> = directions.column_iter().map(|own| own.iamax()).collect();
+    let mut count = vec![0; names.len()];
+    largest.iter().for_each(|&k| count[k] += 1);
+    let each = largest.iter().zip(directions.column_iter());
+    let describe = |(&k, column): (&usize, _)| match count[k] {
+        1 => names[k].clone(),
+        _ => components(&names, column),
+    };
+    each.map(describe).collect()
+}
+
+/// Largest components of a direction with their names, the first one positive, since the sign of a direction is arbitrary.
+fn components(names: &[String], direction: DVectorView<'_, f64>) -> String {
+    let mut parts: Vec<usize> = (0..direction.len()).collect();
+    parts.sort_by(|&i, &j| direction[j].abs().total_cmp(&direction[i].abs()));
+    parts.truncate(MOST_NAMED);
+    parts.retain(|&k| direction[k].abs() >= LEAST_NAMED);
+    let sign = parts.first().map_or(1.0, |&k| direction[k].signum());
+    let term = |(n, &k): (usize, &usize)| {
+        let x = sign * direction[k];
+        let before = match (n, x < 0.0) {
+            (0, _) => "",
+            (_, true) => " - ",
+            (_, false) => " + ",
+        };
+        format!("{before}{:.2} {}", x.abs(), names[k])
+    };
+    parts.iter().enumerate().map(term).collect()
 }
 
 impl fmt::Display for Dropped {

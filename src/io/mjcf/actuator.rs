@@ -72,6 +72,10 @@ pub(super) fn read(
     let defaults = classes.defaults(entry.class, &KINDS).into_iter();
     let elements = defaults.chain([entry.node]);
     let law = Law::read(elements.map(|node| Entry::plain(node, classes)))?;
+    if let Some(time) = law.negative_time() {
+        let reason = format!("the time constant {time} of its filter is negative: taken as none");
+        context.warn(&entry.node.place(), reason);
+    }
     let gear = entry.some_numbers("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let (transmission, lack) = transmission(&entry, part, kinds, gear)?;
     let lack = lack.or_else(|| law.lack(time_step));
@@ -84,13 +88,9 @@ pub(super) fn read(
         [armature?, damping?]
     };
     let (servo, damping_ratio) = law.servo(gear[0]);
-    let is_force = servo
-        == Servo {
-            gain: servo.gain,
-            ..Servo::torque(gear[0])
-        };
     let on_site = matches!(transmission, MjcfTransmission::Site(..));
-    let lack = lack.or((on_site && !is_force).then_some("holds no site: only motors act there"));
+    let has_ratio = on_site && damping_ratio.is_some();
+    let lack = lack.or(has_ratio.then_some("has a damping ratio on a site: give it a kv"));
     let mut servo = Servo {
         input_range: input_range?,
         force_range: force_range?,
@@ -105,7 +105,7 @@ pub(super) fn read(
         activation = Some(own.with_ranges(input_range, range?));
     }
     if let Some(lack) = lack {
-        let reason = format!("{lack}; kept in MjcfScene::actuation");
+        let reason = format!("{lack}; kept in the scene");
         context.ignore(&entry.node.place(), reason);
         entry.node.read_all();
     }
@@ -277,7 +277,7 @@ impl ActuatorEntry {
         if let Some(lack) = lack.filter(|_| has_servo) {
             self.actuator.servo = None;
             self.actuator.activation = None;
-            let reason = format!("{lack}; kept in MjcfScene::actuation");
+            let reason = format!("{lack}; kept in the scene");
             context.ignore(&self.place, reason);
         } else if has_servo && self.of_motor != [0.0; 2] {
             let reason = "armature and damping of the motor count on joints only";

@@ -282,6 +282,12 @@ impl Law {
         }
     }
 
+    /// A time constant of a filter that is negative, which counts as none.
+    pub(super) fn negative_time(&self) -> Option<f64> {
+        let filters = matches!(self.dynamics, Dynamics::Filter | Dynamics::ExactFilter);
+        Some(self.time_constant).filter(|&time| filters && time < 0.0)
+    }
+
     /// Whether its activation is the integral of the control.
     pub(super) fn integrates(&self) -> bool {
         self.dynamics == Dynamics::Integrator

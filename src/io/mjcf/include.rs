@@ -136,7 +136,7 @@ impl<'o> Files<'o> {
         let places = finders[0].places();
         let path = finders.iter_mut().find_map(|finder| finder.find(uri));
         let path = path.ok_or_else(|| {
-            format!("there is no such file{places}; with_search_path says where to look")
+            format!("there is no such file{places}; a search path says where to look")
         })?;
         if self.open.contains(&path) {
             return Err("the file includes itself".into());

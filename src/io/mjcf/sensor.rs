@@ -39,7 +39,7 @@ pub(super) fn read(
     let noise = noise(&entry)?;
     let sensor = at.sensor(kind, &object, &entry, noise.limit);
     entry.node.read_all();
-    let remark = |reason: &str| format!("{reason}; kept in MjcfScene::sensors");
+    let remark = |reason: &str| format!("{reason}; kept in the scene");
     let sensor = match sensor {
         Ok(sensor) => Some(sensor),
         Err(reason) => {

@@ -26,7 +26,7 @@ impl MjcfScene {
     /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
     /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
     /// | filters, integrators and delays of actuators, rounded up to whole time steps | [`Activation`]s, whose signals are held over a step |
-    /// | actuators of sites, if their force is proportional to the control | [`FrameActuator`]s |
+    /// | actuators of sites | [`FrameActuator`]s, with a [servo](FrameActuator::with_servo) if they have a bias or damping |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction mixed from both geoms as in `MuJoCo`, and `impratio` |
     /// | contact with the ground | one contact model per link: that of its first geom, with the largest friction |
     /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; one contact model: that of the first two geoms that can touch, with the largest friction |
@@ -228,7 +228,7 @@ fn actuation(model: &Model, drives: &[Drive<'_>]) -> Actuation {
 }
 
 impl MjcfScene {
-    /// The actuator of a site, if its force is a factor times the control.
+    /// The actuator of a site: its gear times the control, or times the force of a servo that has no position there, as in `MuJoCo`.
     fn thruster(&self, own: &MjcfActuator, name: String) -> Option<FrameActuator> {
         let (MjcfTransmission::Site(site, gear), Some(servo)) = (&own.transmission, &own.servo)
         else {
@@ -236,9 +236,19 @@ impl MjcfScene {
         };
         let place = Anchor::frame(&self.model, site).ok()?;
         let moves = self.moves(site);
-        let wrench = Force::from_array(gear.map(|x| x * servo.gain));
+        let is_force = servo.bias == 0.0 && servo.velocity_gain == 0.0;
+        let gain = if is_force { servo.gain } else { 1.0 };
+        let wrench = Force::from_array(gear.map(|x| x * gain));
         if !moves || wrench == Force::zero() {
             return None;
+        }
+        if !is_force {
+            let actuator = FrameActuator::new(name, place, wrench, Representation::Body);
+            return Some(actuator.with_servo(Servo {
+                gear: 1.0,
+                position_gain: 0.0,
+                ..*servo
+            }));
         }
         let actuator = FrameActuator::new(name, place, wrench, Representation::Body);
         let Interval { lower, upper } = inputs_of(servo);

@@ -112,13 +112,13 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ("flag", _) => "a setting of another simulator",
         ("compiler", _) => "a setting of another simulator's compiler",
         (_, "solreflimit" | "solimplimit") => {
-            "joint limits act in simulators with Actuation::from_model, which chooses their stiffness and damping"
+            "joint limits act in simulators with the actuation of the model, which chooses their stiffness and damping"
         }
         (_, "solreffriction" | "solimpfriction") => "friction of joints is Coulomb's",
         ("joint", "margin") | ("tendon" | "fixed", "margin") => "limits act from the limit itself",
         ("joint", "actuatorgravcomp") => "gravity compensation does not count as an actuator force",
         ("connect" | "weld" | "joint" | "tendon" | "equality", "solref" | "solimp") => {
-            "constraints are rigid: Constraint::with_spring and with_time_constant make them yield"
+            "constraints are rigid: a spring or a time constant of the constraint makes it yield"
         }
         ("weld", "torquescale") => "constraints are rigid",
         ("geom", "fluidshape" | "fluidcoef") => "fluid forces are not modelled",
@@ -128,7 +128,7 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
             "range" | "limited" | "solreflimit_" | "springlength" | "stiffness" | "damping"
             | "frictionloss" | "armature",
         ) => {
-            "tendons have no forces of their own: Constraint::tendon holds one, with_spring makes it a spring"
+            "tendons have no forces of their own: a tendon constraint holds one, with a spring if it is to yield"
         }
         ("pair", _) => "contacts between bodies have one contact model",
         ("key", "act" | "mpos" | "mquat") => "belongs to something that is not modelled",

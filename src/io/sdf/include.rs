@@ -101,7 +101,7 @@ impl Reader<'_, '_, '_> {
         };
         let places = self.finder.places();
         let path = found.ok_or_else(|| {
-            let hint = "with_search_path says where to look for models";
+            let hint = "a search path says where to look for models";
             self.refused(node, uri, &format!("there is no such file{places}; {hint}"))
         })?;
         if self.shared.open.contains(&path) {

@@ -76,7 +76,7 @@ fn choose<'a>(
         (Some(model), None, _) => return Ok(*model),
         (Some(_), Some(_), Some(wanted)) => format!("there are several models \"{wanted}\""),
         (Some(_), Some(_), None) => {
-            "there are several models: choose one by with_model_name".to_owned()
+            "there are several models: choose one by the option model_name".to_owned()
         }
         (None, _, Some(wanted)) => format!("there is no model \"{wanted}\""),
         (None, _, None) => "there is no model".to_owned(),

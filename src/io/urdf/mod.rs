@@ -9,6 +9,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+mod control;
 mod gazebo;
 mod joint;
 mod link;
@@ -17,6 +18,7 @@ mod reader;
 mod schema;
 #[cfg(test)]
 mod tests;
+mod transmission;
 mod typed;
 
 use nalgebra::Vector3;
@@ -85,7 +87,34 @@ fn read<'a>(
         let material = link::read_material(&mut reader, node)?;
         parts.materials.push(material);
     }
+    read_commands(reader.context, node, &mut parts)?;
     Ok(parts)
+}
+
+/// Reads the inputs of joints: those of ROS 2 first, whose joints may have transmissions beside them.
+fn read_commands<'a>(
+    context: &mut Context<'_>,
+    robot: Node<'a>,
+    parts: &mut Parts<'a>,
+) -> Result<(), LoadError> {
+    let controls = || children(robot, "ros2_control");
+    let transmissions = || {
+        controls()
+            .chain([robot])
+            .flat_map(|own| children(own, "transmission"))
+    };
+    if controls().chain(transmissions()).next().is_none() {
+        return Ok(());
+    }
+    let mut commands = control::Commands::default();
+    for own in controls() {
+        control::read(context, own, &mut commands)?;
+    }
+    for own in transmissions() {
+        transmission::read(context, own, &mut commands);
+    }
+    parts.commands = Some(commands);
+    Ok(())
 }
 
 /// The inertia in the frame of the link; a URDF gives it in a frame C at the centre of mass.

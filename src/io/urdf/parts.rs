@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::control::{self, Commands, Movable};
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::massless::Remark;
@@ -26,6 +27,8 @@ pub(super) struct Parts<'a> {
     pub(super) joints: Vec<JointPart<'a>>,
     /// Materials beside the links.
     pub(super) materials: Vec<Material<'a>>,
+    /// Inputs of joints, if the file states any.
+    pub(super) commands: Option<Commands<'a>>,
 }
 
 /// A link, and its shapes apart, visuals with their materials.
@@ -142,6 +145,7 @@ impl<'a> Parts<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             materials: Vec::new(),
+            commands: None,
         }
     }
 
@@ -156,6 +160,10 @@ impl<'a> Parts<'a> {
             .with_mimicry(options.mimicry)
             .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
         let colors = self.colors();
+        if let Some(commands) = &self.commands {
+            let movable = self.movable(options.mimicry);
+            context.commands = Some(control::finish(commands, &movable, &mut context));
+        }
         for link in self.links {
             let place = link.place;
             let spec = link.finish(&mut context, &colors);
@@ -188,6 +196,16 @@ impl<'a> Parts<'a> {
                 .map(|remark| context.note(place(&remark).unwrap_or(self.place), remark.reason))
                 .collect()
         })
+    }
+
+    /// The joints by their names, as what may have inputs.
+    fn movable(&self, mimicry: Mimicry) -> HashMap<&'a str, Movable> {
+        let movable = |own: &JointPart<'a>| Movable {
+            kind: own.spec.kind,
+            follows: own.mimic.is_some() && mimicry == Mimicry::Coupled,
+        };
+        let joints = self.joints.iter();
+        joints.map(|own| (own.name, movable(own))).collect()
     }
 
     /// The colours by the names of their materials: those of the robot, then those that links define.

@@ -3,7 +3,17 @@
 use crate::io::schema::{Known, known, leaf};
 use crate::io::shapes::Shapes;
 
-pub(super) const ROBOT: Known = known("name version", "", "link joint material");
+pub(super) const ROBOT: Known = known(
+    "name version",
+    "",
+    "link joint material ros2_control transmission",
+);
+pub(super) const CONTROL: Known = known(
+    "name type rw_rate is_async",
+    "",
+    "hardware joint transmission",
+);
+pub(super) const CONTROLLED: Known = known("name", "", "command_interface state_interface param");
 pub(super) const LINK: Known = known("name", "inertial", "visual collision");
 pub(super) const INERTIAL: Known = known("", "origin mass inertia", "");
 pub(super) const MASS: Known = leaf("value");

@@ -199,7 +199,7 @@ pub(super) fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
 fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static str> {
     match leader {
         None => Some(
-            "there is no such joint (ModelOptions::with_independent_mimic_joints loads the robot all the same: \
+            "there is no such joint (the option independent_mimic_joints loads the robot all the same: \
              joints that mimic others then move independently)",
         ),
         Some(leader) if leader.name == joint.name => Some("a joint cannot mimic itself"),

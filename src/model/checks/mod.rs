@@ -227,6 +227,9 @@ mod tests {
                 offset: 0.0,
             });
         });
-        assert!(error.contains("with_independent_mimic_joints"), "{error}");
+        assert!(
+            error.contains("the option independent_mimic_joints"),
+            "{error}"
+        );
     }
 }

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use super::{AXES, check_finite, each_place, unit_forces};
-use crate::constraint::Anchor;
+use crate::constraint::{Anchor, FrameAxis};
 use crate::numbers::{Each, Numbers, numbers};
-use crate::scalar::{Over, Scalar};
-use crate::spatial::{Force, Representation};
+use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::actuation::{Actuator, OfActuator, Servo};
+use crate::spatial::{Force, Motion, Representation, Transform};
 
 /// A wrench at an attachment frame, scaled by one entry of the input: a thruster, a rotor, a push.
 ///
@@ -41,12 +42,14 @@ pub struct FrameActuator<P = f64> {
     wrench: Force<P>,
     lower: Option<P>,
     upper: Option<P>,
+    servo: Option<Servo<P>>,
 }
 
 numbers! { pub struct FrameActuator {
     name: kept(), place: part(Anchor), representation: kept(), wrench: part(Force),
     lower: Anything("lower limit"),
     upper: Anything("upper limit"),
+    servo: part(Servo),
 } }
 
 impl FrameActuator<f64> {
@@ -77,6 +80,7 @@ impl FrameActuator<f64> {
             wrench,
             lower: None,
             upper: None,
+            servo: None,
         }
     }
 
@@ -157,26 +161,133 @@ impl FrameActuator<f64> {
 }
 
 impl FrameActuator<f64> {
+    /// Makes it a servo along its wrench w: the force is w times the force of the servo, and the input is its target.
+    ///
+    /// In [`Mixed`](Representation::Mixed) representation the position of the servo is w · (p; θ), with the origin p (m) and the rotation vector θ (rad) of
+    /// the attachment frame in the world, and the velocity is its rate: a frame is held in the axes of the world. In the other representations, whose
+    /// axes move with the frame or its place, there is a velocity only, as on a site of `MuJoCo`. Euler steps use the force at the end of the step, which a row of the
+    /// solver finds, so all gains are stable; A and B are those of this step.
+    ///
+    /// # Panics
+    /// If a parameter of the servo is out of range as in [`Actuation::with_actuator`](crate::sim::Actuation::with_actuator).
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, constraint::Anchor, model::samples, sim::{FrameActuator, Servo}};
+    /// use dualbody::spatial::{Force, Representation};
+    ///
+    /// // A spring of 10⁴ N/m along x pulls the tip of a double pendulum, in steps of 10 ms.
+    /// let model = samples::double_pendulum().with_gravity([0.0; 3].into());
+    /// let tip = Anchor::frame(&model, "lower")?.moved([0.0, 0.0, -1.0]);
+    /// let along = Force::from_array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    /// let spring = FrameActuator::new("y", tip, along, Representation::Mixed).with_servo(Servo::position(1e4, 100.0));
+    /// let simulator = Simulator::new(model).with_actuated_joints(&[])?.with_frame_actuators(vec![spring]).with_time_step(0.01);
+    /// let reached = simulator.rollout(&simulator.state(&[0.3, 0.2], &[0.0; 2]), 1000, |_, _, u| u[0] = 0.5);
+    /// let end = reached.last();
+    /// let tip = tip.pose_in_world(simulator.model(), end.q.as_slice());
+    /// assert!((tip.translation.y - 0.5).abs() < 1e-2);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    #[must_use]
+    pub fn with_servo(mut self, servo: Servo) -> Self {
+        self.servo = Some(servo);
+        self.check();
+        self
+    }
+}
+
+/// State at which an actuator is differentiated, in its representation.
+pub(super) struct ServoAt<'a, T> {
+    pub(super) pose: &'a Transform<T>,
+    pub(super) velocity: &'a Motion<T>,
+    pub(super) u: T,
+}
+
+impl FrameActuator<f64> {
     /// Passes the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_derivative<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
+    ///
+    /// * `found` – the middle of the limits of a servo that is a row, which alone acts here
+    pub(super) fn each_derivative<T: Scalar>(
+        &self,
+        at: &ServoAt<'_, T>,
+        found: Option<T>,
+        each: &mut dyn FnMut(Force<T>),
+    ) {
+        match (&self.servo, found) {
+            (None, _) => self.each_plain_derivative(at.u, each),
+            (Some(_), Some(force)) => {
+                for unit in unit_forces::<T>() {
+                    each(unit.scaled(force));
+                }
+                self.limit_shares(at.u).for_each(|_: T| each(Force::zero()));
+                let middle = self.actuator().seeded::<T>().band::<OfActuator<T>>().0;
+                let slopes = middle.eps[..self.servo_numbers()].iter();
+                slopes.for_each(|&slope| each(self.wrench.lift::<T>().scaled(slope)));
+            }
+            (Some(_), None) => self.each_servo_derivative(at, each),
+        }
+    }
+
+    /// Those of a servo whose force follows from the state.
+    fn each_servo_derivative<T: Scalar>(
+        &self,
+        at: &ServoAt<'_, T>,
+        each: &mut dyn FnMut(Force<T>),
+    ) {
+        /// Length, rate and input.
+        type Local<T> = Dual<T, 3>;
+        let (pose, velocity, w) = (at.pose, at.velocity, self.wrench.lift::<T>());
+        let (length, rate) = (self.axis::<T>().length(pose), velocity.power(&w));
+        let u: Local<T> = self.bounded(Dual::variable(at.u, 2));
+        let x = length.map(|x| Local::variable(x, 0));
+        let force = self.actuator().motor(x, Dual::variable(rate, 1), u);
+        for unit in unit_forces::<T>() {
+            let axis = FrameAxis {
+                wrench: unit,
+                representation: self.representation,
+            };
+            let longer = axis.length(pose).unwrap_or_else(T::zero);
+            let slope = force.eps[0] * longer + force.eps[1] * velocity.power(&unit);
+            each(unit.scaled(force.re) + w.scaled(slope));
+        }
+        for share in self.limit_shares(at.u) {
+            // Beyond a limit the input has no slope of its own.
+            let inner: Local<T> = Dual::variable(self.bounded(at.u), 2);
+            let force = self.actuator().motor(x, Dual::variable(rate, 1), inner);
+            each(w.scaled(force.eps[2] * share));
+        }
+        let fixed = OfActuator::<T>::constant_of;
+        let seeded = self.actuator().seeded::<T>();
+        let force = seeded.motor(length.map(fixed), fixed(rate), fixed(self.bounded(at.u)));
+        let own = self.servo_numbers();
+        force.eps[..own]
+            .iter()
+            .for_each(|&slope| each(w.scaled(slope)));
+    }
+
+    /// Number of parameters of its servo.
+    pub(crate) fn servo_numbers(&self) -> usize {
+        self.servo.map_or(0, |servo| servo.to_vec().len())
+    }
+
+    /// The derivative of the bounded input in each limit that it has.
+    pub(crate) fn limit_shares<T: Scalar>(&self, u: T) -> impl Iterator<Item = T> {
+        let limits = [
+            self.lower.map(|lower| u.value(0) < lower),
+            self.upper.map(|upper| u.value(0) > upper),
+        ];
+        let share = |reached: bool| if reached { T::one() } else { T::zero() };
+        limits.into_iter().flatten().map(share)
+    }
+
+    /// Those of a wrench that is scaled by the input.
+    fn each_plain_derivative<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
         let bounded = self.bounded(u);
         for unit in unit_forces::<T>() {
             each(unit.scaled(bounded));
         }
-        for (limit, is_reached) in [
-            (
-                self.lower,
-                self.lower.is_some_and(|lower| u.value(0) < lower),
-            ),
-            (
-                self.upper,
-                self.upper.is_some_and(|upper| u.value(0) > upper),
-            ),
-        ] {
-            if limit.is_some() {
-                let share = if is_reached { T::one() } else { T::zero() };
-                each(self.wrench.lift::<T>().scaled(share));
-            }
+        for share in self.limit_shares(u) {
+            each(self.wrench.lift::<T>().scaled(share));
         }
     }
 }
@@ -213,13 +324,57 @@ impl<P: Scalar> FrameActuator<P> {
         Numbers::each_number(self, each);
     }
 
-    /// The force in its representation under an input.
-    pub(super) fn force_at<T: Over<P>>(&self, u: T) -> Force<T> {
-        self.wrench.lift::<T>().scaled(self.bounded(u))
+    /// The servo along its wrench; `None` if the input scales the wrench.
+    pub fn servo(&self) -> Option<&Servo<P>> {
+        self.servo.as_ref()
+    }
+
+    /// The actuator of its servo.
+    pub(crate) fn actuator(&self) -> Actuator<P> {
+        Actuator {
+            servo: self.servo,
+            ..Actuator::default()
+        }
+    }
+
+    /// # Panics
+    /// If a parameter of its servo is out of its domain.
+    pub(crate) fn check(&self) {
+        self.actuator().check();
+    }
+
+    /// Its wrench as the axis of a row.
+    pub(crate) fn axis<T: Over<P>>(&self) -> FrameAxis<T> {
+        FrameAxis {
+            wrench: self.wrench.lift(),
+            representation: self.representation,
+        }
+    }
+
+    /// The force in its representation.
+    ///
+    /// * `found` – the force of a servo along the wrench, if that is not the one of the state
+    pub(super) fn force_at<T: Over<P>>(
+        &self,
+        pose: &Transform<T>,
+        velocity: &Motion<T>,
+        u: T,
+        found: Option<T>,
+    ) -> Force<T> {
+        let axis = self.axis::<T>();
+        let scale = match (self.servo, found) {
+            (None, _) => self.bounded(u),
+            (_, Some(found)) => found,
+            (Some(_), None) => {
+                let (length, rate) = (axis.length(pose), velocity.power(&axis.wrench));
+                self.actuator().motor(length, rate, self.bounded(u))
+            }
+        };
+        axis.wrench.scaled(scale)
     }
 
     /// The input within the limits.
-    fn bounded<T: Over<P>>(&self, u: T) -> T {
+    pub(crate) fn bounded<T: Over<P>>(&self, u: T) -> T {
         let mut u = u;
         if let Some(lower) = self.lower {
             let lower = T::from(lower);

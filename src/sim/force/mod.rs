@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`ExternalForce::constant`] | constant: a load, a steady wind |
 //! | [`ExternalForce::function`] | a function of pose and velocity of the attachment frame: drag, a tether, buoyancy |
-//! | [`FrameActuator`] | a wrench scaled by an entry of the input: a thruster, or a push that changes with time |
+//! | [`FrameActuator`] | a wrench scaled by an entry of the input: a thruster, or a push that changes with time; or a servo along it |
 //!
 //! Only this module defines F as a function of pose, velocity and input; steps, their Jacobians and recordings get the force on the body from
 //! [`FrameTerm::body_force`].
@@ -19,6 +19,7 @@ mod external;
 mod function;
 
 pub use actuator::FrameActuator;
+use actuator::ServoAt;
 pub use external::ExternalForce;
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 
@@ -101,23 +102,27 @@ impl<P: Scalar> FrameTerm<'_, P> {
     /// Whether the force stays the same in the body, however that moves.
     pub(crate) fn is_fixed_to_body(&self) -> bool {
         let is_function = matches!(self, Self::Force(force) if force.force().is_none());
-        self.representation() == Representation::Body && !is_function
+        let has_servo =
+            matches!(self, Self::Actuator { actuator, .. } if actuator.servo().is_some());
+        self.representation() == Representation::Body && !is_function && !has_servo
     }
 
     /// The force on the body of the attachment frame, in the body (N, N·m about its origin).
     ///
     /// * `X_WB`, `V_B` – pose of the body, and its velocity in the body
     /// * `u` – its own entry of the input; of no meaning to a term without one
+    /// * `found` – the force of a servo along its wrench, if that is not the one of the state
     pub(crate) fn body_force<T: Over<P>>(
         &self,
         X_BA: &Transform<P>,
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
         u: T,
+        found: Option<T>,
     ) -> Force<T> {
         let (X_WA, V_A) = self.place_motion(X_BA, X_WB, V_B);
         let F = match self {
-            Self::Actuator { actuator, .. } => actuator.force_at(u),
+            Self::Actuator { actuator, .. } => actuator.force_at(&X_WA, &V_A, u, found),
             Self::Force(force) => force.force_at(&X_WA, &V_A),
         };
         X_BA.force(&self.representation().force_to_body(&X_WA, &F))
@@ -137,6 +142,16 @@ impl<P: Scalar> FrameTerm<'_, P> {
     }
 }
 
+impl<P: Scalar> FrameTerm<'_, P> {
+    /// The actuator of a term that is one.
+    pub(crate) fn actuator(&self) -> Option<&FrameActuator<P>> {
+        match self {
+            Self::Force(_) => None,
+            Self::Actuator { actuator, .. } => Some(actuator),
+        }
+    }
+}
+
 impl FrameTerm<'_, f64> {
     /// Passes the derivative of the [force](Self::body_force) on the body in each parameter, except those of its attachment frame, to `each`, in order.
     pub(crate) fn each_derivative<T: Scalar>(
@@ -145,6 +160,7 @@ impl FrameTerm<'_, f64> {
         X_WB: &Transform<T>,
         V_B: &Motion<T>,
         u: T,
+        found: Option<T>,
         each: &mut dyn FnMut(Force<T>),
     ) {
         let (X_WA, V_A) = self.place_motion(X_BA, X_WB, V_B);
@@ -153,7 +169,10 @@ impl FrameTerm<'_, f64> {
             each(X_BA.force(&representation.force_to_body(&X_WA, &F)));
         };
         match self {
-            Self::Actuator { actuator, .. } => actuator.each_derivative(u, &mut on_body),
+            Self::Actuator { actuator, .. } => {
+                let (pose, velocity) = (&X_WA, &V_A);
+                actuator.each_derivative(&ServoAt { pose, velocity, u }, found, &mut on_body);
+            }
             Self::Force(force) => force.each_derivative(&X_WA, &V_A, &mut on_body),
         }
     }

@@ -21,7 +21,7 @@ pub(super) fn each_exterior_force<P: Scalar, T: Over<P>>(
         let contact = &found.terms.contact;
         contact.each_force(contacts, |link, body, force| each(Some(link), body, force));
     }
-    each_frame_force(at, kinematics, &mut each);
+    each_frame_force(at, found, kinematics, &mut each);
     if !at.simulator.constraints().is_empty() {
         each_constraint_force(at, found, kinematics, &mut each);
     }
@@ -30,6 +30,7 @@ pub(super) fn each_exterior_force<P: Scalar, T: Over<P>>(
 /// External forces, and those of actuators on frames.
 fn each_frame_force<P: Scalar, T: Over<P>>(
     at: &EvaluationPoint<'_, P, T>,
+    found: &AccelerationScratch<T>,
     kinematics: &Kinematics<T>,
     each: &mut impl FnMut(Option<FrameId>, Option<BodyId>, Force<T>),
 ) {
@@ -39,7 +40,9 @@ fn each_frame_force<P: Scalar, T: Over<P>>(
         let body = mounted.body;
         let own = term.input().map_or(T::zero(), |input| u[input]);
         let (pose, velocity) = (kinematics.pose(body), kinematics.velocity(body));
-        let force = term.body_force(&mounted.X_BA, &pose, &velocity, own);
+        let rows = found.balance.as_deref().map(|balance| balance.rows());
+        let along = found.terms.frame_servos.force(at, &term, rows);
+        let force = term.body_force(&mounted.X_BA, &pose, &velocity, own, along);
         each(term.place().frame, body, force);
     }
 }

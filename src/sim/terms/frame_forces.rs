@@ -7,6 +7,7 @@
 
 use std::marker::PhantomData;
 
+use super::frame_servos::middle;
 use super::local::{FURTHER, OfBody, seeded_pose, seeded_velocity};
 use super::numbers::Numbers;
 use super::sink::{ActingPlace, DerivativePoint, Own, Sink};
@@ -62,7 +63,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
                 X_WB = kinematics.pose(mounted.body);
                 V_B = kinematics.velocity(mounted.body);
             }
-            let force = term.body_force(&mounted.X_BA, &X_WB, &V_B, u);
+            let found = middle(at, &term);
+            let force = term.body_force(&mounted.X_BA, &X_WB, &V_B, u, found);
             if let Some(body) = mounted.body {
                 forces.bodies[body.0] += force;
             }
@@ -119,7 +121,8 @@ impl<T: Scalar> TermDerivatives<T> for FrameForceDerivatives<T> {
             let own = force.input().map(|input| first + input);
             let (X_WB, V_B) = (seeded_pose(&motion.X_WB), seeded_velocity(&motion.V));
             let u: OfBody<T> = Dual::variable(input_of(force, at), FURTHER);
-            let F = force.body_force(&mounted.X_BA, &X_WB, &V_B, u);
+            let found = middle(at.point, force).map(Dual::constant_of);
+            let F = force.body_force(&mounted.X_BA, &X_WB, &V_B, u, found);
             out.force(on, &F, own.map_or(Own::Nothing, Own::Input));
             let first = self.slots.frame_terms[k].start;
             let turn = first + PLACE_NUMBERS / 2..first + PLACE_NUMBERS;
@@ -147,7 +150,8 @@ impl<T: Scalar> TermDerivatives<T> for FrameForceDerivatives<T> {
             }
             let mut slot = self.slots.frame_terms[k].start + PLACE_NUMBERS;
             let u = input_of(force, at);
-            force.each_derivative(&mounted.X_BA, &X_WB, &V_B, u, &mut |F| {
+            let found = middle(at.point, force);
+            force.each_derivative(&mounted.X_BA, &X_WB, &V_B, u, found, &mut |F| {
                 out.add(&(slot..slot + 1), &[-W.power(&F)]);
                 slot += 1;
             });

@@ -293,7 +293,7 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
             forward_kinematics_into(model, point.q(), v, &mut memory.kinematics);
         }
         let kinematics = kinematics.unwrap_or(&memory.kinematics);
-        let has_rows = at.balance().is_some() || at.is_held();
+        let has_rows = at.balance().is_some() || at.has_biased_rows();
         if memory.carried[memory.moving].body != on {
             memory.moving = 1 - memory.moving;
         }
@@ -313,7 +313,7 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
         if has_rows {
             motion.U = carried.chain.motion(&self.rows.seen);
         }
-        if at.is_held() {
+        if at.has_biased_rows() {
             motion.bias = carried.chain.bias(model, v, &mut carried.bias);
         }
         motion

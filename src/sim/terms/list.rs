@@ -7,6 +7,7 @@ use super::constraints::Constraints;
 use super::contact::{Contact, ContactDerivatives};
 use super::drives::{DriveDerivatives, Drives};
 use super::frame_forces::{FrameForceDerivatives, FrameForces};
+use super::frame_servos::{FrameServoDerivatives, FrameServos};
 use super::joint_limits::{JointLimitDerivatives, JointLimits};
 use super::numbers::Numbers;
 use super::sink::{DerivativePoint, Sink};
@@ -111,5 +112,6 @@ list_terms! {
     stops: JointLimits, JointLimitDerivatives;
     bounded_forces: BoundedForces, BoundedDerivatives;
     tendon_servos: TendonServos, TendonDerivatives;
+    frame_servos: FrameServos, FrameServoDerivatives;
     contact: Contact, ContactDerivatives;
 }

@@ -12,6 +12,7 @@
 //! | `constraints` | springs in place of rigid ones, at an instant | loops, welds, rods, tendons; springs over a step |
 //! | `joint_limits` | at an instant, or linear in the velocity after the step | the same, beside a solver |
 //! | `bounded_forces` | dry friction that holds, servos with a limit: over a step, each on a piece of its law | the same, beside a solver |
+//! | `tendon_servos`, `frame_servos` | at an instant | over a step |
 //! | `contact` | soft, at an instant | rigid; soft over a step |
 //!
 //! | sink | result |
@@ -34,6 +35,7 @@ mod contact;
 mod delassus;
 mod drives;
 mod frame_forces;
+mod frame_servos;
 mod jacobian;
 mod joint_limits;
 mod list;

@@ -73,9 +73,10 @@ impl<'a, T: Scalar> DerivativePoint<'a, T> {
         matches!(self.acting, Acting::Gaps(_))
     }
 
-    /// Whether constraints hold the robot.
-    pub(super) fn is_held(&self) -> bool {
-        !self.point.simulator.constraints().is_empty()
+    /// Whether rows of constraints or servos on frames depend on accelerations that bodies have while ã = 0.
+    pub(super) fn has_biased_rows(&self) -> bool {
+        let simulator = self.point.simulator;
+        !simulator.constraints().is_empty() || simulator.frame_servos().next().is_some()
     }
 }
 

@@ -54,11 +54,11 @@ fn upright(asset: Node<'_>, up_axis: UpAxis, soup: &mut Soup) -> Matrix3<f64> {
         UpAxis::Ignore => (false, ""),
     };
     if is_turned {
-        soup.remark(format!("states {stated}: it is rotated so that this axis is up (UpAxis::Ignore uses it without rotation)"));
+        soup.remark(format!("states {stated}: it is rotated so that this axis is up (the up-axis option ignore uses it without rotation)"));
         turned
     } else {
         soup.remark(format!(
-            "states {stated}{reason}: it is used without rotation, z up (UpAxis::Honour rotates it)"
+            "states {stated}{reason}: it is used without rotation, z up (the up-axis option honour rotates it)"
         ));
         Matrix3::identity()
     }

@@ -47,7 +47,7 @@ fn files_outside_of_the_allowed_folders_are_not_found_and_no_file_is_quoted() {
     assert!(load("part.xml").is_ok());
     let outside = load("../secret").unwrap_err().to_string();
     assert!(
-        outside.contains("no such file below the folders of with_root"),
+        outside.contains("no such file below the root folders"),
         "{outside}"
     );
     folder.write("in/secret", "password");

@@ -255,7 +255,7 @@ fn choice_of_a_model_equals_the_one_that_is_named_or_an_error_with_the_names() {
         &world,
         LoadError::ModelChoice { .. },
         "left, right, ball",
-        "with_model_name"
+        "the option model_name"
     );
     let load = |name: &str| {
         ModelOptions::default()

@@ -34,7 +34,10 @@ fn report_lists_every_unused_part_with_its_line() {
         ]
     );
     let reason = &report.ignored[8].reason;
-    assert!(reason.contains("Actuation::with_actuator"), "{reason}");
+    assert!(
+        reason.contains("position limits of its actuators"),
+        "{reason}"
+    );
     assert_eq!(
         places(&report.warnings),
         [("sdf/model/link/collision/geometry/mesh", "a", 8)]

@@ -28,7 +28,7 @@ fn report_lists_every_unused_part_with_its_line() {
     let table = report.to_string();
     assert!(table.contains("<mu1> 0.2 of another simulator is not modelled"));
     assert!(table.contains("limits of position, speed and effort (1 joints)"));
-    assert!(table.contains("line 5: robot/transmission \"t\": transmissions are not modelled"));
+    assert!(table.contains("line 5: robot/transmission \"t\": a transmission without a type"));
 }
 
 #[test]

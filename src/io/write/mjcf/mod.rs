@@ -67,8 +67,7 @@ fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
     if names.is_empty() {
         return Ok(());
     }
-    let reason =
-        "every body that moves needs mass there; ModelOptions::with_massless_links gives it some";
+    let reason = "every body that moves needs mass there; the option massless_links gives it some";
     Err(unsupported(
         "moving links without mass",
         &names.join(", "),
