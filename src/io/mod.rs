@@ -65,6 +65,7 @@ mod motion;
 mod names;
 mod options;
 mod place;
+mod range_meshes;
 mod report;
 mod roots;
 mod rotation;

@@ -19,7 +19,9 @@
 mod catalogue;
 mod exterior;
 mod held_links;
+mod mesh;
 mod moment;
+mod needs;
 mod noise;
 mod range;
 mod ray;
@@ -28,6 +30,8 @@ mod reading;
 mod sensor;
 
 pub use catalogue::Sensors;
+#[cfg(feature = "formats")]
+pub(crate) use mesh::MeshTree;
 pub use noise::{NoisySensors, SensorNoise};
 pub use read::SensorScratch;
 pub use sensor::Sensor;
