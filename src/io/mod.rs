@@ -71,6 +71,7 @@ mod roots;
 mod rotation;
 mod schema;
 mod sdf;
+mod sensors;
 mod shapes;
 mod srdf;
 #[cfg(test)]
@@ -84,9 +85,10 @@ mod xml;
 
 pub use massless::MasslessLinks;
 pub use mjcf::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon, MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
+    MjcfTransmission,
 };
 pub use options::ModelOptions;
 pub use place::ImportNote;
 pub use report::ImportReport;
+pub use sensors::ImportedSensor;

@@ -4,8 +4,10 @@ use std::fmt;
 
 use super::context::Context;
 use super::place::ImportNote;
+use super::sensors::{self, ImportedSensor};
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
+use crate::sim::Sensors;
 
 /// Report on a loaded file.
 ///
@@ -27,6 +29,8 @@ pub struct ImportReport {
     pub warnings: Vec<ImportNote>,
     /// Remarks on content that the model does not use. The content of an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
+    /// Sensors of an SDF, or of Gazebo's settings in a URDF, in the order of the file; those of an MJCF are in [`MjcfScene`](super::MjcfScene).
+    pub sensors: Vec<ImportedSensor>,
 }
 
 impl ImportReport {
@@ -40,7 +44,31 @@ impl ImportReport {
             limited_joints: 0,
             warnings: Vec::new(),
             ignored: Vec::new(),
+            sensors: Vec::new(),
         }
+    }
+
+    /// Returns the modelled sensors, by name; sensors without a name are called by kind and index, as in `imu 0`. Noise is not included: use
+    /// [`ImportedSensor::noise`] with [`NoisySensors`](crate::sim::NoisySensors).
+    ///
+    /// * `model` – the model that was loaded with this report
+    ///
+    /// # Panics
+    /// If the model is another one, which has no such frames.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<sdf version="1.9"><model name="m"><link name="a"><inertial/>
+    ///   <sensor name="imu" type="imu"><update_rate>100</update_rate></sensor></link></model></sdf>"#;
+    /// let (model, report) = ModelOptions::default().load_sdf_str(xml)?;
+    /// assert_eq!(report.known_sensors(&model).names()[..2], ["imu/gyro.x", "imu/gyro.y"]);
+    /// assert_eq!(report.sensors[0].noise.period, 0.01);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn known_sensors(&self, model: &Model) -> Sensors {
+        sensors::known(&self.sensors, model)
     }
 
     /// Note on the reason for the base, and on how to change it; `None` if the options set it.
@@ -131,6 +159,7 @@ pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> 
         root_link: name.unwrap_or_default(),
         warnings: sorted(context.warnings),
         ignored: sorted(context.ignored),
+        sensors: Vec::new(),
     }
 }
 

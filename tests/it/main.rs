@@ -84,6 +84,7 @@ mod rolling;
 mod rollout_hessians;
 mod scalars;
 mod sensor_batches;
+mod sensor_meshes;
 mod sensor_noise;
 mod sensor_slopes;
 mod sensors;

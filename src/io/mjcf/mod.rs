@@ -75,8 +75,8 @@ use sections::Names;
 use walk::{Part, Walk};
 
 pub use scene::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon, MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
+    MjcfTransmission,
 };
 
 /// Loads a description from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.

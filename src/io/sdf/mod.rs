@@ -26,6 +26,7 @@ mod reader;
 mod scene;
 mod schema;
 mod select;
+mod sensor;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -45,8 +46,10 @@ use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
+pub(super) use pose::pose_value;
 use reader::{Reader, Shared};
 use scene::Scene;
+pub(super) use values::Elements;
 
 /// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
 pub(super) fn load(
@@ -88,7 +91,13 @@ pub(super) fn load(
     let scene = &shared.scene;
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
     let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
-    options.finish(builder, context, |_, remarks| notes(scene, robot, remarks))
+    let finished = options.finish(builder, context, |_, remarks| notes(scene, robot, remarks));
+    let (model, mut report) = finished?;
+    for (sensor, frame) in &scene.sensors {
+        let found = sensor.in_model(&model, &scene.frames[*frame].name);
+        report.sensors.extend(found);
+    }
+    Ok((model, report))
 }
 
 /// Places remarks on joints, or on the whole robot.

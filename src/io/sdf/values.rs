@@ -13,7 +13,7 @@ const UNLIMITED: f64 = 1e16;
 
 /// Values as texts of child elements.
 #[derive(Debug)]
-pub(super) enum Elements {}
+pub(in crate::io) enum Elements {}
 
 impl Values for Elements {
     fn value<'a>(

@@ -1,0 +1,57 @@
+//! Sensors of files: what the formats share, and the `<sensor>` of SDF, which Gazebo's settings in a URDF have too.
+//!
+//! | `type` | becomes |
+//! |---|---|
+//! | `imu` | a gyroscope `NAME/gyro` and an accelerometer `NAME/accelerometer` |
+//! | `force_torque` | [`Sensor::Wrench`] |
+//! | `contact` | [`Sensor::ContactForce`] |
+//! | `ray`, `gpu_ray`, `lidar`, `gpu_lidar` with one ray | [`Sensor::RangeFinder`] |
+//! | `magnetometer` | [`Sensor::Magnetometer`] |
+//! | `altimeter` | [`Sensor::FramePose`] `NAME/position` and [`Sensor::FrameVelocity`] `NAME/velocity` |
+
+mod element;
+mod noise;
+
+use std::collections::HashSet;
+
+use super::names::Names;
+use crate::model::Model;
+use crate::sim::{Sensor, SensorNoise, Sensors};
+pub(super) use element::{Carrier, SensorElement, read};
+
+/// A sensor of a file.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ImportedSensor {
+    /// Its name; empty without.
+    pub name: String,
+    /// Its element in an MJCF, such as `framepos`; its type in an SDF, such as `imu`.
+    pub kind: String,
+    /// Name of the object that carries it; empty without.
+    pub object: String,
+    /// The corresponding sensor, which may have more readings: position with orientation, force with torque, linear with angular. `None` if it is not modelled.
+    pub sensor: Option<Sensor>,
+    /// Noise, resolution, limit, period and delay.
+    pub noise: SensorNoise,
+}
+
+/// The sensors that are modelled, by name; those without a name, or with a taken one, by kind and index in the file, as in `gyro 3`.
+pub(super) fn named(all: &[ImportedSensor]) -> impl Iterator<Item = (String, &ImportedSensor)> {
+    let named = all.iter().map(|own| own.name.as_str());
+    let mut names = Names::of(named.filter(|name| !name.is_empty()));
+    let mut taken = HashSet::new();
+    all.iter().enumerate().filter_map(move |(k, own)| {
+        own.sensor?;
+        let name = match !own.name.is_empty() && taken.insert(own.name.as_str()) {
+            true => own.name.clone(),
+            false => names.fresh(format!("{} {k}", own.kind)),
+        };
+        Some((name, own))
+    })
+}
+
+/// [`named`] as the sensors of a model.
+pub(super) fn known(all: &[ImportedSensor], model: &Model) -> Sensors {
+    let own = named(all).filter_map(|(name, own)| Some((name, own.sensor?)));
+    Sensors::new(model, own)
+}
