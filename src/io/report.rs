@@ -29,7 +29,8 @@ pub struct ImportReport {
     pub warnings: Vec<ImportNote>,
     /// Remarks on content that the model does not use. The content of an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
-    /// Sensors of an SDF, or of Gazebo's settings in a URDF, in the order of the file; those of an MJCF are in [`MjcfScene`](super::MjcfScene).
+    /// Sensors of an SDF, of an MJCF, or of Gazebo's settings in a URDF, in the order of the file. Modelled sensors have different names; those without a name,
+    /// or with a taken one, are called by kind and index, as in `gyro 3`.
     pub sensors: Vec<ImportedSensor>,
 }
 
@@ -48,8 +49,8 @@ impl ImportReport {
         }
     }
 
-    /// Returns the modelled sensors, by name; sensors without a name are called by kind and index, as in `imu 0`. Noise is not included: use
-    /// [`ImportedSensor::noise`] with [`NoisySensors`](crate::sim::NoisySensors).
+    /// Returns the modelled [`sensors`](Self::sensors) by name. Noise is not included: use [`ImportedSensor::noise`] with
+    /// [`NoisySensors`](crate::sim::NoisySensors).
     ///
     /// * `model` – the model that was loaded with this report
     ///

@@ -36,6 +36,7 @@ mod dynamics_derivatives;
 mod environments;
 mod equilibrium;
 mod extreme_laws;
+mod file_sensors;
 mod finite_differences;
 mod floors;
 mod folded_ground;

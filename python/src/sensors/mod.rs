@@ -18,6 +18,7 @@ use crate::model::PyModel;
 use crate::simulator::{Given, PySimulator};
 use crate::threads::on_pool;
 pub(crate) use noise::PyNoisySensors;
+pub(crate) use spec::sensors_of_file;
 
 /// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
 ///
@@ -62,6 +63,13 @@ impl PySensors {
     #[getter]
     fn units(&self) -> Vec<&'static str> {
         self.sensors.units()
+    }
+
+    /// Collision shapes that range finders do not see, a sentence each; empty without range finders.
+    #[getter]
+    fn missing_shapes(&self) -> Vec<String> {
+        let shapes = self.sensors.missing_shapes().iter();
+        shapes.map(ToString::to_string).collect()
     }
 
     fn __len__(&self) -> usize {

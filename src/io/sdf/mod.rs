@@ -44,6 +44,7 @@ use super::massless::Remark;
 use super::mesh_path::MeshFinder;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
+use super::sensors;
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
 pub(super) use pose::pose_value;
@@ -93,10 +94,9 @@ pub(super) fn load(
     let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
     let finished = options.finish(builder, context, |_, remarks| notes(scene, robot, remarks));
     let (model, mut report) = finished?;
-    for (sensor, frame) in &scene.sensors {
-        let found = sensor.in_model(&model, &scene.frames[*frame].name);
-        report.sensors.extend(found);
-    }
+    let sensors = scene.sensors.iter();
+    let found = sensors.flat_map(|(own, frame)| own.in_model(&model, &scene.frames[*frame].name));
+    report.sensors = sensors::with_names(found.collect());
     Ok((model, report))
 }
 

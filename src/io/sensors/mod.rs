@@ -35,23 +35,34 @@ pub struct ImportedSensor {
     pub noise: SensorNoise,
 }
 
-/// The sensors that are modelled, by name; those without a name, or with a taken one, by kind and index in the file, as in `gyro 3`.
-pub(super) fn named(all: &[ImportedSensor]) -> impl Iterator<Item = (String, &ImportedSensor)> {
+/// Names of the sensors that are modelled, with their indices: those of the file, and for sensors without a name, or with a taken one, kind and index, as in
+/// `gyro 3`.
+fn names(all: &[ImportedSensor]) -> impl Iterator<Item = (usize, String)> {
     let named = all.iter().map(|own| own.name.as_str());
     let mut names = Names::of(named.filter(|name| !name.is_empty()));
     let mut taken = HashSet::new();
-    all.iter().enumerate().filter_map(move |(k, own)| {
-        own.sensor?;
+    let modelled = all.iter().enumerate();
+    let modelled = modelled.filter(|(_, own)| own.sensor.is_some());
+    modelled.map(move |(k, own)| {
         let name = match !own.name.is_empty() && taken.insert(own.name.as_str()) {
             true => own.name.clone(),
             false => names.fresh(format!("{} {k}", own.kind)),
         };
-        Some((name, own))
+        (k, name)
     })
 }
 
-/// [`named`] as the sensors of a model.
+/// The sensors, those that are modelled with [names] of their own.
+pub(super) fn with_names(mut all: Vec<ImportedSensor>) -> Vec<ImportedSensor> {
+    let names: Vec<(usize, String)> = names(&all).collect();
+    for (k, name) in names {
+        all[k].name = name;
+    }
+    all
+}
+
+/// The sensors of a model that are modelled, by their [names].
 pub(super) fn known(all: &[ImportedSensor], model: &Model) -> Sensors {
-    let own = named(all).filter_map(|(name, own)| Some((name, own.sensor?)));
+    let own = names(all).filter_map(|(k, name)| Some((name, all[k].sensor?)));
     Sensors::new(model, own)
 }

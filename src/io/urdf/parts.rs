@@ -9,7 +9,7 @@ use crate::io::massless::Remark;
 use crate::io::motion::without_leader;
 use crate::io::names::Names;
 use crate::io::place::{Place, SourcePlace};
-use crate::io::sensors::SensorElement;
+use crate::io::sensors::{self, SensorElement};
 use crate::io::{ImportReport, ModelOptions};
 use crate::model::{
     Collision, DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimic, Mimicry, Model, ModelBuilder, Visual,
@@ -202,10 +202,9 @@ impl<'a> Parts<'a> {
                 .collect()
         });
         let (model, mut report) = finished?;
-        for (sensor, frame) in self.sensors.iter().zip(&frames) {
-            let found = sensor.element.in_model(&model, frame);
-            report.sensors.extend(found);
-        }
+        let sensors = self.sensors.iter().zip(&frames);
+        let found = sensors.flat_map(|(own, frame)| own.element.in_model(&model, frame));
+        report.sensors = sensors::with_names(found.collect());
         Ok((model, report))
     }
 
