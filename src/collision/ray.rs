@@ -37,9 +37,15 @@ impl HalfLine {
     fn enters(&self, bounds: &Bounds, end: f64) -> Option<f64> {
         let (mut first, mut last) = (0.0_f64, end);
         for k in 0..3 {
-            let to = |plane: f64| (plane - self.origin[k]) / self.direction[k];
+            let (origin, slope) = (self.origin[k], self.direction[k]);
+            if slope == 0.0 {
+                if !(bounds.low[k]..=bounds.high[k]).contains(&origin) {
+                    return None;
+                }
+                continue;
+            }
+            let to = |plane: f64| (plane - origin) / slope;
             let (low, high) = (to(bounds.low[k]), to(bounds.high[k]));
-            // A NaN, of a ray within a plane of the box, changes nothing.
             first = first.max(low.min(high));
             last = last.min(low.max(high));
         }

@@ -83,12 +83,7 @@ impl Solid {
                 half: 0.5 * length,
             },
             mesh @ Geometry::Mesh { uri, scale, .. } => {
-                let of_mesh = |reason| format!("the mesh {uri} {reason}");
-                if scale.iter().any(|s| *s == 0.0 || !s.is_finite()) {
-                    let reason =
-                        format!("has the scale {scale:?}; each factor must be finite and nonzero");
-                    return Err(of_mesh(reason));
-                }
+                let of_mesh = |reason: String| format!("the mesh {uri} {reason}");
                 Self::Mesh {
                     mesh: meshes.tree(mesh).map_err(of_mesh)?,
                     factors: *scale,
