@@ -184,6 +184,7 @@ mod tests {
             limited_joints: 0,
             warnings: Vec::new(),
             ignored: vec![note],
+            sensors: Vec::new(),
         };
         assert_eq!(
             report.to_string(),
@@ -221,6 +222,7 @@ mod tests {
             limited_joints: 0,
             warnings: Vec::new(),
             ignored: vec![note; 20_000],
+            sensors: Vec::new(),
         };
         let text = report.to_string();
         assert!(text.len() < 10_000, "{} bytes", text.len());

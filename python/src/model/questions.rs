@@ -1,13 +1,12 @@
 //! What a robot is: sizes, names, joints, parameters.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PySlice};
+use pyo3::types::PySlice;
 
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::vector;
 use crate::getters::getters;
-use crate::sensors::sensors_of_file;
 
 getters! { PyModel {
     /// Name of the robot.
@@ -51,9 +50,6 @@ getters! { PyModel {
 
     /// Remarks of the reader; None for a robot that was built in code.
     import_report: Option<Py<PyImportReport>> = |own, py| own.report.as_ref().map(|report| report.clone_ref(py));
-
-    /// Sensors of the file: {name: (sim.Sensor, sim.SensorNoise)}, those that are modelled; empty for a robot that was built in code.
-    sensors: PyResult<Bound<'py, PyDict>> = |own, py| sensors_of_file(py, &own.model, own.report.as_ref());
 
     /// Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names.
     parameters: Bound<'py, PyAny> = |own, py| vector(py, own.model.parameters().as_slice().to_vec()).into_any();

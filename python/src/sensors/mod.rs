@@ -1,6 +1,7 @@
 //! Sensors: what they read in a step, with C and D; noise.
 
 mod noise;
+mod of_file;
 mod spec;
 
 use std::sync::{Arc, Mutex};
@@ -18,7 +19,6 @@ use crate::model::PyModel;
 use crate::simulator::{Given, PySimulator};
 use crate::threads::on_pool;
 pub(crate) use noise::PyNoisySensors;
-pub(crate) use spec::sensors_of_file;
 
 /// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
 ///

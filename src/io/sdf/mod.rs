@@ -50,7 +50,6 @@ use crate::model::{DEFAULT_GRAVITY, Model};
 pub(super) use pose::pose_value;
 use reader::{Reader, Shared};
 use scene::Scene;
-pub(super) use values::Elements;
 
 /// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
 pub(super) fn load(

@@ -3,8 +3,7 @@
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child, is_native, tag};
 use crate::io::schema::{Known, check, known};
-use crate::io::sdf::Elements;
-use crate::io::values::Values;
+use crate::io::values::{Elements, Values};
 use crate::sim::SensorNoise;
 
 const NOISE: Known = known(

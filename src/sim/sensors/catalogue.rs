@@ -98,7 +98,8 @@ impl Sensors {
         for (name, sensor) in sensors {
             out.add(model, name.into(), sensor);
         }
-        out.needs = Needs::new(model, &out.all);
+        let all = out.all.iter().map(|own| (&own.sensor, own.held.as_ref()));
+        out.needs = Needs::new(model, all);
         out.needs_with_forces = match out.needs.loaded.is_empty() {
             true => out.needs.clone(),
             false => out.needs.with_all_placed(model.n_bodies()),

@@ -28,6 +28,7 @@ mod ray;
 mod read;
 mod reading;
 mod sensor;
+mod triangles;
 
 pub use catalogue::Sensors;
 #[cfg(feature = "formats")]

@@ -1,6 +1,5 @@
 //! The bodies whose motions and forces sensors take.
 
-use super::catalogue::Placed;
 use super::held_links::HeldLinks;
 use super::sensor::Sensor;
 use crate::dynamics::to_world;
@@ -29,9 +28,13 @@ struct Marks<'a> {
 }
 
 impl Needs {
-    pub(super) fn new(model: &Model, sensors: &[Placed]) -> Self {
+    /// * `sensors` – with the links that force–torque sensors hold
+    pub(super) fn new<'s>(
+        model: &Model,
+        sensors: impl Iterator<Item = (&'s Sensor, Option<&'s HeldLinks>)>,
+    ) -> Self {
         let mut marks = Marks::new(model);
-        sensors.iter().for_each(|placed| marks.add(placed));
+        sensors.for_each(|(sensor, held)| marks.add(sensor, held));
         marks.finish()
     }
 
@@ -57,13 +60,12 @@ impl<'a> Marks<'a> {
         }
     }
 
-    fn add(&mut self, placed: &Placed) {
+    fn add(&mut self, sensor: &Sensor, held: Option<&HeldLinks>) {
         let model = self.model;
-        let body = placed
-            .sensor
+        let body = sensor
             .frame()
             .and_then(|frame| model.frames()[frame.0].body);
-        match placed.sensor {
+        match *sensor {
             Sensor::JointForce(joint) => {
                 (model.joint_bodies(joint)).for_each(|id| self.load(Some(id)));
             }
@@ -79,7 +81,7 @@ impl<'a> Marks<'a> {
             Sensor::Wrench(_) => {
                 self.load(body);
                 mark(model, &mut self.accelerated, body);
-                if placed.held.as_ref().is_some_and(HeldLinks::need_pose) {
+                if held.is_some_and(HeldLinks::need_pose) {
                     mark(model, &mut self.placed, body);
                 }
             }
