@@ -16,7 +16,7 @@ use dualbody::dynamics::{
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model};
-use dualbody::sim::StepScratch;
+use dualbody::sim::{SensorScratch, Sensors, StepScratch};
 use dualbody::spatial::Representation;
 use dualbody::{Linearization, Over, Simulator, State};
 use nalgebra::DMatrix;
@@ -92,6 +92,17 @@ pub(crate) fn step<T: Over<f64>>(simulator: &Simulator) -> impl FnMut(&Point<T>)
     let mut scratch = StepScratch::new(simulator);
     let mut next = State::neutral(simulator.model());
     move |p| simulator.step_into(&p.state, &p.u, &mut scratch, black_box(&mut next))
+}
+
+/// A step with the readings of some sensors: what these cost is the difference to [`step`].
+pub(crate) fn step_and_read(simulator: &Simulator, sensors: Sensors) -> impl FnMut(&Point<f64>) {
+    let (mut memory, mut scratch) = (StepScratch::new(simulator), SensorScratch::new(simulator));
+    let (mut next, mut y) = (State::neutral(simulator.model()), vec![0.0; sensors.len()]);
+    move |p| {
+        simulator.step_into(&p.state, &p.u, &mut memory, black_box(&mut next));
+        let y = black_box(&mut y);
+        sensors.read_step_into(simulator, &p.state, &p.u, &memory, &mut scratch, y);
+    }
 }
 
 pub(crate) fn inverse_derivatives(simulator: &Simulator) -> impl FnMut(&Point<f64>) {

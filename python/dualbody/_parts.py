@@ -276,7 +276,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step): reading plus bias plus noise, rounded to the `resolution` and
+    """Imperfections of a sensor. A sample is taken every `period` (s; 0: in each step): reading plus offset plus bias plus noise, rounded to the `resolution` and
     clamped to ± the `limit`; it appears after the `delay`, s. white: standard deviation of the noise of each sample; bias: of the initial bias; bias_walk:
     of its change over one second. Units are those of the reading."""
 
@@ -287,3 +287,4 @@ class SensorNoise:
     limit: float = float("inf")
     period: float = 0.0
     delay: float = 0.0
+    offset: float = 0.0

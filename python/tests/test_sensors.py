@@ -116,3 +116,32 @@ def test_sensors_pickle_and_refuse_what_is_wrong() -> None:
         sensors.slice("missing")
     with pytest.raises(ValueError, match="another robot"):
         sensors.read(Simulator(db.samples.cartpole()), [0.0, 0.0], [0.0, 0.0])
+
+
+SDF = """<sdf version="1.9"><model name="pendulum"><link name="rod"><inertial><pose>0 0 -0.5 0 0 0</pose><mass>2</mass>
+<inertia><ixx>0.1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>0.1</iyy><iyz>0</iyz><izz>0.1</izz></inertia></inertial>
+<sensor name="imu" type="imu"><pose>0 0 -1 0 0 0</pose><update_rate>50</update_rate><imu><angular_velocity>
+<x><noise type="gaussian"><mean>0.5</mean><stddev>0.1</stddev></noise></x>
+<y><noise type="gaussian"><mean>0.5</mean><stddev>0.1</stddev></noise></y>
+<z><noise type="gaussian"><mean>0.5</mean><stddev>0.1</stddev></noise></z></angular_velocity></imu></sensor>
+<sensor name="eye" type="lidar"/><sensor name="camera" type="camera"/></link>
+<joint name="hinge" type="revolute"><parent>world</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
+
+
+def test_sensors_of_a_file_are_read_with_their_noise() -> None:
+    model = db.Model.from_sdf(SDF)
+    sensors = {name: sensor for name, (sensor, _) in model.sensors.items()}
+    noise = {name: noise for name, (_, noise) in model.sensors.items()}
+    assert list(sensors) == ["imu/gyro", "imu/accelerometer", "eye"]
+    assert sensors["eye"].on == "rod" and tuple(sensors["eye"].direction) == (1.0, 0.0, 0.0) and sensors["eye"].range == 1000.0
+    assert noise["imu/gyro"] == SensorNoise(offset=0.5, white=0.1, period=0.02)
+    made = Sensors(model, sensors)
+    y = made.read(Simulator(model), [0.0], [1.5], [0.0])
+    np.testing.assert_allclose(y[made.slice("imu/gyro")], [0.0, 1.5, 0.0], atol=1e-12)
+    np.testing.assert_allclose(y[made.slice("imu/accelerometer")], [0.0, 0.0, 9.81 + 1.5**2], atol=1e-12)
+    assert made.missing_shapes == []
+    noisy = made.noisy({"imu/gyro": SensorNoise(offset=0.5)}, 1e-3, [1])
+    np.testing.assert_allclose(noisy.sample(np.zeros((1, 7)))[0], [0.5, 0.5, 0.5, 0.0, 0.0, 0.0, 0.0])
+    assert list(pickle.loads(pickle.dumps(model)).sensors) == list(sensors)
+    assert model.import_report is not None and "camera" in str(model.import_report)
+    assert db.samples.pendulum().sensors == {}

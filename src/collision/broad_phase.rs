@@ -7,7 +7,7 @@ use super::bounds::Bounds;
 /// Growth of the area of all nodes at which the tree is built again: refitted trees cost less than a new one until they are about that much looser.
 const LOOSE: f64 = 1.5;
 /// Nodes that wait in a search: two for each level of a balanced tree.
-const MAX_WAITING: usize = 128;
+pub(super) const MAX_WAITING: usize = 128;
 
 /// Pairs that may always be found.
 const MAX_PAIRS: usize = 1 << 16;
@@ -57,11 +57,11 @@ impl std::error::Error for TooManyPairs {}
 #[derive(Clone, Debug, Default)]
 pub struct BroadPhase {
     /// Boxes with finite bounds, in the order of the leaves.
-    order: Vec<usize>,
+    pub(super) order: Vec<usize>,
     /// Boxes that reach to infinity.
     endless: Vec<usize>,
     /// Node k has the children 2 k + 1 and 2 k + 2, which halve its leaves.
-    nodes: Vec<Bounds>,
+    pub(super) nodes: Vec<Bounds>,
     /// Area of all nodes when the tree was built.
     area: f64,
     pairs: Vec<[usize; 2]>,
@@ -69,14 +69,14 @@ pub struct BroadPhase {
 
 /// A node with its range of leaves.
 #[derive(Clone, Copy, Debug)]
-struct Node {
-    index: usize,
-    first: usize,
+pub(super) struct Node {
+    pub(super) index: usize,
+    pub(super) first: usize,
     end: usize,
 }
 
 impl Node {
-    fn children(self) -> [Self; 2] {
+    pub(super) fn children(self) -> [Self; 2] {
         let middle = self.first.midpoint(self.end);
         let (index, first, end) = (2 * self.index + 1, self.first, self.end);
         [
@@ -93,7 +93,7 @@ impl Node {
         ]
     }
 
-    fn is_leaf(self) -> bool {
+    pub(super) fn is_leaf(self) -> bool {
         self.end - self.first == 1
     }
 }
@@ -184,7 +184,7 @@ impl BroadPhase {
             .extend(indices().filter(|&i| !bounds[i].is_finite()));
     }
 
-    fn root(&self) -> Node {
+    pub(super) fn root(&self) -> Node {
         Node {
             index: 0,
             first: 0,

@@ -33,6 +33,7 @@ mod newton;
 mod patch;
 mod placed;
 mod point_cylinder;
+mod ray;
 mod search;
 mod segments;
 mod shape;
@@ -46,6 +47,7 @@ pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, 
 pub use groups::Groups;
 pub use hull::{Hull, HullError};
 pub use nearest::{features, nearest_features};
+pub(crate) use ray::HalfLine;
 pub use shape::Shape;
 pub(crate) use surface::TriangleSides;
 pub use surface::{Surface, SurfaceError};

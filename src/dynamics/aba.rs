@@ -6,6 +6,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::articulated_factor::{ArticulatedFactor, Felt};
+use super::rnea::Motions;
 use super::tree::Tree;
 use crate::joint::{Floating, Joint, JointKind, with_joint};
 use crate::linalg::small_matrix::solve;
@@ -52,6 +53,15 @@ impl<T: Scalar> Working<T> {
             pushed: vec![T::zero(); nv],
             resistance: vec![T::zero(); nv],
             factor: ArticulatedFactor::new(n, nq, nv),
+        }
+    }
+
+    /// The motions of all bodies that the three passes have left.
+    pub(super) fn motions(&self) -> Motions<'_, T> {
+        Motions {
+            X_PB: &self.factor.X_PB,
+            V: &self.V,
+            A: &self.A,
         }
     }
 

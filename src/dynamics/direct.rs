@@ -7,7 +7,7 @@ use super::calls::Calls;
 use super::coupled::CoupledScratch;
 use super::packed::PackedScratch;
 use super::packed_tree::PackedTree;
-use super::rnea::world_acceleration;
+use super::rnea::{Motions, world_acceleration};
 use super::tree::Bodies;
 use super::weightless::add_spared;
 use crate::model::{Generation, Model};
@@ -17,6 +17,8 @@ use crate::scalar::{Over, Scalar, has_lanes, is_f64, may_be_f64};
 #[derive(Clone, Debug)]
 pub(super) struct DirectScratch<T> {
     working: Working<T>,
+    /// Whether the working memory has the motions of all bodies at the last accelerations.
+    has_motions: bool,
     /// Memory for robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
     /// Memory for robots whose branches are packed.
@@ -52,12 +54,23 @@ impl<T: Scalar> DirectScratch<T> {
     pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
+            has_motions: false,
             coupled: CoupledScratch::new(model),
             packed: match calls {
                 Calls::One => None,
                 Calls::Many => Packed::new::<P, T>(model),
             },
         }
+    }
+
+    /// The motions of all bodies at the last accelerations, where they have been found one by one since [`forget`](Self::forget).
+    pub(super) fn motions(&self) -> Option<Motions<'_, T>> {
+        self.has_motions.then(|| self.working.motions())
+    }
+
+    /// Drops the motions of the bodies.
+    pub(super) fn forget(&mut self) {
+        self.has_motions = false;
     }
 
     /// Computes v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
@@ -80,6 +93,7 @@ impl<T: Scalar> DirectScratch<T> {
             let Packed { tree, scratch, .. } = &mut **packed;
             return scratch.accelerations(model, tree, working, driven, a);
         }
+        self.has_motions = true;
         T::vectorized(
             #[inline(always)]
             || {

@@ -6,6 +6,7 @@ use super::aba::Driven;
 use super::calls::Calls;
 use super::differential::DifferentialScratch;
 use super::direct::DirectScratch;
+use super::rnea::Motions;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
@@ -44,6 +45,21 @@ impl<T: Scalar> AbaScratch<T> {
         Self {
             n_bodies: model.n_bodies(),
             way,
+        }
+    }
+
+    /// The motions of all bodies at the accelerations that were last computed, if this memory has them since [`forget`](Self::forget).
+    pub(crate) fn motions(&self) -> Option<Motions<'_, T>> {
+        match &self.way {
+            Way::Direct(direct) => direct.motions(),
+            Way::Differential(_) => None,
+        }
+    }
+
+    /// Drops the motions of the bodies: the state is another one.
+    pub(crate) fn forget(&mut self) {
+        if let Way::Direct(direct) = &mut self.way {
+            direct.forget();
         }
     }
 }

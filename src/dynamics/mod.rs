@@ -164,9 +164,11 @@ pub(crate) use passive::add_passive_forces;
 pub(crate) use passive::{Passive, each_passive};
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
+pub(crate) use rnea::{
+    Motions, accelerations_of_some, motions_of_some, transmitted_forces, world_acceleration,
+};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
-pub(crate) use rnea::{motions_of_some, transmitted_forces, world_acceleration};
 pub(crate) use tree_matrix::{TreeMatrix, trees};

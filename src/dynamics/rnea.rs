@@ -5,6 +5,7 @@
 use nalgebra::DVector;
 
 use super::weightless::add_spared;
+use crate::model::manifold::q_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{lift_vector, zero};
@@ -38,10 +39,25 @@ impl<T: Scalar> RneaScratch<T> {
         (&self.X_PB, &self.V)
     }
 
-    /// The acceleration of each body in its own frame, with that of the world against gravity, and the force that its joint transmits to it.
-    pub(crate) fn loads(&self) -> (&[Motion<T>], &[Force<T>]) {
-        (&self.A, &self.F)
+    /// [`motions`](Self::motions) with the accelerations of the bodies.
+    pub(crate) fn accelerated(&self) -> Motions<'_, T> {
+        Motions {
+            X_PB: &self.X_PB,
+            V: &self.V,
+            A: &self.A,
+        }
     }
+}
+
+/// Motions of bodies at a state and an acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motions<'a, T> {
+    /// Pose of each body in its parent.
+    pub(crate) X_PB: &'a [Transform<T>],
+    /// Velocity of each body in its own frame.
+    pub(crate) V: &'a [Motion<T>],
+    /// Spatial acceleration of each body in its own frame, with that of the world against gravity.
+    pub(crate) A: &'a [Motion<T>],
 }
 
 /// The motion for which forces are computed; `None` means zero.
@@ -381,34 +397,58 @@ pub(crate) fn motions_of_some<P: Scalar, T: Over<P>>(
         external: &[],
     };
     let A_W = world_acceleration(model);
-    if !bodies.is_empty() {
-        T::sin_cos_each(q, &mut s.sin_cos);
-    }
+    let ends = bodies.iter().map(|&i| q_range(&model.bodies()[i]).end);
+    let end = ends.max().unwrap_or(0);
+    T::sin_cos_each(&q[..end], &mut s.sin_cos[..end]);
     for &i in bodies {
         accelerate(&model.bodies()[i], i, &desired, &A_W, s);
     }
 }
 
-/// Computes the force that each joint transmits to its body, in the body, for the motions of all bodies that are in the scratch; it stays there. Does not
-/// allocate.
+/// Computes the accelerations of some bodies from their known poses and velocities; they stay in the scratch. Does not allocate.
 ///
+/// * `bodies` – indices, ascending, each with all of its ancestors
+/// * `X_PB`, `V` – as in [`Motions`], of all bodies
+pub(crate) fn accelerations_of_some<'s, P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    bodies: &[usize],
+    (X_PB, V): (&'s [Transform<T>], &'s [Motion<T>]),
+    [v, a]: [&[T]; 2],
+    s: &'s mut RneaScratch<T>,
+) -> Motions<'s, T> {
+    let A_W = world_acceleration(model);
+    for &i in bodies {
+        let body = &model.bodies()[i];
+        let A_P = body.parent.map_or(A_W, |p| s.A[p.0]);
+        let mut A = X_PB[i].motion_inverse(&A_P);
+        A += body.velocity_product_over::<P, T>(&V[i], v);
+        body.add_motion(a, &mut A);
+        s.A[i] = A;
+    }
+    Motions { X_PB, V, A: &s.A }
+}
+
+/// Computes the force that the joints of some bodies transmit to them, in the body. Does not allocate.
+///
+/// * `bodies` – indices, ascending, each with all of its descendants
 /// * `external` – force on each body in its body frame, length `n_bodies`
+/// * `out` – output, length `n_bodies`; that of other bodies has no meaning
 pub(crate) fn transmitted_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
+    bodies: &[usize],
+    Motions { X_PB, V, A }: Motions<'_, T>,
     external: &[Force<T>],
-    s: &mut RneaScratch<T>,
+    out: &mut [Force<T>],
 ) {
-    let desired = DesiredMotion {
-        q: &[],
-        v: None,
-        a: None,
-        external,
-    };
-    for (i, body) in model.bodies().iter().enumerate() {
-        load(body, i, &desired, s);
+    out.fill(Force::zero());
+    for &i in bodies {
+        out[i] = model.bodies()[i].inertia.force(&V[i], &A[i]) - external[i];
     }
-    add_spared(model, &s.X_PB, &mut s.F);
-    for (i, body) in model.bodies().iter().enumerate().rev() {
-        propagate(body, i, s);
+    add_spared(model, X_PB, out);
+    for &i in bodies.iter().rev() {
+        if let Some(p) = model.bodies()[i].parent {
+            let F_P = X_PB[i].force(&out[i]);
+            out[p.0] += F_P;
+        }
     }
 }

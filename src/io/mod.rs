@@ -67,11 +67,13 @@ mod motion;
 mod names;
 mod options;
 mod place;
+mod range_meshes;
 mod report;
 mod roots;
 mod rotation;
 mod schema;
 mod sdf;
+mod sensors;
 mod shapes;
 mod srdf;
 #[cfg(test)]
@@ -85,9 +87,10 @@ mod xml;
 
 pub use massless::MasslessLinks;
 pub use mjcf::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon, MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
+    MjcfTransmission,
 };
 pub use options::ModelOptions;
 pub use place::ImportNote;
 pub use report::ImportReport;
+pub use sensors::ImportedSensor;

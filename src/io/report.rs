@@ -4,9 +4,11 @@ use std::fmt;
 
 use super::context::Context;
 use super::place::ImportNote;
+use super::sensors::{self, ImportedSensor};
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
 use crate::sim::Servo;
+use crate::sim::Sensors;
 
 /// Report on a loaded file.
 ///
@@ -31,6 +33,9 @@ pub struct ImportReport {
     /// Joints with a command interface in `<ros2_control>` or `<transmission>` of a URDF, in the order of the file, each with its servo; without a servo the
     /// input is the effort. `None` if the file has no such elements. [`simulator`](Self::simulator) uses them.
     pub commands: Option<Vec<(String, Option<Servo>)>>,
+    /// Sensors of an SDF, of an MJCF, or of Gazebo's settings in a URDF, in the order of the file. Modelled sensors have different names; those without a name,
+    /// or with a taken one, are called by kind and index, as in `gyro 3`.
+    pub sensors: Vec<ImportedSensor>,
 }
 
 impl ImportReport {
@@ -45,7 +50,31 @@ impl ImportReport {
             warnings: Vec::new(),
             ignored: Vec::new(),
             commands: None,
+            sensors: Vec::new(),
         }
+    }
+
+    /// Returns the modelled [`sensors`](Self::sensors) by name. Noise is not included: use [`ImportedSensor::noise`] with
+    /// [`NoisySensors`](crate::sim::NoisySensors).
+    ///
+    /// * `model` – the model that was loaded with this report
+    ///
+    /// # Panics
+    /// If the model is another one, which has no such frames.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let xml = r#"<sdf version="1.9"><model name="m"><link name="a"><inertial/>
+    ///   <sensor name="imu" type="imu"><update_rate>100</update_rate></sensor></link></model></sdf>"#;
+    /// let (model, report) = ModelOptions::default().load_sdf_str(xml)?;
+    /// assert_eq!(report.known_sensors(&model).names()[..2], ["imu/gyro.x", "imu/gyro.y"]);
+    /// assert_eq!(report.sensors[0].noise.period, 0.01);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn known_sensors(&self, model: &Model) -> Sensors {
+        sensors::known(&self.sensors, model)
     }
 
     /// Note on the reason for the base, and on how to change it; `None` if the options set it.
@@ -150,6 +179,7 @@ pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> 
         root_link: name.unwrap_or_default(),
         warnings: sorted(context.warnings),
         ignored: sorted(context.ignored),
+        sensors: Vec::new(),
     }
 }
 
@@ -174,6 +204,7 @@ mod tests {
             commands: None,
             warnings: Vec::new(),
             ignored: vec![note],
+            sensors: Vec::new(),
         };
         assert_eq!(
             report.to_string(),
@@ -212,6 +243,7 @@ mod tests {
             commands: None,
             warnings: Vec::new(),
             ignored: vec![note; 20_000],
+            sensors: Vec::new(),
         };
         let text = report.to_string();
         assert!(text.len() < 10_000, "{} bytes", text.len());

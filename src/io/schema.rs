@@ -138,8 +138,8 @@ const PHYSICS: [(&str, &str); 15] = [
     ),
 ];
 
-/// Settings that are read, of links of a robot.
-const READ: [&str; 2] = ["gravity", "turnGravityOff"];
+/// Settings that are read, of links and joints of a robot.
+const READ: [&str; 3] = ["gravity", "turnGravityOff", "sensor"];
 
 /// Reports settings of another simulator: those that change the motion one by one, the others together.
 fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
@@ -177,6 +177,9 @@ pub(super) fn reason(element: &str) -> &'static str {
         "self_collide" | "surface" | "max_contacts" => "contact settings are not read",
         "gripper" | "actor" | "audio_source" | "audio_sink" | "battery" => "not modelled",
         "sensor" | "force_torque" => "sensors are not modelled",
+        "always_on" | "visualize" | "topic" | "enable_metrics" => {
+            "concerns the programs of another simulator"
+        }
         "calibration" => "reference positions for calibration are not used",
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",

@@ -4,7 +4,8 @@
 
 use std::borrow::Cow;
 
-use super::context::{Context, Node};
+use super::context::{Context, Node, child};
+use super::schema::{UNKNOWN, check_attributes};
 use crate::error::LoadError;
 
 /// The entries of a rotational inertia, row by row, as formats call them.
@@ -79,6 +80,48 @@ impl Values for Attributes {
     fn called(name: &str) -> String {
         format!("attribute {name}")
     }
+}
+
+/// Values as texts of child elements.
+#[derive(Debug)]
+pub(super) enum Elements {}
+
+impl Values for Elements {
+    fn value<'a>(
+        context: &mut Context<'_>,
+        node: Node<'a>,
+        name: &str,
+    ) -> Result<Option<Cow<'a, str>>, LoadError> {
+        let Some(value) = child(node, name) else {
+            return Ok(None);
+        };
+        check_value(context, value, "")?;
+        Ok(Some(Cow::Owned(text_of(value))))
+    }
+
+    fn called(name: &str) -> String {
+        format!("child element <{name}>")
+    }
+}
+
+/// The text of an element, without the white space around it.
+pub(super) fn text_of(node: Node<'_>) -> String {
+    let texts = node.children().filter(Node::is_text);
+    let text: String = texts.filter_map(|text| text.text()).collect();
+    text.trim().to_owned()
+}
+
+/// Reports what a value holds beside its text and the attributes that are read.
+pub(super) fn check_value(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    attributes: &str,
+) -> Result<(), LoadError> {
+    check_attributes(context, node, attributes)?;
+    for inner in node.children().filter(Node::is_element) {
+        context.ignore(inner, UNKNOWN);
+    }
+    Ok(())
 }
 
 /// The finite numbers of a text that belongs to an element.

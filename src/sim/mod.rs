@@ -109,6 +109,8 @@ pub use rollout::Rollout;
 #[cfg(feature = "view")]
 pub(crate) use rollout::write_cells;
 pub(crate) use rollout::{most_states, write_row};
+#[cfg(feature = "formats")]
+pub(crate) use sensors::MeshTree;
 pub use sensors::{NoisySensors, Sensor, SensorNoise, SensorScratch, Sensors};
 pub use simulator::Simulator;
 pub use state::State;

@@ -6,12 +6,15 @@ use dualbody::constraint::Anchor;
 use dualbody::contact::{
     ContactLaw, Contacts, HeightFunction, Rigid, SoftContact, Terrain, TerrainFunction,
 };
-use dualbody::dynamics::{frame_acceleration, frame_pose};
+use dualbody::dynamics::{frame_acceleration, frame_pose, frame_velocity};
 use dualbody::joint::JointKind;
 use dualbody::model::{
     Base, Collision, Geometry, JointSpec, LinkSpec, Model, ModelBuilder, samples,
 };
-use dualbody::sim::{ExternalForce, FrameActuator, Sensor, SensorScratch, Sensors, StepScratch};
+use dualbody::sim::{
+    Actuation, Actuator, CoulombFriction, ExternalForce, FrameActuator, Sensor, SensorScratch,
+    Sensors, StepScratch,
+};
 use dualbody::spatial::{Force, Representation, Transform};
 use dualbody::{Integrator, Scalar, Simulator, State};
 use nalgebra::{Vector3, vector};
@@ -189,7 +192,7 @@ fn wrist_between_fixed_links_bears_what_accelerates_the_tool() {
         (finger, 0.1, [0.0, 0.0, 0.03]),
     ] {
         let a = frame_acceleration(&model, &q, &v, a.as_slice(), link, Representation::Mixed);
-        let v = dualbody::dynamics::frame_velocity(&model, &q, &v, link, Representation::Mixed);
+        let v = frame_velocity(&model, &q, &v, link, Representation::Mixed);
         let r = frame_pose(&model, &q, link).rotation * Vector3::from(com);
         let of_com = a.linear + a.angular.cross(&r) + v.angular.cross(&v.angular.cross(&r));
         force += (of_com + vector![0.0, 0.0, G]) * mass;
@@ -376,6 +379,69 @@ fn readings_of_a_step_equal_those_of_its_state_and_input() {
             y[at], state.q[0],
             "readings belong to the start of the step"
         );
+    }
+}
+
+/// An arm that swings, that rotates fast, that is pushed against a limit, whose joints are held by dry friction; a loop.
+fn arms() -> Vec<(&'static str, Simulator, f64)> {
+    let arm = || Simulator::new(asset("ur5.urdf")).with_time_step(1e-3);
+    let held = |k: usize| Actuator {
+        friction: Some(CoulombFriction::exact([0.1, 200.0][k % 2])),
+        ..Actuator::default()
+    };
+    let held: Vec<Actuator> = (0..arm().model().nv()).map(held).collect();
+    let held = Actuation::ideal(arm().model()).with_actuators(&held);
+    let limited = Actuation::from_model(arm().model());
+    vec![
+        ("arm", arm(), 1.0),
+        ("fast arm", arm(), 400.0),
+        (
+            "implicit arm",
+            arm().with_integrator(Integrator::ImplicitVelocity),
+            1.0,
+        ),
+        ("arm against limits", arm().with_actuation(limited), 40.0),
+        ("arm with dry friction", arm().with_actuation(held), 1.0),
+        ("loop", four_bar().with_time_step(1e-3), 0.0),
+    ]
+}
+
+/// Poses, velocities and accelerations that a step has left are taken over: those of this step, not of another one with the same memory.
+#[test]
+fn readings_of_steps_in_a_row_are_those_of_their_changes_of_velocity() {
+    for (name, simulator, speed) in arms() {
+        let model = simulator.model();
+        let last = *model.link_frames().last().expect("a link");
+        let mixed = Representation::Mixed;
+        let acceleration = Sensor::FrameAcceleration {
+            frame: last,
+            representation: mixed,
+        };
+        let all = [("a", acceleration), ("w", Sensor::Gyro(last))];
+        let sensors = Sensors::new(model, all);
+        let (mut step, mut scratch) =
+            (StepScratch::new(&simulator), SensorScratch::new(&simulator));
+        let mut state = simulator.neutral_state();
+        for k in 0..model.nv() {
+            state.v[k] = speed * (k as f64 + 1.0) / model.nv() as f64;
+        }
+        let (u, mut y) = (vec![0.5; simulator.nu()], vec![0.0; sensors.len()]);
+        for k in 0..300 {
+            let mut next = state.clone();
+            simulator.step_into(&state, &u, &mut step, &mut next);
+            sensors.read_step_into(&simulator, &state, &u, &step, &mut scratch, &mut y);
+            let (q, v) = (state.q.as_slice(), state.v.as_slice());
+            let a = (&next.v - &state.v) / 1e-3;
+            let expected = frame_acceleration(model, q, v, a.as_slice(), last, mixed);
+            let turning = frame_velocity(model, q, v, last, Representation::Body).angular;
+            let expected = [&expected.to_array()[..], turning.as_slice()].concat();
+            let largest = expected.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
+            for (y, expected) in y.iter().zip(&expected) {
+                let error = (y - expected).abs() / largest;
+                assert!(error < 1e-7, "{name}, step {k}: {y}, expected {expected}");
+            }
+            state = next;
+        }
     }
 }
 

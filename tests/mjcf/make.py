@@ -21,10 +21,10 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-NAMES = ["chain", "free", "world", "attach", "servos", "sensors", "activations"]
+NAMES = ["chain", "free", "world", "attach", "servos", "sensors", "activations", "rays"]
 ACTUATED = ["servos", "activations"]
-# Activations are held over the stages of our steps of Runge and Kutta.
-WITHOUT_MOTION = ["activations"]
+# Activations are held over the stages of our steps of Runge and Kutta; rays are compared at states.
+WITHOUT_MOTION = ["activations", "rays"]
 STATES = 3
 # One second of motion by the Runge–Kutta method.
 TIME_STEP = 1e-4

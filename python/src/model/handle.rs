@@ -25,7 +25,7 @@ pub(crate) struct PyModel {
     pub(crate) model: Arc<Model>,
     /// One number for each robot that was made: what working memory is known by.
     pub(crate) id: u64,
-    pub(super) report: Option<Py<PyImportReport>>,
+    pub(crate) report: Option<Py<PyImportReport>>,
     /// Name of the function of this module that makes the robot, and its arguments.
     pub(super) recipe: (&'static str, Py<PyTuple>),
 }

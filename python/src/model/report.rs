@@ -11,7 +11,7 @@ use crate::words::{for_python, snake};
 /// Report of loading a file: warnings, and unused content. Its str is a table.
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
 pub(crate) struct PyImportReport {
-    pub(super) report: ImportReport,
+    pub(crate) report: ImportReport,
 }
 
 /// Restores a pickled report: file, base, requested base, root link, joints with limits, warnings, unused lines.

@@ -1,6 +1,7 @@
 //! Sensors: what they read in a step, with C and D; noise.
 
 mod noise;
+mod of_file;
 mod spec;
 
 use std::sync::{Arc, Mutex};
@@ -62,6 +63,13 @@ impl PySensors {
     #[getter]
     fn units(&self) -> Vec<&'static str> {
         self.sensors.units()
+    }
+
+    /// Collision shapes that range finders do not see, a sentence each; empty without range finders.
+    #[getter]
+    fn missing_shapes(&self) -> Vec<String> {
+        let shapes = self.sensors.missing_shapes().iter();
+        shapes.map(ToString::to_string).collect()
     }
 
     fn __len__(&self) -> usize {

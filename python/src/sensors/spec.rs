@@ -102,6 +102,7 @@ pub(super) fn noise(name: &str, value: &Bound<'_, PyAny>) -> PyResult<SensorNois
     )?;
     let number = |field: &str| value.getattr(field)?.extract();
     Ok(SensorNoise {
+        offset: number("offset")?,
         white: number("white")?,
         bias: number("bias")?,
         bias_walk: number("bias_walk")?,

@@ -13,15 +13,35 @@ pub(crate) use finder::{PairFinder, PairPoint};
 
 use super::contacts::Contacts;
 use super::laws::ContactLaw;
+use super::link_shapes::LinkShape;
 use super::point::velocity_at;
 use super::point_state::PointState;
 use super::shape_pairs::BodyShape;
-use crate::collision::{PairFeature, witness};
+use crate::collision::{BroadPhase, PairFeature, Shape, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::rotate;
 use crate::spatial::{Motion, Transform};
+
+/// The triangles of surfaces, fixed to the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceTriangles<'a> {
+    /// Their boxes, in the world.
+    pub(crate) tree: &'a BroadPhase,
+    triangles: &'a [LinkShape],
+}
+
+impl SurfaceTriangles<'_> {
+    /// The corners of a triangle in the world, by the index of its box.
+    pub(crate) fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
+        let own = &self.triangles[index];
+        match &own.shape {
+            Shape::Triangle { vertices } => vertices.map(|v| own.placement.point(&v)),
+            _ => [own.placement.translation; 3],
+        }
+    }
+}
 
 /// A point between bodies in motion.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +66,17 @@ impl<P: Scalar> Contacts<P> {
     /// Number of shapes that can touch each other.
     pub(crate) fn n_shapes(&self) -> usize {
         self.shape_pairs().shapes.len()
+    }
+
+    /// The triangles of surfaces; `None` without surfaces.
+    pub(crate) fn surface_triangles(&self) -> Option<SurfaceTriangles<'_>> {
+        let pairs = self.shape_pairs();
+        let plain = pairs.plain.as_ref()?;
+        let triangles = plain.shapes().get(pairs.surfaces.first..)?;
+        (!triangles.is_empty()).then_some(SurfaceTriangles {
+            tree: &pairs.surfaces.tree,
+            triangles,
+        })
     }
 
     /// Link of a shape that can touch others.

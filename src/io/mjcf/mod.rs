@@ -64,6 +64,7 @@ use super::massless::Remark;
 use super::options::close;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
+use super::sensors;
 use crate::error::LoadError;
 use crate::model::{Base, JointId, Model, ModelBuilder};
 use crate::sim::State;
@@ -75,8 +76,8 @@ use sections::Names;
 use walk::{Part, Walk};
 
 pub use scene::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfSensor,
-    MjcfTendon, MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
+    MjcfTransmission,
 };
 
 /// Loads a description from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
@@ -136,8 +137,9 @@ impl Loaded {
             let mut seen = HashSet::new();
             notes.retain(|note| seen.insert((note.line, note.path.clone(), note.reason.clone())));
         }
-        let (model, report) = close(self.scene.model, context, self.base);
+        let (model, mut report) = close(self.scene.model, context, self.base);
         self.scene.model = model;
+        report.sensors = sensors::with_names(self.scene.sensors.clone());
         (self.scene, report)
     }
 }

@@ -1,13 +1,11 @@
 //! Content of an MJCF file that a model cannot contain.
 
-use std::collections::HashSet;
-
 use nalgebra::DVector;
 
 use crate::constraint::Constraint;
-use crate::io::names::Names;
+use crate::io::sensors::{self, ImportedSensor};
 use crate::model::Model;
-use crate::sim::{Activation, Integrator, Sensor, SensorNoise, Sensors, Servo, State};
+use crate::sim::{Activation, Integrator, Sensors, Servo, State};
 use crate::spatial::Transform;
 
 /// The supported content of an MJCF file.
@@ -30,7 +28,7 @@ pub struct MjcfScene {
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,
     /// Sensors, in the order of the file; [`known_sensors`](Self::known_sensors) returns those that are modelled.
-    pub sensors: Vec<MjcfSensor>,
+    pub sensors: Vec<ImportedSensor>,
     /// Named states.
     pub keyframes: Vec<MjcfKeyframe>,
     /// Time step and integrator.
@@ -128,25 +126,9 @@ pub struct MjcfTendon {
     pub joints: Vec<(String, f64)>,
 }
 
-/// A sensor.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MjcfSensor {
-    /// Its name; empty without.
-    pub name: String,
-    /// Its element, such as `framepos`.
-    pub kind: String,
-    /// Name of its object; empty without.
-    pub object: String,
-    /// The corresponding sensor, which may have more readings: position with orientation, force with torque, linear with angular. `None` if it is not modelled.
-    pub sensor: Option<Sensor>,
-    /// Standard deviation of its noise, limit, period and delay.
-    pub noise: SensorNoise,
-}
-
 impl MjcfScene {
     /// Returns the modelled sensors, by name; sensors without a name are called by kind and index in the file, as in `gyro 3`. Noise is not included:
-    /// use [`MjcfSensor::noise`] with [`NoisySensors`](crate::sim::NoisySensors).
+    /// use [`ImportedSensor::noise`] with [`NoisySensors`](crate::sim::NoisySensors).
     ///
     /// # Examples
     /// ```
@@ -159,18 +141,7 @@ impl MjcfScene {
     /// # Ok::<(), dualbody::LoadError>(())
     /// ```
     pub fn known_sensors(&self) -> Sensors {
-        let named = self.sensors.iter().map(|own| own.name.as_str());
-        let mut names = Names::of(named.filter(|name| !name.is_empty()));
-        let mut taken = HashSet::new();
-        let own = self.sensors.iter().enumerate().filter_map(|(k, own)| {
-            let sensor = own.sensor?;
-            let name = match !own.name.is_empty() && taken.insert(own.name.as_str()) {
-                true => own.name.clone(),
-                false => names.fresh(format!("{} {k}", own.kind)),
-            };
-            Some((name, sensor))
-        });
-        Sensors::new(&self.model, own)
+        sensors::known(&self.sensors, &self.model)
     }
 }
 

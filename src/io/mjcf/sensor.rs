@@ -1,10 +1,10 @@
 //! Sensors: those that are modelled here, and the names of the others.
 
 use super::entry::Entry;
-use super::scene::MjcfSensor;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
+use crate::io::sensors::ImportedSensor;
 use crate::model::{FrameId, JointId, Model};
 use crate::sim::{Sensor, SensorNoise};
 use crate::spatial::Representation;
@@ -31,7 +31,7 @@ pub(super) fn read(
     part: &Part<'_, '_>,
     at: &Target<'_>,
     context: &mut Context<'_>,
-) -> Result<MjcfSensor, LoadError> {
+) -> Result<ImportedSensor, LoadError> {
     let entry = part.plain();
     let object = OBJECTS.iter().find_map(|name| entry.text(name));
     let object = object.map(|name| part.naming.of(name)).unwrap_or_default();
@@ -47,11 +47,15 @@ pub(super) fn read(
             None
         }
     };
+    if kind == "rangefinder" && sensor.is_some() {
+        let reason = "sees geoms with contact and planes as ground, not geoms that are only shown, ellipsoids and height fields";
+        context.warn(&entry.node.place(), reason);
+    }
     if kind == "touch" && sensor.is_some() {
         let reason = "counts all contact of the body, not that within the site";
         context.warn(&entry.node.place(), reason);
     }
-    Ok(MjcfSensor {
+    Ok(ImportedSensor {
         name: part.name().unwrap_or_default(),
         kind: kind.into(),
         object,

@@ -20,6 +20,7 @@ use crate::error::LoadError;
 use crate::io::context::{Node, child};
 use crate::io::motion::{Axis, check_room, one_of, read_dynamics, read_mimic};
 use crate::io::schema::check;
+use crate::io::sensors::Carrier;
 use crate::io::values::{Values, finite};
 use crate::joint::{JointKind, Pitch};
 use crate::model::{Limits, Spring};
@@ -64,6 +65,7 @@ impl Reader<'_, '_, '_> {
         }
         let kind = FrameKind::Joint(self.shared.scene.joints.len());
         let frame = self.add_frame(node, scope, &name, kind, pose)?;
+        self.sensors(node, scope, Carrier::Joint, frame)?;
         let joint = JointEntry {
             frame,
             parent,

@@ -15,6 +15,7 @@ use super::values::{Elements, check_value, text_of, truth};
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children, tag};
 use crate::io::schema::{Known, check, reason};
+use crate::io::sensors::Carrier;
 use crate::io::shapes;
 use crate::io::values::{INERTIA_ENTRIES, Values, parse};
 use crate::model::Geometry;
@@ -38,6 +39,7 @@ impl Reader<'_, '_, '_> {
         let collisions = self.shapes(node, "collision", &schema::COLLISION)?;
         let kind = FrameKind::Link(self.shared.scene.links.len());
         let frame = self.add_frame(node, scope, &name, kind, pose)?;
+        self.sensors(node, scope, Carrier::Link, frame)?;
         self.shared.scene.links.push(LinkEntry {
             frame,
             inertial,

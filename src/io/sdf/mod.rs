@@ -26,6 +26,7 @@ mod reader;
 mod scene;
 mod schema;
 mod select;
+mod sensor;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -43,8 +44,10 @@ use super::massless::Remark;
 use super::mesh_path::MeshFinder;
 use super::place::{ImportNote, SourcePlace};
 use super::report::ImportReport;
+use super::sensors;
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
+pub(super) use pose::pose_value;
 use reader::{Reader, Shared};
 use scene::Scene;
 
@@ -88,7 +91,12 @@ pub(super) fn load(
     let scene = &shared.scene;
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
     let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
-    options.finish(builder, context, |_, remarks| notes(scene, robot, remarks))
+    let finished = options.finish(builder, context, |_, remarks| notes(scene, robot, remarks));
+    let (model, mut report) = finished?;
+    let sensors = scene.sensors.iter();
+    let found = sensors.flat_map(|(own, frame)| own.in_model(&model, &scene.frames[*frame].name));
+    report.sensors = sensors::with_names(found.collect());
+    Ok((model, report))
 }
 
 /// Places remarks on joints, or on the whole robot.

@@ -7,7 +7,7 @@ use super::scene::Pose;
 use super::values::{check_value, text_of, truth};
 use super::version::{WITH_FRAMES, WITH_ROTATION_FORMATS};
 use crate::error::LoadError;
-use crate::io::context::{Node, child};
+use crate::io::context::{Context, Node, child};
 use crate::io::rotation::{rotation_from_quaternion, rotation_from_rpy};
 use crate::io::values::finite;
 use crate::spatial::Transform;
@@ -39,7 +39,7 @@ impl Reader<'_, '_, '_> {
         }
         Ok(Pose {
             relative_to: relative_to.map(Into::into),
-            value: self.pose_value(pose)?,
+            value: pose_value(&self.context, pose)?,
         })
     }
 
@@ -51,44 +51,52 @@ impl Reader<'_, '_, '_> {
             "relative_to"
         }
     }
+}
 
-    fn pose_value(&self, pose: Node<'_>) -> Result<Transform<f64>, LoadError> {
-        let text = text_of(pose);
-        let format = pose.attribute("rotation_format");
-        let degrees = pose.attribute("degrees");
-        let degrees = truth(&self.context, pose, "degrees", degrees.unwrap_or_default())?;
-        match format.unwrap_or("euler_rpy") {
-            _ if text.is_empty() => Ok(Transform::identity()),
-            "euler_rpy" => {
-                let [x, y, z, angles @ ..] = finite::<6>(&self.context, pose, "pose", &text)?;
-                let angles = if degrees {
-                    angles.map(f64::to_radians)
-                } else {
-                    angles
-                };
-                Ok(Transform::new(
-                    rotation_from_rpy(angles),
-                    Vector3::new(x, y, z),
-                ))
-            }
-            "quat_xyzw" if degrees => {
-                let reason = "a quaternion has no degrees";
-                Err(self.context.malformed(pose, "degrees", reason))
-            }
-            "quat_xyzw" => self.pose_of_quaternion(pose, &text),
-            _ => {
-                let reason = "expected euler_rpy or quat_xyzw";
-                Err(self.context.malformed(pose, "rotation_format", reason))
-            }
+/// The value of a `<pose>`.
+pub(in crate::io) fn pose_value(
+    context: &Context<'_>,
+    pose: Node<'_>,
+) -> Result<Transform<f64>, LoadError> {
+    let text = text_of(pose);
+    let format = pose.attribute("rotation_format");
+    let degrees = pose.attribute("degrees");
+    let degrees = truth(context, pose, "degrees", degrees.unwrap_or_default())?;
+    match format.unwrap_or("euler_rpy") {
+        _ if text.is_empty() => Ok(Transform::identity()),
+        "euler_rpy" => {
+            let [x, y, z, angles @ ..] = finite::<6>(context, pose, "pose", &text)?;
+            let angles = if degrees {
+                angles.map(f64::to_radians)
+            } else {
+                angles
+            };
+            Ok(Transform::new(
+                rotation_from_rpy(angles),
+                Vector3::new(x, y, z),
+            ))
+        }
+        "quat_xyzw" if degrees => {
+            let reason = "a quaternion has no degrees";
+            Err(context.malformed(pose, "degrees", reason))
+        }
+        "quat_xyzw" => pose_of_quaternion(context, pose, &text),
+        _ => {
+            let reason = "expected euler_rpy or quat_xyzw";
+            Err(context.malformed(pose, "rotation_format", reason))
         }
     }
+}
 
-    fn pose_of_quaternion(&self, pose: Node<'_>, text: &str) -> Result<Transform<f64>, LoadError> {
-        let [p_x, p_y, p_z, xyzw @ ..] = finite::<7>(&self.context, pose, "pose", text)?;
-        let Some(rotation) = rotation_from_quaternion(xyzw) else {
-            let reason = "the norm of the quaternion is zero";
-            return Err(self.context.malformed_value(pose, "pose", text, reason));
-        };
-        Ok(Transform::new(rotation, Vector3::new(p_x, p_y, p_z)))
-    }
+fn pose_of_quaternion(
+    context: &Context<'_>,
+    pose: Node<'_>,
+    text: &str,
+) -> Result<Transform<f64>, LoadError> {
+    let [p_x, p_y, p_z, xyzw @ ..] = finite::<7>(context, pose, "pose", text)?;
+    let Some(rotation) = rotation_from_quaternion(xyzw) else {
+        let reason = "the norm of the quaternion is zero";
+        return Err(context.malformed_value(pose, "pose", text, reason));
+    };
+    Ok(Transform::new(rotation, Vector3::new(p_x, p_y, p_z)))
 }

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use crate::error::LoadError;
 use crate::io::motion::Axis;
 use crate::io::place::SourcePlace;
+use crate::io::sensors::SensorElement;
 use crate::joint::JointKind;
 use crate::model::{Geometry, Mimic};
 use crate::spatial::{Inertia, Transform};
@@ -21,6 +22,8 @@ pub(super) struct Scene {
     pub(super) frames: Vec<FrameEntry>,
     pub(super) links: Vec<LinkEntry>,
     pub(super) joints: Vec<JointEntry>,
+    /// Sensors with their frames.
+    pub(super) sensors: Vec<(SensorElement, usize)>,
     /// Gravity of the world, m/s²; `None` if the file has no world.
     pub(super) gravity: Option<[f64; 3]>,
     /// The model that becomes the robot, once it is met; the world itself if all do.
@@ -175,6 +178,7 @@ impl Scene {
             frames: vec![world],
             links: Vec::new(),
             joints: Vec::new(),
+            sensors: Vec::new(),
             gravity: None,
             robot: None,
             title: None,

@@ -4,7 +4,11 @@ use crate::io::schema::{Known, known};
 use crate::io::shapes::Shapes;
 
 pub(super) const ROOT: Known = known("version", "", "model world");
-pub(super) const WORLD: Known = known("name", "gravity", "model include frame joint");
+pub(super) const WORLD: Known = known(
+    "name",
+    "gravity magnetic_field",
+    "model include frame joint",
+);
 pub(super) const MODEL: Known = known(
     "name canonical_link placement_frame",
     "pose static",
@@ -16,7 +20,7 @@ pub(super) const INCLUDE: Known = known(
     "",
 );
 pub(super) const FRAME: Known = known("name attached_to", "pose", "");
-pub(super) const LINK: Known = known("name", "pose inertial gravity", "visual collision");
+pub(super) const LINK: Known = known("name", "pose inertial gravity", "visual collision sensor");
 pub(super) const INERTIAL: Known = known("auto", "pose mass inertia", "");
 /// An inertia that is computed from the collisions.
 pub(super) const AUTO_INERTIAL: Known = known("auto", "density", "");
@@ -43,7 +47,7 @@ pub(super) static SHAPES: Shapes = Shapes {
 pub(super) const JOINT: Known = known(
     "name type",
     "pose parent child axis axis2 screw_thread_pitch thread_pitch",
-    "",
+    "sensor",
 );
 pub(super) const AXIS: Known = children("xyz limit dynamics mimic");
 pub(super) const OLD_AXIS: Known = children("xyz use_parent_model_frame limit dynamics");

@@ -3,55 +3,13 @@
 use std::borrow::Cow;
 
 use crate::error::LoadError;
-use crate::io::context::{Context, Node, child};
+use crate::io::context::{Context, Node};
 use crate::io::motion::{Bound, bound};
-use crate::io::schema::{UNKNOWN, check_attributes};
 use crate::io::values::Values;
+pub(super) use crate::io::values::{Elements, check_value, text_of};
 
 /// Value that means “no limit” in SDF before version 1.8; larger values mean the same.
 const UNLIMITED: f64 = 1e16;
-
-/// Values as texts of child elements.
-#[derive(Debug)]
-pub(super) enum Elements {}
-
-impl Values for Elements {
-    fn value<'a>(
-        context: &mut Context<'_>,
-        node: Node<'a>,
-        name: &str,
-    ) -> Result<Option<Cow<'a, str>>, LoadError> {
-        let Some(value) = child(node, name) else {
-            return Ok(None);
-        };
-        check_value(context, value, "")?;
-        Ok(Some(Cow::Owned(text_of(value))))
-    }
-
-    fn called(name: &str) -> String {
-        format!("child element <{name}>")
-    }
-}
-
-/// The text of an element, without the white space around it.
-pub(super) fn text_of(node: Node<'_>) -> String {
-    let texts = node.children().filter(Node::is_text);
-    let text: String = texts.filter_map(|text| text.text()).collect();
-    text.trim().to_owned()
-}
-
-/// Reports what a value holds beside its text and the attributes that are read.
-pub(super) fn check_value(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    attributes: &str,
-) -> Result<(), LoadError> {
-    check_attributes(context, node, attributes)?;
-    for inner in node.children().filter(Node::is_element) {
-        context.ignore(inner, UNKNOWN);
-    }
-    Ok(())
-}
 
 /// The text of a child element, if there is one that is not empty.
 pub(super) fn text(

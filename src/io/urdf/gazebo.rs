@@ -1,13 +1,49 @@
-//! Settings of the simulator Gazebo that are read: links that gravity does not act on.
+//! Settings of the simulator Gazebo that are read: links that gravity does not act on, sensors.
 
-use super::parts::LinkPart;
-use crate::io::context::{Context, Node, tag};
+use super::parts::{LinkPart, Parts, SensorPart};
+use crate::error::LoadError;
+use crate::io::context::{Context, Node, child, children, tag};
+use crate::io::sdf::pose_value;
+use crate::io::sensors::{self, Carrier};
+use crate::spatial::Transform;
 
-/// Reads a `<gazebo reference="LINK">` with `<gravity>` or `<turnGravityOff>`.
-pub(super) fn read(context: &mut Context<'_>, gazebo: Node<'_>, links: &mut [LinkPart<'_>]) {
-    let Some(link) = gazebo.attribute("reference") else {
-        return;
+/// Reads a `<gazebo reference="LINK or JOINT">` with `<gravity>`, `<turnGravityOff>` or `<sensor>`.
+pub(super) fn read(
+    context: &mut Context<'_>,
+    gazebo: Node<'_>,
+    parts: &mut Parts<'_>,
+) -> Result<(), LoadError> {
+    let Some(reference) = gazebo.attribute("reference") else {
+        return Ok(());
     };
+    read_gravity(context, gazebo, reference, &mut parts.links);
+    let is_link = parts.links.iter().any(|link| link.name() == reference);
+    let carrier = if is_link {
+        Carrier::Link
+    } else {
+        Carrier::Joint
+    };
+    for node in children(gazebo, "sensor") {
+        let element = sensors::read(context, node, carrier, reference)?;
+        let placement = match child(node, "pose") {
+            Some(pose) if element.is_modelled() => pose_value(context, pose)?,
+            _ => Transform::identity(),
+        };
+        parts.sensors.push(SensorPart {
+            place: context.keep(node),
+            element,
+            placement,
+        });
+    }
+    Ok(())
+}
+
+fn read_gravity(
+    context: &mut Context<'_>,
+    gazebo: Node<'_>,
+    link: &str,
+    links: &mut [LinkPart<'_>],
+) {
     for setting in gazebo.children().filter(Node::is_element) {
         let off = match tag(setting) {
             "gravity" => "false",

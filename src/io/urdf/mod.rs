@@ -78,7 +78,7 @@ fn read<'a>(
         parts.links.push(link::read(&mut reader, node)?);
     }
     for node in children(node, "gazebo") {
-        gazebo::read(reader.context, node, &mut parts.links);
+        gazebo::read(reader.context, node, &mut parts)?;
     }
     for node in children(node, "joint") {
         parts.joints.push(joint::read(&mut reader, node)?);

@@ -1,20 +1,22 @@
 //! Links and joints of a URDF before they become those of a model. Colours of materials that are named elsewhere, and
 //! joints to mimic, are looked up when all parts are read.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::control::{self, Commands, Movable};
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::massless::Remark;
 use crate::io::motion::without_leader;
-use crate::io::place::Place;
+use crate::io::names::Names;
+use crate::io::place::{Place, SourcePlace};
+use crate::io::sensors::{self, SensorElement};
 use crate::io::{ImportReport, ModelOptions};
 use crate::model::{
     Collision, DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimic, Mimicry, Model, ModelBuilder, Visual,
     inertia_flaw,
 };
-use crate::spatial::Inertia;
+use crate::spatial::{Inertia, Transform};
 
 /// Name of a robot without one.
 const DEFAULT_NAME: &str = "robot";
@@ -29,6 +31,15 @@ pub(super) struct Parts<'a> {
     pub(super) materials: Vec<Material<'a>>,
     /// Inputs of joints, if the file states any.
     pub(super) commands: Option<Commands<'a>>,
+    pub(super) sensors: Vec<SensorPart>,
+}
+
+/// A sensor of Gazebo's settings.
+pub(super) struct SensorPart {
+    pub(super) place: SourcePlace,
+    pub(super) element: SensorElement,
+    /// Pose in the link, or in the frame of the joint.
+    pub(super) placement: Transform<f64>,
 }
 
 /// A link, and its shapes apart, visuals with their materials.
@@ -146,6 +157,7 @@ impl<'a> Parts<'a> {
             joints: Vec::new(),
             materials: Vec::new(),
             commands: None,
+            sensors: Vec::new(),
         }
     }
 
@@ -164,6 +176,7 @@ impl<'a> Parts<'a> {
             let movable = self.movable(options.mimicry);
             context.commands = Some(control::finish(commands, &movable, &mut context));
         }
+        let frames = self.add_sensor_frames(&mut context, &mut builder);
         for link in self.links {
             let place = link.place;
             let spec = link.finish(&mut context, &colors);
@@ -189,13 +202,49 @@ impl<'a> Parts<'a> {
                 None => spec,
             });
         }
-        options.finish(builder, context, |context, remarks| {
+        let finished = options.finish(builder, context, |context, remarks| {
             let place = |remark: &Remark| joints.get(remark.joint.as_deref()?).copied();
             let remarks = remarks.into_iter();
             remarks
                 .map(|remark| context.note(place(&remark).unwrap_or(self.place), remark.reason))
                 .collect()
-        })
+        });
+        let (model, mut report) = finished?;
+        let sensors = self.sensors.iter().zip(&frames);
+        let found = sensors.flat_map(|(own, frame)| own.element.in_model(&model, frame));
+        report.sensors = sensors::with_names(found.collect());
+        Ok((model, report))
+    }
+
+    /// Adds a frame for each sensor that is not in the frame of its link; returns the names of the frames of all sensors, empty where there is none. The
+    /// frame of a joint is that of its child.
+    fn add_sensor_frames(
+        &self,
+        context: &mut Context<'_>,
+        builder: &mut ModelBuilder,
+    ) -> Vec<String> {
+        let links: HashSet<&str> = self.links.iter().map(LinkPart::name).collect();
+        let joints = self.joints.iter();
+        let children: HashMap<&str, &str> = joints
+            .map(|joint| (joint.name, joint.spec.child.as_str()))
+            .collect();
+        let mut names = Names::of(links.iter().copied());
+        let mut frame_of = |sensor: &SensorPart| {
+            let object = sensor.element.object.as_str();
+            let own = links.get(object).or_else(|| children.get(object));
+            let Some(&link) = own else {
+                let reason = format!("there is no link or joint \"{object}\"");
+                context.warn(&sensor.place, reason);
+                return String::new();
+            };
+            if sensor.placement == Transform::identity() {
+                return link.to_owned();
+            }
+            let name = names.fresh(sensor.element.frame_name());
+            builder.add_frame(&name, link, sensor.placement);
+            name
+        };
+        self.sensors.iter().map(&mut frame_of).collect()
     }
 
     /// The joints by their names, as what may have inputs.

@@ -30,7 +30,7 @@ mod method;
 mod runge_kutta_4;
 mod tree_lu;
 
-pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
+pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch, FoundMotions};
 #[cfg(feature = "second-order")]
 pub(crate) use joint_tangents::add_integrated;
 pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};

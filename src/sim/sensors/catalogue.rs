@@ -3,10 +3,12 @@
 use std::ops::Range;
 
 use super::held_links::{HeldLinks, carrying_link};
+use super::needs::Needs;
 use super::ray::Shape;
 use super::sensor::{Channel, Sensor};
-use crate::dynamics::to_world;
+use crate::contact::ShapeWithoutPoints;
 use crate::error::UnknownName;
+use crate::model::manifold::{q_range, v_range};
 use crate::model::{FrameId, Model, Structure};
 use crate::numbers::Domain;
 use crate::scalar::Scalar;
@@ -36,13 +38,25 @@ pub struct Sensors {
     model: String,
     structure: Structure,
     pub(super) all: Vec<Placed>,
+    /// Encoders of joints that follow no other, as coordinates q and v with their places among the readings.
+    pub(super) encoders: [Vec<Encoder>; 2],
+    /// The other sensors, as indices.
+    pub(super) others: Vec<usize>,
     channels: Vec<Channel>,
-    /// Bodies whose motion is needed, ascending, each with all of its ancestors.
-    pub(super) bodies: Vec<usize>,
+    /// The bodies whose motion is taken.
+    pub(super) needs: Needs,
+    /// The same for simulators with forces on frames or constraints: forces of joints take the poses of all bodies there.
+    pub(super) needs_with_forces: Needs,
     /// Shapes that range finders see.
     pub(super) shapes: Vec<Shape>,
-    /// Whether forces are needed that joints transmit, or those of contact.
-    pub(super) takes_transmitted_forces: bool,
+    missing: Vec<ShapeWithoutPoints>,
+}
+
+/// A coordinate that is a reading as it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Encoder {
+    pub(super) coordinate: usize,
+    pub(super) reading: usize,
 }
 
 /// A sensor with its place in the vector.
@@ -60,6 +74,9 @@ pub(super) struct Placed {
 impl Sensors {
     /// Makes the sensors of a model, each with a name, in the order of their readings. They fit the robot and its variants of equal structure.
     ///
+    /// For range finders, reads each mesh file of collision shapes once (with the feature `formats`); [`missing_shapes`](Self::missing_shapes) lists the shapes that
+    /// they do not see.
+    ///
     /// # Panics
     /// If two have the same name; if the model does not have a joint or frame; if a direction is zero, or a range or a field is not finite.
     pub fn new<N: Into<String>>(
@@ -70,17 +87,25 @@ impl Sensors {
             model: model.name().to_owned(),
             structure: model.structure(),
             all: Vec::new(),
+            encoders: [Vec::new(), Vec::new()],
+            others: Vec::new(),
             channels: Vec::new(),
-            bodies: Vec::new(),
+            needs: Needs::default(),
+            needs_with_forces: Needs::default(),
             shapes: Vec::new(),
-            takes_transmitted_forces: false,
+            missing: Vec::new(),
         };
         for (name, sensor) in sensors {
             out.add(model, name.into(), sensor);
         }
-        out.find_bodies(model);
+        let all = out.all.iter().map(|own| (&own.sensor, own.held.as_ref()));
+        out.needs = Needs::new(model, all);
+        out.needs_with_forces = match out.needs.loaded.is_empty() {
+            true => out.needs.clone(),
+            false => out.needs.with_all_placed(model.n_bodies()),
+        };
         if out.has(|sensor| matches!(sensor, Sensor::RangeFinder { .. })) {
-            out.shapes = Shape::of_model(model);
+            out.shapes = Shape::of_model(model, &mut out.missing);
         }
         out
     }
@@ -101,6 +126,9 @@ impl Sensors {
             _ => None,
         };
         let is_wrench = matches!(sensor, Sensor::Wrench(_));
+        if !self.add_encoder(model, &sensor, first) {
+            self.others.push(self.all.len());
+        }
         let held = link.filter(|_| is_wrench);
         let held = held.map(|link| HeldLinks::new(model, link));
         self.all.push(Placed {
@@ -111,24 +139,34 @@ impl Sensors {
             link,
         });
         self.channels.extend(channels);
-        self.takes_transmitted_forces |= sensor.takes_transmitted_forces();
+    }
+
+    /// Adds the coordinates of an encoder, and returns whether the sensor is one that shows them as they are.
+    ///
+    /// * `first` – place of its first reading
+    fn add_encoder(&mut self, model: &Model, sensor: &Sensor, first: usize) -> bool {
+        let (joint, kind) = match *sensor {
+            Sensor::JointPosition(joint) => (joint, 0),
+            Sensor::JointVelocity(joint) => (joint, 1),
+            _ => return false,
+        };
+        let bodies = || model.joint_bodies(joint).map(|id| model.body(id));
+        if bodies().any(|body| body.coupling.is_some()) {
+            return false;
+        }
+        let coordinates = bodies().flat_map(|body| [q_range(body), v_range(body)][kind].clone());
+        let encoders = coordinates
+            .zip(first..)
+            .map(|(coordinate, reading)| Encoder {
+                coordinate,
+                reading,
+            });
+        self.encoders[kind].extend(encoders);
+        true
     }
 
     fn has(&self, kind: impl Fn(&Sensor) -> bool) -> bool {
         self.all.iter().any(|placed| kind(&placed.sensor))
-    }
-
-    /// Marks the bodies whose motion is needed. Shapes may be on any body.
-    fn find_bodies(&mut self, model: &Model) {
-        let all = self.has(|sensor| {
-            sensor.takes_all_bodies() || matches!(sensor, Sensor::RangeFinder { .. })
-        });
-        let mut needed = vec![all; model.n_bodies()];
-        for frame in self.all.iter().filter_map(|placed| placed.sensor.frame()) {
-            let carriers = to_world(model, model.frames()[frame.0].body);
-            carriers.for_each(|(id, _)| needed[id.0] = true);
-        }
-        self.bodies = (0..model.n_bodies()).filter(|&i| needed[i]).collect();
     }
 
     /// Number of values read.
@@ -139,6 +177,11 @@ impl Sensors {
     /// Whether there are no readings.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty()
+    }
+
+    /// The collision shapes that range finders do not see, with the reason; empty without range finders.
+    pub fn missing_shapes(&self) -> &[ShapeWithoutPoints] {
+        &self.missing
     }
 
     /// Name of each reading: that of its sensor, with `.x`, `.qw`, `.fx` and so on if the sensor has several readings.

@@ -8,13 +8,12 @@ use nalgebra::Vector3;
 
 use super::exterior::each_exterior_force;
 use super::moment::Moment;
-use crate::dynamics::world_acceleration;
 use crate::joint::JointKind;
 use crate::model::{BodyId, FrameId, Model, ModelBuilder};
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, lift_vector, rotate_back, scale};
-use crate::spatial::{Force, Inertia, Motion};
+use crate::spatial::{Force, Inertia};
 
 /// Links that are fixed to one another, with what they are made of and what they carry.
 #[derive(Clone, Debug)]
@@ -56,14 +55,18 @@ impl HeldLinks {
         }
     }
 
+    /// Whether their force depends on the pose of their body in the world.
+    pub(super) fn need_pose(&self) -> bool {
+        !self.are_body && self.weightless != Inertia::zero()
+    }
+
     /// The force that holds them, on the body and in it.
     pub(super) fn force<P: Scalar, T: Over<P>>(&self, at: &Moment<'_, P, T>) -> Force<T> {
-        let (accelerations, forces) = at.rnea.loads();
-        let poses = at.rnea.motions().0;
+        let (forces, poses) = (at.forces, at.motions.X_PB);
         if let (Some(body), true) = (self.body, self.are_body) {
             return forces[body.0];
         }
-        let mut F = self.inertial_force(at, accelerations);
+        let mut F = self.inertial_force(at);
         for child in &self.children {
             F += poses[child.0].force(&forces[child.0]);
         }
@@ -76,25 +79,21 @@ impl HeldLinks {
     }
 
     /// The force that their own inertia and weight need.
-    fn inertial_force<P: Scalar, T: Over<P>>(
-        &self,
-        at: &Moment<'_, P, T>,
-        accelerations: &[Motion<T>],
-    ) -> Force<T> {
-        let model = at.at.model();
-        let V = at.kinematics.velocity(self.body);
-        let of_body = |body: BodyId| accelerations[body.0];
-        let A = self.body.map_or_else(|| world_acceleration(model), of_body);
+    fn inertial_force<P: Scalar, T: Over<P>>(&self, at: &Moment<'_, P, T>) -> Force<T> {
+        let (V, A) = (at.velocity(self.body), at.acceleration_of(self.body));
         let lifted = |inertia: &Inertia<f64>| inertia.map_numbers(&mut |x| T::constant(x));
-        let gravity: Vector3<T> = lift_vector(model.gravity());
+        let F = lifted(&self.inertia).force::<T>(&V, &A);
+        if !self.need_pose() {
+            return F;
+        }
+        let gravity: Vector3<T> = lift_vector(at.at.model().gravity());
         let gravity = rotate_back(&at.kinematics.pose(self.body).rotation, &gravity);
         let weightless = lifted(&self.weightless);
         // Where gravity does not act, A has it all the same.
-        let spared = Force::new(
+        F + Force::new(
             scale(&gravity, weightless.mass),
             cross(&weightless.first_moment, &gravity),
-        );
-        lifted(&self.inertia).force::<T>(&V, &A) + spared
+        )
     }
 }
 

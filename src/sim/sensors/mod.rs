@@ -19,15 +19,20 @@
 mod catalogue;
 mod exterior;
 mod held_links;
+mod mesh;
 mod moment;
+mod needs;
 mod noise;
 mod range;
 mod ray;
 mod read;
 mod reading;
 mod sensor;
+mod triangles;
 
 pub use catalogue::Sensors;
+#[cfg(feature = "formats")]
+pub(crate) use mesh::MeshTree;
 pub use noise::{NoisySensors, SensorNoise};
 pub use read::SensorScratch;
 pub use sensor::Sensor;

@@ -13,10 +13,12 @@ use crate::numbers::Domain;
 
 /// Imperfections of a sensor. The default has none.
 ///
-/// A sample is taken every [`period`](Self::period), and is  y + bias + noise,  rounded to the resolution and clamped to ± the limit. The reading is
+/// A sample is taken every [`period`](Self::period), and is  y + offset + bias + noise,  rounded to the resolution and clamped to ± the limit. The reading is
 /// this sample, from its delay until that of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
+    /// Constant error, in the unit of the reading.
+    pub offset: f64,
     /// Standard deviation of the independent noise of each sample, in the unit of the reading.
     pub white: f64,
     /// Standard deviation of the bias at the start, in the unit of the reading.
@@ -36,6 +38,7 @@ pub struct SensorNoise {
 impl Default for SensorNoise {
     fn default() -> Self {
         Self {
+            offset: 0.0,
             white: 0.0,
             bias: 0.0,
             bias_walk: 0.0,
@@ -49,6 +52,7 @@ impl Default for SensorNoise {
 
 impl SensorNoise {
     fn check(&self) {
+        Domain::Finite.check("offset of a sensor", self.offset);
         for (quantity, x) in [
             ("white noise of a sensor", self.white),
             ("bias of a sensor", self.bias),
@@ -242,7 +246,7 @@ impl NoisyChannel {
             let time = noise.period.max(time_step);
             self.bias += self.normal(noise.bias_walk * time.sqrt());
         }
-        let measured = exact + self.bias + self.normal(noise.white);
+        let measured = exact + (noise.offset + self.bias) + self.normal(noise.white);
         let rounded = match noise.resolution > 0.0 {
             true => (measured / noise.resolution).round() * noise.resolution,
             false => measured,

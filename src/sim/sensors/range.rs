@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::ray::{LocalRay, PARALLEL, Shape};
-use crate::contact::Terrain;
+use crate::contact::{Contacts, Terrain};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{rotate_back, scale};
@@ -32,10 +32,11 @@ impl<T: Scalar> Ray<T> {
     /// The distance to the nearest surface, at most the range.
     ///
     /// * `shapes` – with the pose of the body of each
+    /// * `contacts` – with terrain and surfaces
     pub(super) fn distance<'s, P: Scalar>(
         &self,
         shapes: impl Iterator<Item = (&'s Shape, Transform<T>)>,
-        terrain: Option<&Terrain<P>>,
+        contacts: Option<&Contacts<P>>,
     ) -> T
     where
         T: Over<P>,
@@ -54,7 +55,18 @@ impl<T: Scalar> Ray<T> {
             };
             nearest = local.hit(&shape.solid);
         }
-        terrain.map_or(nearest, |terrain| self.to_ground(terrain, nearest))
+        let Some(contacts) = contacts else {
+            return nearest;
+        };
+        if let Some(surfaces) = contacts.surface_triangles() {
+            let in_world = LocalRay {
+                origin: self.origin,
+                direction: self.direction,
+                nearest,
+            };
+            nearest = in_world.with_triangles(surfaces.tree, |k| surfaces.corners(k));
+        }
+        self.to_ground(contacts.terrain(), nearest)
     }
 
     /// The distance to the terrain, if it is nearer than what has been found; zero below it.

@@ -1,7 +1,11 @@
 //! Distances of rays to shapes, in closed form, over the scalar.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
+use super::mesh::{MeshFiles, MeshTree};
+use crate::contact::ShapeWithoutPoints;
 use crate::model::{BodyId, Geometry, Model};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
@@ -17,8 +21,8 @@ pub(super) struct Shape {
     pub(super) solid: Solid,
 }
 
-/// A convex shape about its own frame, m.
-#[derive(Clone, Copy, Debug)]
+/// A shape about its own frame, m.
+#[derive(Clone, Debug)]
 pub(super) enum Solid {
     /// A box by half its edges.
     Box([f64; 3]),
@@ -33,36 +37,59 @@ pub(super) enum Solid {
         radius: f64,
         half: f64,
     },
+    /// A mesh, with factors along its axes.
+    Mesh {
+        mesh: Arc<MeshTree>,
+        factors: [f64; 3],
+    },
 }
 
 impl Shape {
-    /// The shapes for collision of all links; meshes are left out.
-    pub(super) fn of_model(model: &Model) -> Vec<Self> {
-        let mut out = Vec::new();
+    /// The shapes for collision of all links; those that rays do not see are added to `missing`.
+    pub(super) fn of_model(model: &Model, missing: &mut Vec<ShapeWithoutPoints>) -> Vec<Self> {
+        let (mut out, mut meshes) = (Vec::new(), MeshFiles::default());
         for link in model.links() {
             let frame = &model.frames()[link.frame.0];
             for collision in &link.collisions {
-                let solid = match collision.geometry {
-                    Geometry::Box { size } => Solid::Box(size.map(|x| 0.5 * x)),
-                    Geometry::Sphere { radius } => Solid::Sphere(radius),
-                    Geometry::Cylinder { radius, length } => Solid::Cylinder {
-                        radius,
-                        half: 0.5 * length,
-                    },
-                    Geometry::Capsule { radius, length } => Solid::Capsule {
-                        radius,
-                        half: 0.5 * length,
-                    },
-                    Geometry::Mesh { .. } => continue,
-                };
-                out.push(Self {
-                    body: frame.body,
-                    placement: frame.placement * collision.placement,
-                    solid,
-                });
+                match Solid::new(&collision.geometry, &mut meshes) {
+                    Ok(solid) => out.push(Self {
+                        body: frame.body,
+                        placement: frame.placement * collision.placement,
+                        solid,
+                    }),
+                    Err(reason) => missing.push(ShapeWithoutPoints {
+                        link: frame.name.clone(),
+                        reason,
+                    }),
+                }
             }
         }
         out
+    }
+}
+
+impl Solid {
+    /// The shape of a geometry, or why there is none, as a sentence about it.
+    fn new(geometry: &Geometry, meshes: &mut MeshFiles) -> Result<Self, String> {
+        Ok(match geometry {
+            Geometry::Box { size } => Self::Box(size.map(|x| 0.5 * x)),
+            Geometry::Sphere { radius } => Self::Sphere(*radius),
+            Geometry::Cylinder { radius, length } => Self::Cylinder {
+                radius: *radius,
+                half: 0.5 * length,
+            },
+            Geometry::Capsule { radius, length } => Self::Capsule {
+                radius: *radius,
+                half: 0.5 * length,
+            },
+            mesh @ Geometry::Mesh { uri, scale, .. } => {
+                let of_mesh = |reason: String| format!("the mesh {uri} {reason}");
+                Self::Mesh {
+                    mesh: meshes.tree(mesh).map_err(of_mesh)?,
+                    factors: *scale,
+                }
+            }
+        })
     }
 }
 
@@ -81,6 +108,7 @@ impl<T: Scalar> LocalRay<T> {
     /// The nearest distance at which the ray passes the surface of a shape.
     pub(super) fn hit(mut self, solid: &Solid) -> T {
         match *solid {
+            Solid::Mesh { ref mesh, factors } => self.hit_mesh(mesh, factors),
             Solid::Box(half) => self.hit_box(half),
             Solid::Sphere(radius) => self.hit_sphere(0.0, radius, None),
             Solid::Cylinder { radius, half } => {

@@ -7,11 +7,15 @@ use nalgebra::DVector;
 use super::catalogue::Sensors;
 use super::exterior::each_exterior_force;
 use super::moment::Moment;
-use crate::dynamics::{Calls, Kinematics, RneaScratch, motions_of_some, transmitted_forces};
+use super::needs::Needs;
+use crate::dynamics::{
+    Calls, Kinematics, Motions, RneaScratch, accelerations_of_some, motions_of_some,
+    transmitted_forces,
+};
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrator::Integrator;
-use crate::sim::integrators::AccelerationScratch;
+use crate::sim::integrators::{AccelerationScratch, FoundMotions};
 use crate::sim::signals::Signals;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -25,10 +29,13 @@ pub struct SensorScratch<T: Scalar> {
     /// Acceleration and forces, where no step has found them.
     found: Option<Box<AccelerationScratch<T>>>,
     signals: Signals<T>,
+    /// Motions of bodies that the step has not left.
     rnea: RneaScratch<T>,
     kinematics: Kinematics<T>,
     /// On each body, in it, but for the forces of joints.
     exterior: Vec<Force<T>>,
+    /// Of joints, on their bodies.
+    forces: Vec<Force<T>>,
 }
 
 impl<T: Scalar> SensorScratch<T> {
@@ -41,6 +48,7 @@ impl<T: Scalar> SensorScratch<T> {
             rnea: RneaScratch::new(model),
             kinematics: Kinematics::new(model),
             exterior: vec![Force::zero(); model.n_bodies()],
+            forces: vec![Force::zero(); model.n_bodies()],
         }
     }
 }
@@ -138,6 +146,16 @@ impl Sensors {
         scratch.signals = signals;
     }
 
+    /// The bodies whose motion is taken.
+    fn needs_in<P: Scalar>(&self, simulator: &Simulator<P>) -> &Needs {
+        let has_no_forces =
+            simulator.frame_terms().is_empty() && simulator.constraints().is_empty();
+        match has_no_forces {
+            true => &self.needs,
+            false => &self.needs_with_forces,
+        }
+    }
+
     /// The readings where acceleration and forces have been found.
     fn read_found<P: Scalar, T: Over<P>>(
         &self,
@@ -151,29 +169,55 @@ impl Sensors {
             rnea,
             kinematics,
             exterior,
+            forces,
             ..
         } = scratch;
-        let model = at.model();
-        let motion = [at.q(), at.v(), &found.a];
-        motions_of_some(model, &self.bodies, motion, rnea);
-        kinematics.place_some(model, &self.bodies, rnea.motions());
-        if self.takes_transmitted_forces {
+        let needs = self.needs_in(at.simulator);
+        let motions = motions(at, found, needs, rnea);
+        kinematics.place_some(at.model(), &needs.placed, (motions.X_PB, motions.V));
+        if !needs.loaded.is_empty() {
             exterior.fill(Force::zero());
             each_exterior_force(at, found, kinematics, |_, body, F| {
                 if let Some(body) = body {
                     exterior[body.0] += F;
                 }
             });
-            transmitted_forces(model, exterior, rnea);
+            transmitted_forces(at.model(), &needs.loaded, motions, exterior, forces);
         }
         let moment = Moment {
             at,
             found,
             kinematics,
-            rnea,
+            motions,
+            forces,
         };
-        for placed in &self.all {
+        for (encoders, coordinates) in self.encoders.iter().zip([at.q(), at.v()]) {
+            for own in encoders {
+                out[own.reading] = coordinates[own.coordinate];
+            }
+        }
+        for placed in self.others.iter().map(|&k| &self.all[k]) {
             moment.read(self, placed, &mut out[placed.range.clone()]);
+        }
+    }
+}
+
+/// Motions of the bodies that sensors need: those that the step has left, and what it has not.
+fn motions<'a, P: Scalar, T: Over<P>>(
+    at: &EvaluationPoint<'_, P, T>,
+    found: &'a AccelerationScratch<T>,
+    needs: &Needs,
+    rnea: &'a mut RneaScratch<T>,
+) -> Motions<'a, T> {
+    let (model, q, v, a) = (at.model(), at.q(), at.v(), &found.a);
+    match found.motions(at) {
+        FoundMotions::Accelerations(motions) => motions,
+        FoundMotions::Velocities(motions) => {
+            accelerations_of_some(model, &needs.accelerated, motions, [v, a], rnea)
+        }
+        FoundMotions::Nothing => {
+            motions_of_some(model, &needs.moving, [q, v, a], rnea);
+            rnea.accelerated()
         }
     }
 }

@@ -8,20 +8,14 @@ use super::catalogue::{Placed, Sensors};
 use super::moment::Moment;
 use super::range::Ray;
 use super::sensor::Sensor;
-use crate::dynamics::{MomentumFrame, center_of_mass_at, frame_pose_at, momentum_at};
+use crate::dynamics::{
+    MomentumFrame, center_of_mass_at, frame_pose_at, momentum_at, world_acceleration,
+};
 use crate::model::manifold::{q_range, v_range};
-use crate::model::{Body, Coupling, FrameId, JointId};
+use crate::model::{Body, BodyId, Coupling, FrameId, JointId};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, dot, lift_vector, rotate, rotate_back, scale};
 use crate::spatial::{Force, Motion, Quaternion, Representation, Transform};
-
-/// Motion of a frame, seen from it.
-struct FrameMotion<T> {
-    X_WF: Transform<T>,
-    V_F: Motion<T>,
-    /// Spatial acceleration, with that of the world against gravity.
-    A_F: Motion<T>,
-}
 
 impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
     /// Writes the numbers of a sensor.
@@ -30,7 +24,7 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
             Sensor::JointPosition(joint) => self.positions(joint, out),
             Sensor::JointVelocity(joint) => self.velocities(joint, out),
             Sensor::JointForce(joint) => self.joint_forces(joint, out),
-            Sensor::Gyro(frame) => write(&self.motion(frame).V_F.angular, out),
+            Sensor::Gyro(frame) => write(&self.frame_velocity(frame).angular, out),
             Sensor::Accelerometer(frame) => write(&self.specific_force(frame), out),
             Sensor::Magnetometer { frame, field } => {
                 let field = Vector3::from(field).map(T::constant);
@@ -45,8 +39,8 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
                 frame,
                 representation,
             } => {
-                let at = self.motion(frame);
-                let velocity = representation.velocity_from_body(&at.X_WF, &at.V_F);
+                let (X_WF, V_F) = (self.pose(frame), self.frame_velocity(frame));
+                let velocity = representation.velocity_from_body(&X_WF, &V_F);
                 out.copy_from_slice(&velocity.to_array());
             }
             Sensor::FrameAcceleration {
@@ -101,11 +95,10 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
 
     /// Sᵀ F of the joint itself.
     fn joint_forces(&self, joint: JointId, out: &mut [T]) {
-        let (_, forces) = self.rnea.loads();
         let mut first = 0;
         let bodies = self.at.model().joint_bodies(joint);
         for (id, body) in bodies.zip(self.bodies(joint)) {
-            (body.joint).project(&forces[id.0], |k, x| out[first + k] = x);
+            (body.joint).project(&self.forces[id.0], |k, x| out[first + k] = x);
             first += body.joint.nv();
         }
     }
@@ -120,27 +113,40 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
         frame_pose_at(self.at.model(), self.kinematics, frame)
     }
 
-    fn motion(&self, frame: FrameId) -> FrameMotion<T> {
+    /// The velocity of a body in its own frame; zero for the world.
+    pub(super) fn velocity(&self, body: Option<BodyId>) -> Motion<T> {
+        body.map_or_else(Motion::zero, |body| self.motions.V[body.0])
+    }
+
+    /// The spatial acceleration of a body in its own frame, with that of the world against gravity.
+    pub(super) fn acceleration_of(&self, body: Option<BodyId>) -> Motion<T> {
+        let world = || world_acceleration(self.at.model());
+        body.map_or_else(world, |body| self.motions.A[body.0])
+    }
+
+    /// The velocity of a frame, seen from it.
+    fn frame_velocity(&self, frame: FrameId) -> Motion<T> {
         let own = self.at.model().frame_of(frame);
         let X_BF = own.placement.lift::<T>();
-        let (accelerations, _) = self.rnea.loads();
-        let world = || crate::dynamics::world_acceleration(self.at.model());
-        let A_B = own.body.map_or_else(world, |body| accelerations[body.0]);
-        FrameMotion {
-            X_WF: self.kinematics.pose(own.body) * X_BF,
-            V_F: X_BF.motion_inverse(&self.kinematics.velocity(own.body)),
-            A_F: X_BF.motion_inverse(&A_B),
-        }
+        X_BF.motion_inverse(&self.velocity(own.body))
+    }
+
+    /// The spatial acceleration of a frame, seen from it, with that of the world against gravity.
+    fn frame_acceleration(&self, frame: FrameId) -> Motion<T> {
+        let own = self.at.model().frame_of(frame);
+        let X_BF = own.placement.lift::<T>();
+        X_BF.motion_inverse(&self.acceleration_of(own.body))
     }
 
     /// p̈ − g in the frame: the spatial acceleration of its origin, and ω × v.
     fn specific_force(&self, frame: FrameId) -> Vector3<T> {
-        let FrameMotion { V_F, A_F, .. } = self.motion(frame);
+        let (V_F, A_F) = (self.frame_velocity(frame), self.frame_acceleration(frame));
         A_F.linear + cross(&V_F.angular, &V_F.linear)
     }
 
     fn acceleration(&self, frame: FrameId, representation: Representation) -> Motion<T> {
-        let FrameMotion { X_WF, V_F, A_F } = self.motion(frame);
+        let (X_WF, V_F) = (self.pose(frame), self.frame_velocity(frame));
+        let A_F = self.frame_acceleration(frame);
         let gravity = rotate_back(&X_WF.rotation, &lift_vector(self.at.model().gravity()));
         let A = Motion::new(A_F.linear + gravity, A_F.angular);
         representation.acceleration_from_body(&X_WF, &V_F, &A)
@@ -189,8 +195,7 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
         let own = self.at.model().frame_of(frame).body;
         let others = sensors.shapes.iter().filter(|shape| shape.body != own);
         let shapes = others.map(|shape| (shape, self.kinematics.pose(shape.body)));
-        let terrain = self.at.simulator.contacts().map(|c| c.terrain());
-        ray.distance(shapes, terrain)
+        ray.distance(shapes, self.at.simulator.contacts())
     }
 
     fn center_of_mass(&self) -> Vector3<T> {

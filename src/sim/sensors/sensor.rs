@@ -58,9 +58,9 @@ pub enum Sensor {
     ContactForce(FrameId),
     /// A range finder: the distance from the origin of a frame to the terrain, or to the nearest shape of another body, along a direction, m.
     ///
-    /// It sees boxes, spheres, cylinders and capsules for collision, and the terrain of the simulator's contacts; not meshes. On terrain that is not
-    /// a plane it searches 128 steps along the ray, so it may miss narrower ridges; below the ground it reads 0. The derivative is that at the
-    /// surface it hits.
+    /// It sees the shapes for collision, the surfaces and the terrain of the simulator's contacts. Of a mesh it sees the triangles of the file, from
+    /// both sides, not the convex hull that contact uses. On terrain that is not a plane it searches 128 steps along the ray, so it may miss
+    /// narrower ridges; below the ground it reads 0. The derivative is that at the surface it hits. Meshes and surfaces cannot be recorded in graphs.
     RangeFinder {
         /// The frame.
         frame: FrameId,
@@ -109,20 +109,6 @@ impl Sensor {
             | Self::RangeFinder { frame, .. } => Some(frame),
             _ => None,
         }
-    }
-
-    /// Whether it takes the motion of all bodies.
-    pub(super) fn takes_all_bodies(&self) -> bool {
-        self.takes_transmitted_forces()
-            || matches!(
-                self,
-                Self::CenterOfMass | Self::CenterOfMassVelocity | Self::Momentum
-            )
-    }
-
-    /// Whether it takes the forces that joints transmit.
-    pub(super) fn takes_transmitted_forces(&self) -> bool {
-        matches!(self, Self::JointForce(_) | Self::Wrench(_))
     }
 
     /// Names and units of its numbers.

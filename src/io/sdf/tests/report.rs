@@ -9,7 +9,7 @@ fn report_lists_every_unused_part_with_its_line() {
 <plugin name='p' filename='f'><x/></plugin>
 <self_collide>true</self_collide><gripper name='g'/>
 <link name='a'><inertial><mass>1</mass><inertia><ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz></inertia></inertial>
-<sensor name='s' type='imu'/><gravity>false</gravity>
+<sensor name='s' type='camera'/><gravity>false</gravity>
 <visual name='v'><geometry><plane/></geometry></visual>
 <visual name='w'><geometry><box><size>1 1 1</size></box></geometry><material><diffuse>1 0.5 0</diffuse><script/></material></visual>
 <collision name='c'><geometry><mesh><uri>none.stl</uri><scale>1 2 3</scale></mesh></geometry><surface/></collision></link>

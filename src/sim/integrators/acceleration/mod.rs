@@ -5,7 +5,7 @@ mod pushforward;
 mod rows;
 
 use super::half_step::HalfStep;
-use crate::dynamics::{AbaScratch, Calls, forward_dynamics_into};
+use crate::dynamics::{AbaScratch, Calls, Motions, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -13,6 +13,7 @@ use crate::sim::forces::Forces;
 use crate::sim::placed::add_diagonal;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{Term, Terms};
+use crate::spatial::{Motion, Transform};
 pub(super) use pullback::AccelerationAdjoint;
 pub(crate) use pushforward::AccelerationColumns;
 pub(super) use rows::AccelerationWeights;
@@ -30,6 +31,15 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
     pub(crate) balance: Option<Box<Balance<T>>>,
     /// v̇, rad/s² or m/s².
     pub(crate) a: Vec<T>,
+}
+
+/// Motions of bodies that an acceleration has left.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum FoundMotions<'a, T> {
+    Nothing,
+    /// Pose of each body in its parent, and its velocity in its own frame.
+    Velocities((&'a [Transform<T>], &'a [Motion<T>])),
+    Accelerations(Motions<'a, T>),
 }
 
 impl<T: Scalar> AccelerationScratch<T> {
@@ -68,6 +78,28 @@ impl<T: Scalar> AccelerationScratch<T> {
             &self.forces.resistance
         } else {
             self.terms.stops.resistance()
+        }
+    }
+
+    /// Poses of the bodies in their parents, and their velocities, at the last point, where they have been left; with accelerations if forward
+    /// dynamics left these too.
+    pub(crate) fn motions<P: Scalar>(&self, at: &EvaluationPoint<'_, P, T>) -> FoundMotions<'_, T>
+    where
+        T: Over<P>,
+    {
+        if at.has_rows() {
+            let balance = self.balance.as_deref();
+            return balance.map_or(FoundMotions::Nothing, |own| {
+                FoundMotions::Velocities(own.motions())
+            });
+        }
+        match self.aba.motions() {
+            None => FoundMotions::Nothing,
+            Some(Motions { X_PB, V, .. }) if !self.terms.bounded_forces.is_empty() => {
+                // Coordinates that dry friction holds stop after forward dynamics.
+                FoundMotions::Velocities((X_PB, V))
+            }
+            Some(motions) => FoundMotions::Accelerations(motions),
         }
     }
 
@@ -189,6 +221,7 @@ impl<P: Scalar> Simulator<P> {
         s: &'s mut AccelerationScratch<T>,
     ) -> &'s Forces<T> {
         s.forces.clear();
+        s.aba.forget();
         s.terms.add_forces(at, &mut s.forces);
         &s.forces
     }
