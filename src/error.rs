@@ -360,7 +360,7 @@ pub const LARGEST_NUMBER: f64 = 1e100;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", message(format_args!(
     "no inertia resists the motion of {}, so that the mass matrix of \"{model}\" is singular: kinematics and inverse dynamics work, \
-     forward dynamics and steps do not. Give these links an inertia (an <inertial>; with_link_inertia; ModelOptions::with_massless_links), \
+     forward dynamics and steps do not. Give these links an inertia (an <inertial>; with_link_inertia; the option massless_links), \
      lock or fix the joints (with_locked_joint), or give them rotors (with_armature)",
     listed(joints)
 )))]
