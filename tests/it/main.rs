@@ -62,6 +62,7 @@ mod mesh_contact;
 mod mjcf;
 mod mjcf_activations;
 mod mjcf_sensors;
+mod moments;
 mod named_forces;
 mod own_scalars;
 mod pages_of_contact;
@@ -108,6 +109,7 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
+mod turning_friction;
 mod weightless;
 mod worlds;
 mod yielding_constraints;
