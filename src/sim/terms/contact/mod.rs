@@ -8,6 +8,7 @@ mod pairs;
 mod places;
 mod point;
 mod rows;
+mod seeds;
 mod slopes;
 mod solved;
 mod start;

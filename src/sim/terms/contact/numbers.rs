@@ -6,11 +6,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::point::{
-    LinearizedPoint, add_numbers, add_pair_numbers, add_pair_turning_numbers, add_turning_numbers,
-    seeded, seeded_turning,
-};
+use super::point::LinearizedPoint;
 use super::rows::Contact;
+use super::seeds::{
+    add_numbers, add_pair_numbers, add_pair_turning_numbers, add_turning_numbers, seeded,
+    seeded_turning,
+};
 use crate::contact::{Contacts, PairPoint};
 use crate::model::{BodyId, Generation};
 use crate::scalar::{Cast, Scalar};

@@ -2,27 +2,21 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::ops::Range;
-
 use nalgebra::{Matrix3, Vector3};
 
 use crate::constraint::CarrierMotion;
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactLaw, ContactPart, ContactRow, Contacts, LAW_NUMBERS,
-    MATERIAL_NUMBERS, PLANE_NUMBERS, POINT_NUMBERS, PairPoint, PairState, PointKinematics,
-    PointState, ROWS, SHAPE_NUMBERS, TURNING_NUMBERS, Turning, TurningFriction, body_force,
-    velocity_at,
+    BodyMotion, BristleLoad, ContactLaw, ContactRow, Contacts, PairPoint, PairState,
+    PointKinematics, PointState, ROWS, Turning, TurningFriction, body_force, velocity_at,
 };
-use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
+use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
 use crate::sim::terms::jacobian::BRISTLE;
 use crate::sim::terms::local::{
-    BODY_DIRECTIONS, OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose,
-    seeded_velocity,
+    OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose, seeded_velocity,
 };
-use crate::sim::terms::numbers::Numbers;
 use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Force, Motion, Transform};
 
@@ -32,132 +26,6 @@ pub(super) struct LinearizedForce<T> {
     pub(super) forces: [Option<Force<OfBody<T>>>; 2],
     /// m⁺ − m, or ṁ at an instant, in the world.
     pub(super) bristle_step: [OfBody<T>; ROWS],
-}
-
-/// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above; between bodies those of a shape, of the law, and of
-/// the material of the shape.
-const LAW: usize = POINT_NUMBERS;
-const TERRAIN: usize = LAW + LAW_NUMBERS;
-const _: () = assert!(
-    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS
-        && SHAPE_NUMBERS <= LAW
-        && MATERIAL_NUMBERS <= PLANE_NUMBERS,
-    "a direction for each number"
-);
-
-/// Adds derivatives in the parameters of a point, of its contact model and of a plane to those of all parameters.
-pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numbers<'_, T>) {
-    let slots = out.slots().0;
-    let parts = [
-        (slots.points[index].clone(), &x.eps[..LAW]),
-        (slots.laws[index].clone(), &x.eps[LAW..TERRAIN]),
-        (slots.terrain.clone(), &x.eps[TERRAIN..]),
-    ];
-    for (part, own) in parts {
-        out.add(&part, own);
-    }
-}
-
-/// Adds derivatives in the parameters of the contact model between bodies, and in those of a shape.
-pub(super) fn add_pair_numbers<T: Scalar>(
-    x: &OfBody<T>,
-    (shape, has_material, has_turning): (usize, bool, bool),
-    with_law: bool,
-    out: &mut Numbers<'_, T>,
-) {
-    let slots = out.slots().0;
-    let (own, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
-    let material = if has_material { MATERIAL_NUMBERS } else { 0 };
-    let turning = if has_material && has_turning {
-        TURNING_NUMBERS
-    } else {
-        0
-    };
-    let end = own.end.saturating_sub(turning).max(own.start);
-    let sizes_end = end.saturating_sub(material).max(own.start);
-    out.add(&(own.start..sizes_end), &x.eps[..LAW]);
-    out.add(&(sizes_end..end), &x.eps[TERRAIN..]);
-    if with_law {
-        out.add(&law, &x.eps[LAW..TERRAIN]);
-    }
-}
-
-/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its own.
-pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
-    let mut out = contacts.cast::<OfBody<T>>();
-    let is_curved = contacts.terrain().is_curved();
-    let (mut direction, mut last) = (0, None);
-    out.each_number(&mut |part, _, x| {
-        if part.is_turning() || (is_curved && part == ContactPart::Terrain) {
-            return;
-        }
-        if last.replace(part) != Some(part) {
-            direction = match part {
-                ContactPart::Point(_) | ContactPart::Shape(_) => 0,
-                ContactPart::Law(_) | ContactPart::PairLaw => LAW,
-                _ => TERRAIN,
-            };
-        }
-        x.eps[direction] = T::one();
-        direction += 1;
-    });
-    out
-}
-
-/// First directions of torsional and rolling friction of a point or of a shape, and of pairs of shapes without materials.
-const OWN_TURNING: usize = 0;
-const PAIR_TURNING: usize = TURNING_NUMBERS;
-
-/// Contacts with the derivatives of torsional and rolling friction in themselves.
-pub(super) fn seeded_turning<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
-    let mut out = contacts.cast::<OfBody<T>>();
-    let (mut direction, mut last) = (0, None);
-    out.each_number(&mut |part, _, x| {
-        if !part.is_turning() {
-            return;
-        }
-        if last.replace(part) != Some(part) {
-            direction = match part {
-                ContactPart::PairTurning => PAIR_TURNING,
-                _ => OWN_TURNING,
-            };
-        }
-        x.eps[direction] = T::one();
-        direction += 1;
-    });
-    out
-}
-
-/// The last parameters of a part, which are torsional and rolling friction.
-fn last_of(part: &Range<usize>) -> Range<usize> {
-    part.end.saturating_sub(TURNING_NUMBERS).max(part.start)..part.end
-}
-
-/// Adds derivatives in torsional and rolling friction of a point.
-pub(super) fn add_turning_numbers<T: Scalar>(
-    x: &OfBody<T>,
-    index: usize,
-    out: &mut Numbers<'_, T>,
-) {
-    let own = last_of(&out.slots().0.laws[index]);
-    out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
-}
-
-/// Adds derivatives in torsional and rolling friction of a shape with a material, and in those of pairs without.
-pub(super) fn add_pair_turning_numbers<T: Scalar>(
-    x: &OfBody<T>,
-    shape: Option<usize>,
-    with_law: bool,
-    out: &mut Numbers<'_, T>,
-) {
-    if let Some(shape) = shape {
-        let own = last_of(&out.slots().0.shapes[shape]);
-        out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
-    }
-    if with_law {
-        let own = last_of(&out.slots().0.pair_law);
-        out.add(&own, &x.eps[PAIR_TURNING..]);
-    }
 }
 
 /// Contact kinematics of a point on dual numbers: in the directions of one of its bodies, or in those of the numbers of contacts over `P`.
@@ -235,7 +103,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
-    /// A point at a state over the numbers of [`seeded`] contacts.
+    /// A point at a state over the numbers of [`seeded`](super::seeds::seeded) contacts.
     pub(super) fn over_numbers(
         contacts: &'a Contacts<OfBody<T>>,
         at: &EvaluationPoint<'_, f64, T>,
@@ -255,7 +123,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
-    /// A point between bodies over the numbers of [`seeded`] contacts, of the shapes those of one.
+    /// A point between bodies over the numbers of [`seeded`](super::seeds::seeded) contacts, of the shapes those of one.
     pub(super) fn between_numbers(
         contacts: &'a Contacts<OfBody<T>>,
         at: &EvaluationPoint<'_, f64, T>,
