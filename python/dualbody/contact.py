@@ -284,11 +284,14 @@ class SolverOptions:
 class Material:
     """Friction and coefficient of restitution (0 to 1) of a material against itself.
 
-    Restitution is for rigid contact only.
+    Restitution is for rigid contact only. torsional_friction and rolling_friction, m: bounds of the moments about the normal and about the tangents, as
+    lengths times the normal force; between two materials the larger ones count.
     """
 
     friction: float = 0.5
     restitution: float = 0.0
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -331,7 +334,7 @@ class Collisions:
     of the same kind as that of the ground (its default). Soft contact has no bristles between bodies: friction is that of the damper, and loaded contacts
     creep. excluded: pairs of links that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a
     b / (a + b). surfaces: triangle meshes on links that are fixed to the world, by name. speculative: regularised rigid contact acts on points that would
-    arrive within a step, so bodies do not pass through thin walls; rigid contact always does.
+    arrive within a step, so bodies do not pass through thin walls; rigid contact always does. torsional_friction, rolling_friction: of links without material.
     """
 
     law: SoftContact | RelaxedRigid | Rigid | Literal["rigid", "relaxed", "soft"] | None = None
@@ -340,6 +343,8 @@ class Collisions:
     materials: Mapping[str, Material] = field(default_factory=dict)
     surfaces: Mapping[str, Surface] = field(default_factory=dict)
     speculative: bool = False
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
 
 
 def pairs_of_srdf(
@@ -394,7 +399,18 @@ class Contacts:
 
     law: a contact model, or its kind by name: "rigid" and "relaxed" with their default parameters, "soft" as SoftContact.estimate(mass of the robot, 4,
     1e-3). links: only these links have contact points; laws: other contact models for some links; mesh_points: maximum number of points of a mesh;
-    smoothing and solver: of rigid contact. collisions: contact between bodies, True for the defaults of `Collisions`.
+    smoothing and solver: of rigid contact. collisions: contact between bodies, True for the defaults of `Collisions`. turning: torsional and rolling friction of
+    links against the ground, m, (torsional, rolling) by name: bounds of moments about the normal and the tangents, as lengths times the normal force.
+
+    >>> import dualbody as db
+    >>> world = db.World()
+    >>> world.add_sphere("ball", 0.1, mass=1.0)
+    >>> contacts = db.contact.Contacts(turning={"ball": (0.005, 0.0)})
+    >>> simulator = db.Simulator(world.build(), time_step=1e-3, contacts=contacts)
+    >>> q, v = [0, 0, 0.1, 1, 0, 0, 0], [0, 0, 0, 0, 0, 5.0]
+    >>> state = simulator.step(simulator.state(q, v))
+    >>> round(float(state.v[5]), 6)  # 5 - 0.001 * 0.005 * 1 * 9.81 / 0.004
+    4.987738
     """
 
     terrain: Terrain = field(default_factory=Terrain.flat)
@@ -405,6 +421,7 @@ class Contacts:
     smoothing: Smoothing | tuple[float, float | None] | None = None
     solver: SolverOptions | tuple[float, int, float, int, int, bool] | None = None
     collisions: Collisions | bool | None = None
+    turning: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     #: The points themselves, as a simulator knows them: what travels with a pickled one.
     points: list[Any] | None = field(default=None, repr=False)
 

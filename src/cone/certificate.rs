@@ -99,6 +99,9 @@ pub(super) fn mode(newton: &Newton, unit: &Unit, own: &UnitEquations) -> Mode {
     let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
     let near = ON_THE_SURFACE * newton.size();
     let slack = unit.mu * f[0] - across(f);
+    if let Some(bounded) = newton.system.bounded(unit, &newton.f) {
+        return mode_of_moment(&bounded, [f, y], near);
+    }
     match (unit.kind, own.piece) {
         (Kind::Row, Piece::Separated) => Mode::Separated,
         (Kind::Row, _) => Mode::Bilateral,
@@ -120,6 +123,19 @@ pub(super) fn mode(newton: &Newton, unit: &Unit, own: &UnitEquations) -> Mode {
     }
 }
 
+/// The mode of a moment, with its bound.
+fn mode_of_moment(unit: &Unit, [f, y]: [[f64; 3]; 2], near: f64) -> Mode {
+    if unit.mu <= near {
+        Mode::Separated
+    } else if unit.mu - length(f) > near {
+        Mode::Holding
+    } else if length(y) > near {
+        Mode::Yielding
+    } else {
+        Mode::Impending
+    }
+}
+
 /// Measures the forces of a system; its velocities have to be up to date.
 pub(super) fn measure(newton: &Newton) -> Certificate {
     let size = newton.size();
@@ -136,6 +152,10 @@ pub(super) fn measure(newton: &Newton) -> Certificate {
             Kind::Ray => of_cone(f, y, 0.0, size),
             Kind::Interval => of_interval(f[0], y[0], unit.mu, size),
             Kind::Cone => of_cone(f, corrected(newton.system.law, unit.mu, y), unit.mu, size),
+            Kind::Spin | Kind::Roll => {
+                let bounded = newton.system.bounded(unit, &newton.f);
+                of_moment(f, y, bounded.map_or(0.0, |unit| unit.mu), size)
+            }
         };
         worst = worst.worse(of_unit);
     }
@@ -158,6 +178,16 @@ fn of_interval(f: f64, y: f64, bound: f64, size: f64) -> Certificate {
         residual: (f - clamped(f - y, bound)).abs() / size,
         cone_violation: (f - clamped(f, bound)).abs() / size,
         complementarity: (room * y).abs() / (size * size),
+        ..Certificate::default()
+    }
+}
+
+fn of_moment(f: [f64; 3], y: [f64; 3], bound: f64, size: f64) -> Certificate {
+    let a = [f[0] - y[0], f[1] - y[1], 0.0];
+    Certificate {
+        residual: distance(f, shortened(a, bound)) / size,
+        cone_violation: distance(f, shortened(f, bound)) / size,
+        complementarity: ((bound * length(y) + f[0] * y[0] + f[1] * y[1]) / (size * size)).abs(),
         ..Certificate::default()
     }
 }
@@ -220,6 +250,20 @@ pub(super) fn project(a: [f64; 3], mu: f64) -> [f64; 3] {
     }
     let along = mu * p / l.max(f64::MIN_POSITIVE);
     [p, along * a[1], along * a[2]]
+}
+
+/// The nearest moment within a bound.
+pub(super) fn shortened(f: [f64; 3], bound: f64) -> [f64; 3] {
+    let size = length(f);
+    if size <= bound {
+        return f;
+    }
+    f.map(|x| x * (bound / size))
+}
+
+/// The length of a moment.
+fn length(f: [f64; 3]) -> f64 {
+    f[0].hypot(f[1])
 }
 
 /// The length of the part across the normal.

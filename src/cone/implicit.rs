@@ -2,7 +2,7 @@
 
 use super::law::{Piece, equations};
 use super::newton::{Newton, RIDGE};
-use super::system::Unit;
+use super::system::{Kind, Unit};
 use super::{ConeProblem, ConeSolver};
 use crate::scalar::Scalar;
 
@@ -78,13 +78,30 @@ impl<T: Scalar> ConeSolver<T> {
         out
     }
 
+    /// The number of the law of a unit, scaled: μ, or the bound of an interval or of a moment.
+    pub(super) fn own_number(&self, problem: &ConeProblem<'_, T>, unit: &Unit, f: &[T]) -> T {
+        let (system, given) = (&self.search.newton.system, problem.friction[unit.block]);
+        self.own_number_over(unit, given, || f[system.normal(unit)])
+    }
+
+    /// A number of a block in the scaled number of the law of a unit.
+    ///
+    /// * `normal` – the normal force of a moment
+    pub(super) fn own_number_over(&self, unit: &Unit, given: T, normal: impl Fn() -> T) -> T {
+        let scale = || self.search.newton.system.scale[unit.row];
+        match unit.kind {
+            Kind::Interval => given / scale(),
+            Kind::Spin | Kind::Roll => given * normal() / scale(),
+            Kind::Row | Kind::Ray | Kind::Cone => given,
+        }
+    }
+
     /// The equations of every unit, in scaled numbers.
     fn evaluate_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         let newton = &self.search.newton;
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             let [force, velocity] = self.scaled_numbers(unit, f);
-            let given = problem.friction[unit.block];
-            let friction = unit.own_number(given, newton.system.scale[unit.row]);
+            let friction = self.own_number(problem, unit, f);
             let e = equations(own.piece, force, velocity, friction, newton.kappa);
             for i in 0..unit.rows() {
                 self.e[unit.row + i] = e[i] * own.weight[i];

@@ -38,6 +38,9 @@ const SHORT: f64 = 1e-5;
 /// A residual of y = W f + g that the rest of the path removes, beside the size of the problem.
 const NEARLY_FEASIBLE: f64 = 1e-5;
 
+/// Compliance of moments on the path, beside a diagonal of 1.
+const YIELDING: f64 = 1e6;
+
 /// End of the way along the path: κ is the larger of `kappa` and `relative` times the size of the problem squared.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathTarget {
@@ -253,6 +256,10 @@ impl<T: Scalar> Interior<T> {
                     let own = &mut self.multipliers[index];
                     (h[0][0], c[0]) = own.linearize(f[0], bound, kappa);
                 }
+                // Moments change little of the rest: on the path they give way, and the active set finds them.
+                Kind::Spin | Kind::Roll => {
+                    (h[0][0], h[1][1]) = (T::constant(YIELDING), T::constant(YIELDING));
+                }
             }
             self.h[index] = h;
             for i in 0..unit.rows() {
@@ -352,7 +359,7 @@ impl<T: Scalar> Interior<T> {
         let (df, dy) = (of_unit(&self.df, unit), of_unit(&self.dy, unit));
         let ray = room_of_ray(f, df[0]).min(room_of_ray(y, dy[0]));
         match unit.kind {
-            Kind::Row => T::constant(f64::INFINITY),
+            Kind::Row | Kind::Spin | Kind::Roll => T::constant(f64::INFINITY),
             Kind::Ray => ray,
             Kind::Interval => {
                 let own = &self.multipliers[index];

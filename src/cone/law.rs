@@ -27,6 +27,8 @@ pub(super) enum Piece {
     Upper,
     /// The force is at the lower bound: Π(a) = −b.
     Lower,
+    /// The moment is at its bound, against the motion: Π(a) = b a / ‖a‖.
+    Turning,
     /// The central path of a cone with friction.
     PathOfCone(Law),
     /// The central path of an interval:  y = κ / (b + f) − κ / (b − f).
@@ -64,6 +66,18 @@ pub(super) fn piece_of_interval(f: f64, y: f64, bound: f64) -> Piece {
     }
 }
 
+/// The piece of a moment's law that holds at f − y, while its bound is `bound`.
+pub(super) fn piece_of_moment(f: [f64; 3], y: [f64; 3], bound: f64) -> Piece {
+    let size = (f[0] - y[0]).hypot(f[1] - y[1]);
+    if bound <= 0.0 {
+        Piece::Separated
+    } else if size > bound {
+        Piece::Turning
+    } else {
+        Piece::Stick
+    }
+}
+
 /// The piece of a cone's law that holds at f − y.
 #[inline(always)]
 pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piece {
@@ -86,10 +100,10 @@ pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piec
 
 /// The left sides of a piece's equations e(f, y, μ) = 0.
 ///
-/// * `mu` – friction of a cone, bound of an interval
+/// * `mu` – friction of a cone, bound of an interval or of a moment
 /// * `kappa` – κ, where the piece is one of the central path
 ///
-/// One row for a ray or an interval, in the first entry; the others have to be zero then.
+/// One row for a ray or an interval, in the first entry, and one or two for a moment; the others have to be zero then.
 #[inline]
 pub(super) fn equations<T: Scalar>(
     piece: Piece,
@@ -105,6 +119,7 @@ pub(super) fn equations<T: Scalar>(
         Piece::Slip(law) => slip(law, f, y, mu),
         Piece::Upper => [f[0] - mu, f[1], f[2]],
         Piece::Lower => [f[0] + mu, f[1], f[2]],
+        Piece::Turning => turning(f, y, mu),
         Piece::PathOfRay => [f[0] * y[0] - kappa, f[1], f[2]],
         Piece::PathOfInterval => path_of_interval(f, y, mu, kappa),
         Piece::PathOfCone(Law::Convex) => path_of_convex(f, y, mu, kappa),
@@ -123,6 +138,13 @@ fn slip<T: Scalar>(law: Law, f: [T; 3], y: [T; 3], mu: T) -> [T; 3] {
     };
     let along = mu * normal / l;
     [f[0] - normal, f[1] - along * a[1], f[2] - along * a[2]]
+}
+
+/// f = b a / ‖a‖ with a = f − y.
+fn turning<T: Scalar>(f: [T; 3], y: [T; 3], bound: T) -> [T; 3] {
+    let a = [f[0] - y[0], f[1] - y[1]];
+    let along = bound / (a[0] * a[0] + a[1] * a[1]).sqrt();
+    [f[0] - along * a[0], f[1] - along * a[1], f[2]]
 }
 
 /// Jordan product in the scaled cone:  fᵀy = κ,  μ² fₙ yₜ + yₙ fₜ = 0.

@@ -1,7 +1,7 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral, bounded and frictional rows.
 //!
 //! Find f with y = (G + diag R) f + g such that the law of each block holds: y = 0, or 0 ≤ f ⊥ y ≥ 0, or y = 0 within a force bound, or friction in a
-//! cone, either convex or Coulomb's law with De Saxcé's correction. The solver combines six ideas:
+//! cone, either convex or Coulomb's law with De Saxcé's correction, or a moment within a multiple of the normal force of a cone. The solver combines six ideas:
 //!
 //! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding;
 //!   that on an interval has three pieces as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last
@@ -16,6 +16,9 @@
 //!   steps, and convergence is a condition of the graph.
 //! * **Implicit derivatives.** All decisions use values in `f64`. Over any scalar, steps with the same factorised matrix on the active pieces give
 //!   exact derivatives in G, R, g and μ, of any order.
+//!
+//! Moments couple to their cone by the derivative of their bound in the normal force alone: the active set has it, the path leaves moments to the
+//! active set, and sparse blocks and recorded numbers have none.
 //!
 //! The laws do not depend on a model: rows can be contacts, joint limits, closed loops.
 //!

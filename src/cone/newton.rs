@@ -3,7 +3,9 @@
 use super::Law;
 use super::blocks::{Blocks, inverse};
 use super::jacobian::{EquationJacobian, Square, jacobian_of};
-use super::law::{Piece, equations, piece_of_cone, piece_of_interval, piece_of_ray};
+use super::law::{
+    Piece, equations, piece_of_cone, piece_of_interval, piece_of_moment, piece_of_ray,
+};
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
 use crate::linalg::Lu;
@@ -160,6 +162,8 @@ impl Newton {
         let mut largest = 0.0_f64;
         for (unit, last) in self.system.units.iter().zip(&mut self.equations) {
             let (at, piece) = (UnitState::of(unit, &self.f, &self.y), last.piece);
+            let bounded = self.system.bounded(unit, &self.f);
+            let unit = bounded.as_ref().unwrap_or(unit);
             last.evaluate(law, unit, at, smoothed.kappa(kappa, unit.kind));
             for e in last.e {
                 largest = if e.abs() > largest || e.is_nan() {
@@ -272,7 +276,9 @@ impl Newton {
         for (unit, own) in self.system.units.iter().zip(&mut self.equations) {
             // Those of smoothed laws are there already.
             if !own.piece.is_smoothed() {
-                own.linearize(unit, UnitState::of(unit, &self.f, &self.y), 0.0);
+                let bounded = self.system.bounded(unit, &self.f);
+                let at = UnitState::of(unit, &self.f, &self.y);
+                own.linearize(bounded.as_ref().unwrap_or(unit), at, 0.0);
             }
         }
     }
@@ -296,6 +302,14 @@ impl Newton {
                 let column = self.lu.column_mut(first + j);
                 for i in 0..unit.rows() {
                     column[first + i] += jacobian.f[i][j] + ridge * jacobian.y[i][j];
+                }
+            }
+            if own.piece == Piece::Turning {
+                let normal = self.rows.binary_search(&system.normal(unit));
+                if let Ok(at) = normal {
+                    let column = self.lu.column_mut(at)[to.clone()].iter_mut();
+                    let slopes = column.zip(jacobian.mu);
+                    slopes.for_each(|(out, slope)| *out += slope * unit.mu);
                 }
             }
             first = to.end;
@@ -398,6 +412,7 @@ impl UnitEquations {
             (Kind::Cone, false) => piece_of_cone(law, f, y, unit.mu),
             (Kind::Cone, true) if unit.mu > 0.0 => Piece::PathOfCone(law),
             (Kind::Cone, true) => Piece::PathOfRay,
+            (Kind::Spin | Kind::Roll, _) => piece_of_moment(f, y, unit.mu),
         };
         self.e = equations(self.piece, f, y, unit.mu, kappa);
         self.weight = [1.0; 3];
@@ -433,6 +448,7 @@ fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
     match (w, out) {
         (&[x, y, z], [a, b, c]) if own.piece == Piece::Stick => (*a, *b, *c) = (x, y, z),
         (&[x, y, z], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, z])),
+        (&[x, y], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, 0.0])[..2]),
         (w, out) => out[0] = own.jacobian.y[0][0] * w[0],
     }
 }

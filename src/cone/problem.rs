@@ -15,14 +15,25 @@ pub enum Block {
     /// One row with a bounded force:  f = Π(f − y)  with the projection Π on [−b, b]. So y = 0 where |f| < b, y ≤ 0 at f = b, y ≥ 0 at f = −b. With a
     /// bound of zero there is no force; with an infinite bound it is a bilateral row.
     Interval,
+    /// One row whose force m, a moment about the normal, is bounded by the normal force of the last cone before it:  m = Π(m − y)  with the projection Π
+    /// on |m| ≤ c fₙ. So y = 0 where |m| < c fₙ, else m is at its bound against y. Exact also where cones are convex or smoothed.
+    Spin,
+    /// As [`Spin`](Self::Spin), with two rows, moments about the tangents:  ‖m‖ ≤ c fₙ.
+    Roll,
 }
 
 impl Block {
+    /// Whether its force is bounded by the normal force of a cone.
+    pub(crate) fn is_moment(self) -> bool {
+        matches!(self, Self::Spin | Self::Roll)
+    }
+
     /// Number of rows of the block.
     pub fn rows(self) -> usize {
         match self {
             Self::Free(rows) => rows,
-            Self::Ray | Self::Interval => 1,
+            Self::Ray | Self::Interval | Self::Spin => 1,
+            Self::Roll => 2,
             Self::Cone => 3,
         }
     }
@@ -47,7 +58,7 @@ pub struct ConeProblem<'a, T> {
     pub law: Law,
     /// The kind of every block; their rows add up to n.
     pub blocks: &'a [Block],
-    /// μ ≥ 0 of every cone, and b ≥ 0 of every interval, in the unit of f; ignored for other blocks.
+    /// μ ≥ 0 of every cone, b ≥ 0 of every interval, in the unit of f, and c ≥ 0 of every moment, finite; ignored for other blocks.
     pub friction: &'a [T],
     /// G by columns, n × n, symmetric and positive semidefinite; singular where rows are redundant.
     pub matrix: &'a [T],
@@ -89,6 +100,14 @@ impl<T: Scalar> ConeProblem<'_, T> {
             "one friction per block"
         );
         let negative = |mu: &T| mu.has_value() && (0..T::LANES).any(|lane| mu.value(lane) < 0.0);
+        let first = self
+            .blocks
+            .iter()
+            .position(|b| b.is_moment() || *b == Block::Cone);
+        assert!(
+            first.is_none_or(|k| self.blocks[k] == Block::Cone),
+            "moments follow the cone whose normal force bounds them"
+        );
         assert!(
             !self.friction.iter().any(negative),
             "friction is not negative"

@@ -136,6 +136,11 @@ fn check<T: Scalar>(problem: &ConeProblem<'_, T>, smoothing: f64) {
         file!()
     );
     assert!(
+        !problem.blocks.iter().any(|block| block.is_moment()),
+        "{}: torsional and rolling friction is found by a search that decides on the values of numbers, which traced ones do not have",
+        file!()
+    );
+    assert!(
         smoothing == 0.0 || !(has(Block::Ray) || has(Block::Interval)),
         "{}: smoothed contact beside joint limits or bounded forces cannot be traced",
         file!()

@@ -41,7 +41,8 @@ impl Response {
     pub(super) fn force(&self, c: [f64; 3]) -> [f64; 3] {
         let alone = |f: f64| [f, 0.0, 0.0];
         match (self.kind, self.law) {
-            (None, _) => [0.0; 3],
+            // Moments are not solved by blocks.
+            (None | Some(Kind::Spin | Kind::Roll), _) => [0.0; 3],
             (Some(Kind::Row), _) => alone(c[0] / self.along),
             (Some(Kind::Ray), _) => alone(c[0].max(0.0) / self.along),
             (Some(Kind::Interval), _) => alone(clamped(c[0] / self.along, self.mu)),
@@ -60,7 +61,7 @@ impl Response {
     /// * `f` – the force for c
     pub(super) fn slopes(&self, c: [f64; 3], f: [f64; 3]) -> Square {
         let free = match self.kind {
-            None => false,
+            None | Some(Kind::Spin | Kind::Roll) => false,
             Some(Kind::Row) => true,
             Some(Kind::Ray) => c[0] > 0.0,
             Some(Kind::Interval) => (c[0] / self.along).abs() < self.mu,

@@ -1,7 +1,7 @@
 //! From any start to the forces of one lane.
 
 use super::Law;
-use super::certificate::{Certificate, Status, measure, project};
+use super::certificate::{Certificate, Status, measure, project, shortened};
 use super::descent::Descent;
 use super::interior::{Interior, PathTarget};
 use super::interval::clamped;
@@ -235,7 +235,7 @@ impl Search {
         let mut units = newton.system.units.iter();
         newton.kappa == 0.0
             || units.all(|unit| match unit.kind {
-                Kind::Row => true,
+                Kind::Row | Kind::Spin | Kind::Roll => true,
                 Kind::Interval => newton.f[unit.row].abs() < unit.mu,
                 Kind::Ray | Kind::Cone => newton.f[unit.row] > 0.0,
             })
@@ -327,6 +327,10 @@ impl Search {
                 Kind::Ray => [f[0].max(0.0), 0.0, 0.0],
                 Kind::Interval => [clamped(f[0], unit.mu), 0.0, 0.0],
                 Kind::Cone => project(f, unit.mu),
+                Kind::Spin | Kind::Roll => {
+                    let bounded = newton.system.bounded(unit, &newton.f);
+                    shortened(f, bounded.map_or(0.0, |unit| unit.mu))
+                }
             };
             clipped |= inside != f;
             newton.f[unit.row..unit.row + unit.rows()].copy_from_slice(&inside[..unit.rows()]);

@@ -4,7 +4,9 @@
 //! factors are those of the values, and each further step makes one more order of δf exact.
 
 use super::jacobian::EquationJacobian;
+use super::law::Piece;
 use super::newton::Newton;
+use super::system::Unit;
 use super::{ConeProblem, ConeSolver};
 use crate::scalar::{Linear, Scalar, is_more_than_values};
 
@@ -15,6 +17,8 @@ struct Derivatives<'a, P> {
     jacobians: &'a [EquationJacobian<P>],
     /// W′ by columns; none where one step is enough.
     w: &'a [P],
+    /// Numbers of the blocks.
+    friction: &'a [P],
     /// Chord steps that make a change exact.
     steps: usize,
 }
@@ -50,10 +54,10 @@ impl<P: Scalar> Derivatives<'_, P> {
 
     /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
     #[inline(always)]
-    fn equation_changes<S: Linear<P>>(&self, f: &[S], y: &mut [S]) {
+    fn equation_changes<S: Linear<P>>(&self, all: &[S], y: &mut [S]) {
         for (i, unit) in self.newton.system.units.iter().enumerate() {
             let (rows, own) = (unit.row..unit.row + unit.rows(), &self.jacobians[i]);
-            let (f, y) = (&f[rows.clone()], &mut y[rows]);
+            let (f, y) = (&all[rows.clone()], &mut y[rows]);
             let mut e = [S::zero(); 3];
             for (i, e) in e.iter_mut().enumerate().take(f.len()) {
                 for j in 0..f.len() {
@@ -61,8 +65,21 @@ impl<P: Scalar> Derivatives<'_, P> {
                     *e = y[j].times_plus(own.y[i][j], *e);
                 }
             }
+            if self.newton.equations[i].piece == Piece::Turning {
+                let (normal, by_force) = self.bound_by_normal(unit);
+                let bounds = e.iter_mut().zip(own.mu);
+                bounds.for_each(|(e, slope)| *e = all[normal].times_plus(slope * by_force, *e));
+            }
             y.copy_from_slice(&e[..f.len()]);
         }
+    }
+
+    /// Row of the normal force that bounds a moment, and the bound beside it.
+    fn bound_by_normal(&self, unit: &Unit) -> (usize, P) {
+        let system = &self.newton.system;
+        let normal = system.normal(unit);
+        let scale = system.scale[normal] / system.scale[unit.row];
+        (normal, self.friction[unit.block] * scale)
     }
 }
 
@@ -93,6 +110,7 @@ impl<T: Scalar> ConeSolver<T> {
             newton,
             jacobians: &own.jacobians,
             w: &own.matrix,
+            friction: problem.friction,
             steps,
         };
         S::vectorized(

@@ -18,7 +18,7 @@ impl Smoothed {
     /// κ for the law of a unit, 0 for the exact one.
     pub(super) fn kappa(self, kappa: f64, kind: Kind) -> f64 {
         match (self, kind) {
-            (_, Kind::Row)
+            (_, Kind::Row | Kind::Spin | Kind::Roll)
             | (Self::Cones, Kind::Ray | Kind::Interval)
             | (Self::RaysAndCones, Kind::Interval) => 0.0,
             _ => kappa,

@@ -19,6 +19,16 @@ pub(super) enum Kind {
     Interval,
     /// Three rows.
     Cone,
+    /// One row or two, within a multiple of the normal force of a cone.
+    Spin,
+    Roll,
+}
+
+impl Kind {
+    /// Whether its force is bounded by the normal force of a cone.
+    pub(super) fn is_moment(self) -> bool {
+        matches!(self, Self::Spin | Self::Roll)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -30,26 +40,19 @@ pub(super) struct Unit<T = f64> {
     pub(super) block: usize,
     /// Whether it gives way without a force and so takes no part.
     pub(super) absent: bool,
-    /// Friction of a cone; bound of an interval, scaled; 0 for others.
+    /// Friction of a cone; bound of an interval, scaled; that of a moment beside the normal force, scaled; 0 for others.
     pub(super) mu: T,
-}
-
-impl Unit {
-    /// The number of its law, scaled, from that of its block.
-    ///
-    /// * `scale` – s of its rows
-    pub(super) fn own_number<T: Scalar>(&self, given: T, scale: f64) -> T {
-        if self.kind == Kind::Interval {
-            given / scale
-        } else {
-            given
-        }
-    }
+    /// Of a moment: the unit of its cone.
+    pub(super) cone: usize,
 }
 
 impl<T> Unit<T> {
     pub(super) fn rows(&self) -> usize {
-        if self.kind == Kind::Cone { 3 } else { 1 }
+        match self.kind {
+            Kind::Cone => 3,
+            Kind::Roll => 2,
+            _ => 1,
+        }
     }
 }
 
@@ -156,22 +159,28 @@ impl<T: Scalar> System<T> {
         friction: impl Fn(usize) -> T,
     ) {
         self.units.clear();
-        let mut row = 0;
+        let (mut row, mut cone) = (0, None);
         for (block, kind) in blocks.iter().enumerate() {
-            let absent = (row..row + kind.rows()).any(&is_infinite);
+            let mut absent = (row..row + kind.rows()).any(&is_infinite);
+            match kind {
+                Block::Cone => cone = Some(self.units.len()).filter(|_| !absent),
+                Block::Spin | Block::Roll => absent |= cone.is_none(),
+                _ => {}
+            }
             let (kind, count) = match kind {
                 Block::Ray if !absent => (Kind::Ray, 1),
                 Block::Cone if !absent => (Kind::Cone, 1),
+                Block::Spin if !absent => (Kind::Spin, 1),
+                Block::Roll if !absent => (Kind::Roll, 1),
                 Block::Interval if !absent && !is_infinite_bound(friction(block)) => {
                     (Kind::Interval, 1)
                 }
                 // Rows by themselves: a unit that takes no part has no law.
                 other => (Kind::Row, other.rows()),
             };
-            let mu = if matches!(kind, Kind::Cone | Kind::Interval) {
-                friction(block)
-            } else {
-                T::zero()
+            let mu = match kind {
+                Kind::Row | Kind::Ray => T::zero(),
+                _ => friction(block),
             };
             for _ in 0..count {
                 let unit = Unit {
@@ -180,6 +189,7 @@ impl<T: Scalar> System<T> {
                     block,
                     absent,
                     mu,
+                    cone: cone.unwrap_or(0),
                 };
                 row += unit.rows();
                 self.units.push(unit);
@@ -194,13 +204,29 @@ impl<T: Scalar> System<T> {
         find_scale(&self.units, diagonal, &mut self.scale);
     }
 
-    /// b′ = b / s of intervals.
+    /// b′ = b / s of intervals, c′ = c sₙ / s of moments.
     pub(super) fn scale_bounds(&mut self) {
-        for unit in &mut self.units {
+        for k in 0..self.units.len() {
+            let (unit, scale) = (self.units[k], &self.scale);
             if unit.kind == Kind::Interval {
-                unit.mu /= self.scale[unit.row];
+                self.units[k].mu /= scale[unit.row];
+            } else if unit.kind.is_moment() {
+                self.units[k].mu = unit.mu * (scale[self.normal(&unit)] / scale[unit.row]);
             }
         }
+    }
+
+    /// Row of the normal whose force bounds a moment.
+    pub(super) fn normal<M>(&self, unit: &Unit<M>) -> usize {
+        self.units[unit.cone].row
+    }
+
+    /// The unit of a moment with its bound, c′ fₙ, for the law of its own rows; `None` for others.
+    pub(super) fn bounded(&self, unit: &Unit<T>, f: &[T]) -> Option<Unit<T>> {
+        unit.kind.is_moment().then(|| Unit {
+            mu: unit.mu * f[self.normal(unit)].max(T::zero()),
+            ..*unit
+        })
     }
 
     /// W′ = s W s,  g′ = s g. Each of these numbers is shown to `look`.
@@ -262,7 +288,7 @@ pub(super) fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
     to.extend(from.iter().map(|x| x.value(lane)));
 }
 
-/// Force and velocity of a unit; zeros after the first entry of a ray or a bilateral row.
+/// Force and velocity of a unit; zeros after the last row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnitState {
     pub(super) f: [f64; 3],
@@ -277,13 +303,13 @@ impl UnitState {
     }
 }
 
-/// The rows of a unit; zeros after the first of a ray or a bilateral row.
+/// The rows of a unit; zeros after the last.
 #[inline(always)]
 pub(super) fn of_unit<T: Scalar, M>(x: &[T], unit: &Unit<M>) -> [T; 3] {
     let first = unit.row;
-    if unit.kind == Kind::Cone {
-        [x[first], x[first + 1], x[first + 2]]
-    } else {
-        [x[first], T::zero(), T::zero()]
+    match unit.kind {
+        Kind::Cone => [x[first], x[first + 1], x[first + 2]],
+        Kind::Roll => [x[first], x[first + 1], T::zero()],
+        _ => [x[first], T::zero(), T::zero()],
     }
 }

@@ -45,17 +45,10 @@ impl<T: Scalar> Transposed<T> {
         }
     }
 
-    /// −(∂e/∂μ)ᵀ z of every cone, and that in the bound of every interval, as far as there is memory for it.
-    fn find_by_friction(&self, units: &[Unit], scale: &[f64], out: &mut [T]) {
-        for (unit, own) in units.iter().zip(&self.jacobians) {
-            let has_number = matches!(unit.kind, Kind::Cone | Kind::Interval);
-            let wanted = out.get_mut(unit.block).filter(|_| has_number);
-            if let Some(out) = wanted {
-                let z = self.z[unit.row..][..unit.rows()].iter().zip(own.mu);
-                let sum = z.fold(T::zero(), |sum, (&z, slope)| sum - z * slope);
-                *out = unit.own_number(sum, scale[unit.row]);
-            }
-        }
+    /// −(∂e/∂μ)ᵀ z of a unit.
+    fn by_own_number(&self, unit: &Unit, slopes: &[T; 3]) -> T {
+        let z = self.z[unit.row..][..unit.rows()].iter().zip(slopes);
+        z.fold(T::zero(), |sum, (&z, &slope)| sum - z * slope)
     }
 }
 
@@ -81,7 +74,19 @@ impl<T: Scalar> ConeSolver<T> {
         own.find_by_velocity(&system.units, &system.scale);
         let out = weights.iter_mut().zip(&own.by_velocity);
         out.for_each(|(out, &x)| *out = -x);
-        own.find_by_friction(&system.units, &system.scale, by_friction);
+        self.find_by_friction(f, by_friction);
+    }
+
+    /// Weights of the friction of every cone, of the bound of every interval and of the number of every moment, as far as there is memory for them.
+    fn find_by_friction(&self, f: &[T], out: &mut [T]) {
+        let (system, own) = (&self.search.newton.system, &self.transposed);
+        for (unit, jacobian) in system.units.iter().zip(&own.jacobians) {
+            let has_number = !matches!(unit.kind, Kind::Row | Kind::Ray);
+            if let Some(out) = out.get_mut(unit.block).filter(|_| has_number) {
+                let sum = own.by_own_number(unit, &jacobian.mu);
+                *out = self.own_number_over(unit, sum, || f[system.normal(unit)]);
+            }
+        }
     }
 
     /// Finds z of scaled weights by so many steps.
@@ -110,8 +115,7 @@ impl<T: Scalar> ConeSolver<T> {
         jacobians.clear();
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             let [force, velocity] = self.scaled_numbers(unit, f);
-            let given = problem.friction[unit.block];
-            let friction = unit.own_number(given, newton.system.scale[unit.row]);
+            let friction = self.own_number(problem, unit, f);
             let mut out = jacobian_of(own.piece, force, velocity, friction, newton.kappa);
             for (i, &weight) in own.weight.iter().enumerate() {
                 out.f[i] = out.f[i].map(|x| x * weight);
@@ -147,6 +151,22 @@ impl<T: Scalar> ConeSolver<T> {
                 let by_velocity = pairs.fold(beside, |sum, (&w, &x)| w.mul_add(x, sum));
                 self.e[row] -= by_force + by_velocity * scale;
             }
+        }
+        for k in 0..self.transposed.jacobians.len() {
+            self.subtract_by_normal(problem, k);
+        }
+    }
+
+    /// The part of the normal force that bounds a moment.
+    fn subtract_by_normal(&mut self, problem: &ConeProblem<'_, T>, k: usize) {
+        let newton = &self.search.newton;
+        let (system, unit) = (&newton.system, &newton.system.units[k]);
+        if newton.equations[k].piece == Piece::Turning {
+            let (normal, given) = (system.normal(unit), problem.friction[unit.block]);
+            let by_bound = (self.transposed).by_own_number(unit, &self.transposed.jacobians[k].mu);
+            let scale = T::constant(system.scale[normal]);
+            let change = self.own_number_over(unit, by_bound * given, || scale);
+            self.e[normal] += change;
         }
     }
 }

@@ -4,6 +4,7 @@ use std::mem::discriminant;
 
 use super::laws::{ContactLaw, ROWS};
 use super::material::Materials;
+use super::part::ContactPart;
 use super::point::ContactPoint;
 use super::point_laws::PointLaws;
 use super::shape_pairs::ShapePairs;
@@ -11,6 +12,7 @@ use super::shapes::{ContactOptions, MeshHulls, ShapeWithoutPoints, points_of};
 use super::smoothing::Smoothing;
 use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
+use super::turning::TurningFriction;
 use crate::error::{OutOfMemory, UnknownName};
 use crate::memory;
 use crate::model::{FrameId, Generation, Model, Structure};
@@ -34,17 +36,6 @@ pub struct Contacts<P = f64> {
     structure: Structure,
     /// Of the numbers of points, laws and ground.
     generation: Generation,
-}
-
-/// A part of contacts that has numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ContactPart {
-    Point(usize),
-    Law(usize),
-    Terrain,
-    Shape(usize),
-    ShapeMaterial(usize),
-    PairLaw,
 }
 
 impl Contacts<f64> {
@@ -190,6 +181,29 @@ impl Contacts<f64> {
         Ok(self)
     }
 
+    /// Sets torsional and rolling friction of the points of a link against the ground. Between bodies they are properties of
+    /// [materials](super::Material), or those [of all pairs](super::CollisionOptions::turning).
+    ///
+    /// # Errors
+    /// If the model has no frame of that name.
+    ///
+    /// # Panics
+    /// If a coefficient is negative or not finite, or the contacts belong to another robot.
+    pub fn with_turning_friction(
+        mut self,
+        model: &Model,
+        link: &str,
+        turning: TurningFriction,
+    ) -> Result<Self, UnknownName> {
+        self.check(model);
+        turning.check_numbers();
+        let link = model.find_frame(link)?;
+        let is_own = on_link(&self.points, link);
+        self.laws.set_turning(turning, is_own);
+        self.generation = Generation::next();
+        Ok(self)
+    }
+
     /// Collision shapes of the robot that have no points, with the reason.
     pub fn shapes_without_points(&self) -> &[ShapeWithoutPoints] {
         &self.shapes_without_points
@@ -204,9 +218,16 @@ impl Contacts<f64> {
 
 impl Contacts<f64> {
     /// Sets the shapes that can touch each other, with the law of all pairs.
-    pub(super) fn set_shape_pairs(&mut self, pairs: ShapePairs<f64>, law: ContactLaw) {
-        self.laws.truncate(self.points.len());
+    pub(super) fn set_shape_pairs(
+        &mut self,
+        pairs: ShapePairs<f64>,
+        law: ContactLaw,
+        turning: TurningFriction,
+    ) {
+        let n = self.points.len();
+        self.laws.truncate(n);
         self.laws.push(law);
+        self.laws.set_turning(turning, |point| point == n);
         self.pairs = pairs;
         self.generation = Generation::next();
     }
@@ -304,8 +325,8 @@ impl<P: Scalar> Contacts<P> {
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf"))?;
     /// let materials = Materials::default()
-    ///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
-    ///     .with_material("ice", Material { friction: 0.1, restitution: 0.1 });
+    ///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6, ..Material::default() })
+    ///     .with_material("ice", Material { friction: 0.1, restitution: 0.1, ..Material::default() });
     /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()))
     ///     .with_links(&model, &["FR_foot", "FL_foot"])?
     ///     .with_materials(&model, &materials, "ice", &[("FR_foot", "rubber")])?;
@@ -350,7 +371,7 @@ impl<P: Scalar> Contacts<P> {
         /// Of the rows of a step, its equations, and their factors.
         const MATRICES: usize = 3;
         let points = self.points.len().min(self.solver.points);
-        let rows = points.saturating_mul(ROWS);
+        let rows = points.saturating_mul(self.rows_of_each());
         let bytes = rows.saturating_mul(rows);
         let bytes = bytes.saturating_mul(MATRICES * size_of::<f64>());
         memory::check(
@@ -367,6 +388,16 @@ impl<P: Scalar> Contacts<P> {
     /// The contact model of each point.
     pub fn laws(&self) -> &[ContactLaw<P>] {
         &self.laws.as_slice()[..self.points.len()]
+    }
+
+    /// Torsional and rolling friction of a point with the ground.
+    pub(super) fn point_turning(&self, point: usize) -> TurningFriction<P> {
+        self.laws.turning(point)
+    }
+
+    /// Torsional and rolling friction between bodies, without their materials.
+    pub(super) fn turning_of_pairs(&self) -> TurningFriction<P> {
+        self.laws.turning(self.points.len())
     }
 
     /// The contact model between bodies, without their materials.
@@ -417,8 +448,9 @@ impl<P: Scalar> Contacts<P> {
         );
         let of_pairs = self.laws.as_slice()[self.points.len()..].iter();
         let of_pairs = of_pairs.map(|law| law.lift());
+        let laws = PointLaws::new(laws.iter().copied().chain(of_pairs).collect());
         Contacts {
-            laws: PointLaws::new(laws.iter().copied().chain(of_pairs).collect()),
+            laws: laws.with_turning_of(&self.laws),
             ..self.cast()
         }
     }
@@ -435,24 +467,13 @@ impl<P: Scalar> Contacts<P> {
             point.each_number(&mut of(ContactPart::Point(i), each));
         }
         let n = self.points.len();
-        self.laws.for_each_mut(|i, law| {
-            if i < n {
-                law.each_number(&mut of(ContactPart::Law(i), each));
-            }
-        });
+        for i in 0..n {
+            (self.laws).each_number_of(i, [ContactPart::Law(i), ContactPart::Turning(i)], each);
+        }
         self.terrain
             .each_number(&mut of(ContactPart::Terrain, each));
-        for (k, own) in self.pairs.shapes.iter_mut().enumerate() {
-            (own.shape).each_number(&mut of(ContactPart::Shape(k), each));
-            if own.has_parameters() {
-                (own.material).each_number(&mut of(ContactPart::ShapeMaterial(k), each));
-            }
-        }
-        self.laws.for_each_mut(|i, law| {
-            if i >= n {
-                law.each_number(&mut of(ContactPart::PairLaw, each));
-            }
-        });
+        self.pairs.each_number(each);
+        (self.laws).each_number_of(n, [ContactPart::PairLaw, ContactPart::PairTurning], each);
     }
 
     /// # Panics

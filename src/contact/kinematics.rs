@@ -173,6 +173,24 @@ pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
     }
 }
 
+/// Passes the angular velocity that each coordinate's unit rate gives to a body, in the world's axes, to `each(coordinate, ω)`.
+pub(crate) fn each_turning_column<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    body: Option<BodyId>,
+    mut each: impl FnMut(usize, Vector3<T>),
+) {
+    for (id, own) in to_world(model, body) {
+        let R = &kinematics.pose_of(id).rotation;
+        for (k, axis) in own.axes() {
+            let i = axis.coordinate() % 3;
+            let is_angular = if axis.is_angular() { 1.0 } else { 0.0 };
+            let along = Vector3::new(R[(0, i)], R[(1, i)], R[(2, i)]);
+            each(k, along.map(|x| own.scaled(x) * is_angular));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,6 @@
 //! Materials of links and ground, and pair properties.
 
+use super::turning::TurningFriction;
 use crate::error::UnknownName;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
@@ -12,28 +13,43 @@ pub struct Material<P = f64> {
     /// e in 0..1, the coefficient of restitution (of a material against itself). For [`Rigid`](super::Rigid) only; the restitution of other contact
     /// models follows from their damping.
     pub restitution: P,
+    /// Torsional and rolling friction; none by default. For all contact models.
+    pub turning: TurningFriction<P>,
 }
 
 numbers! { pub struct Material {
     friction: NotNegativeOrInfinite("friction"),
     restitution: WithinOne("restitution"),
+    turning: part(TurningFriction),
 } }
+
+impl Default for Material {
+    /// μ = ½, as that of contact models; no restitution, no torsional and no rolling friction.
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            restitution: 0.0,
+            turning: TurningFriction::default(),
+        }
+    }
+}
 
 /// A table of materials and material pairs, by name.
 ///
 /// For a pair that is not in the table, friction is the harmonic mean of both materials, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake; so is restitution. So two
 /// surfaces of one material have its values, the smaller value dominates, and a frictionless material is frictionless against all others. (`MuJoCo`
-/// uses the larger friction; add such pairs to the table.) Stiffness stays in the contact model.
+/// uses the larger friction; add such pairs to the table.) [Torsional and rolling friction](TurningFriction) are the larger ones of both. Stiffness stays in the
+/// contact model.
 ///
 /// # Examples
 /// ```
 /// use dualbody::contact::{Material, Materials};
 ///
 /// let materials = Materials::default()
-///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
-///     .with_material("steel", Material { friction: 0.45, restitution: 0.9 })
-///     .with_material("ice", Material { friction: 0.05, restitution: 0.1 })
-///     .with_pair(["steel", "ice"], Material { friction: 0.02, restitution: 0.1 })?;
+///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6, ..Material::default() })
+///     .with_material("steel", Material { friction: 0.45, restitution: 0.9, ..Material::default() })
+///     .with_material("ice", Material { friction: 0.05, restitution: 0.1, ..Material::default() })
+///     .with_pair(["steel", "ice"], Material { friction: 0.02, restitution: 0.1, ..Material::default() })?;
 /// let mean = materials.between("rubber", "steel")?;
 /// assert!((mean.friction - 0.6).abs() < 1e-15); // 2 · 0.9 · 0.45 / 1.35
 /// assert_eq!(materials.between("ice", "steel")?.friction, 0.02);
@@ -50,9 +66,10 @@ pub struct Materials {
 }
 
 impl<P: Scalar> Material<P> {
-    /// Friction and restitution between two surfaces: harmonic means.
+    /// Friction and restitution between two surfaces: harmonic means; torsional and rolling friction: the larger ones.
     pub(super) fn between(&self, other: &Self) -> Self {
         Self {
+            turning: self.turning.between(&other.turning),
             friction: harmonic_mean(self.friction, other.friction),
             restitution: harmonic_mean(self.restitution, other.restitution),
         }
@@ -145,6 +162,7 @@ mod tests {
         let material = |friction, restitution| Material {
             friction,
             restitution,
+            ..Material::default()
         };
         Materials::default()
             .with_material("rubber", material(0.8, 0.6))
@@ -175,6 +193,7 @@ mod tests {
         let pair = |friction| Material {
             friction,
             restitution: 0.5,
+            ..Material::default()
         };
         let table = table()
             .with_pair(["rubber", "wood"], pair(0.7))
@@ -233,7 +252,7 @@ mod tests {
             "odd",
             Material {
                 friction: -0.1,
-                restitution: 0.0,
+                ..Material::default()
             },
         );
     }

@@ -35,6 +35,7 @@
 //! | forces that neither penetrate nor creep? | [`Rigid`] | solver, more iterations | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | solver, with every point within reach | [Howell et al. 2022] |
 //! | accuracy and iterations of the solver? | [`SolverOptions`], [`cone`](crate::cone) | O(rows³) an iteration; measured at [`SolverOptions`] | |
+//! | soft fingers, rolling resistance of wheels? | [`TurningFriction`], [`Contacts::with_turning_friction`], [`Material`] | up to three more rows a point | |
 //! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
 //! | positions, velocities and Jacobians of the points? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
 //! | links in contact, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
@@ -51,8 +52,10 @@ mod laws;
 mod link_pairs;
 mod link_shapes;
 mod material;
+mod moments;
 mod nearest;
 mod pairs;
+mod part;
 mod point;
 mod point_laws;
 mod point_state;
@@ -65,25 +68,27 @@ mod smoothing;
 mod solver_options;
 mod step;
 mod terrain;
+mod turning;
 #[cfg(not(feature = "formats"))]
 mod without_files;
 
-pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
 pub(crate) use frames::AttachedFrame;
-pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
+pub(crate) use kinematics::{BodyPoint, each_jacobian_column, each_turning_column};
 pub use laws::*;
 pub use link_pairs::LinkPairs;
 pub use link_shapes::{LinkShape, LinkShapes};
 pub use material::{Material, Materials};
+pub(crate) use moments::Turning;
 pub use nearest::{Nearest, NearestError, nearest};
 pub use pairs::CollisionOptions;
 pub(crate) use pairs::{PairFinder, PairPoint, PairState};
+pub(crate) use part::ContactPart;
 pub use point::{ContactPoint, Feature};
 pub(crate) use point::{POINT_NUMBERS, body_force, velocity_at};
 pub use point_state::PointState;
 pub(crate) use rolling::BodyMotion;
-pub(crate) use shape_pairs::{MATERIAL_NUMBERS, SHAPE_NUMBERS};
+pub(crate) use shape_pairs::{MATERIAL_NUMBERS, SHAPE_NUMBERS, TURNING_NUMBERS};
 pub use shapes::{ContactOptions, MeshHulls, NoMeshes, ShapeWithoutPoints};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;
@@ -91,3 +96,4 @@ pub(crate) use terrain::PLANE_NUMBERS;
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
 };
+pub use turning::TurningFriction;

@@ -2,27 +2,91 @@
 
 use super::laws::{ContactLaw, LawKind};
 use super::material::Material;
-use crate::numbers::numbers;
-use crate::scalar::Scalar;
+use super::turning::TurningFriction;
+use crate::numbers::{EachIn, Numbers, numbers, of};
+use crate::scalar::{Over, Scalar};
 
-/// Contact models points, one for each point, all of one kind.
+/// Contact models of points, one for each point, all of one kind, with their torsional and rolling friction.
 #[derive(Clone, Debug)]
-pub(super) struct PointLaws<P>(Vec<ContactLaw<P>>);
+pub(super) struct PointLaws<P> {
+    laws: Vec<ContactLaw<P>>,
+    /// One for each point, or none at all.
+    turning: Vec<TurningFriction<P>>,
+}
 
-numbers! { struct PointLaws(laws: part(ContactLaw)) }
+numbers! { struct PointLaws { laws: part(ContactLaw), turning: part(TurningFriction) } }
 
 impl<P: Scalar> PointLaws<P> {
     /// Repeats a law, which has been checked, for so many points.
     pub(super) fn repeated(law: ContactLaw<P>, points: usize) -> Self {
-        Self(vec![law; points])
+        Self {
+            laws: vec![law; points],
+            turning: Vec::new(),
+        }
     }
 
     /// # Panics
     /// If the laws are of different kinds, or a parameter is out of range.
     pub(super) fn new(laws: Vec<ContactLaw<P>>) -> Self {
-        let mut out = Self(Vec::with_capacity(laws.len()));
+        let mut out = Self {
+            laws: Vec::with_capacity(laws.len()),
+            turning: Vec::new(),
+        };
         laws.into_iter().for_each(|law| out.push(law));
         out
+    }
+
+    /// Takes torsional and rolling friction from the laws of as many points.
+    pub(super) fn with_turning_of<Q: Scalar>(mut self, other: &PointLaws<Q>) -> Self
+    where
+        P: Over<Q>,
+    {
+        self.turning = other.turning.lift();
+        self
+    }
+
+    /// Torsional and rolling friction of a point.
+    pub(super) fn turning(&self, point: usize) -> TurningFriction<P> {
+        let own = self.turning.get(point);
+        own.copied().unwrap_or_else(TurningFriction::none)
+    }
+
+    /// Whether some points may have torsional or rolling friction.
+    pub(super) fn have_turning(&self) -> bool {
+        !self.turning.is_empty()
+    }
+
+    /// Sets torsional and rolling friction of some points.
+    pub(super) fn set_turning(
+        &mut self,
+        turning: TurningFriction<P>,
+        is_chosen: impl Fn(usize) -> bool,
+    ) {
+        if self.turning.is_empty() && !turning.acts() {
+            return;
+        }
+        let count = self.laws.len();
+        self.turning.resize(count, TurningFriction::none());
+        for (point, own) in self.turning.iter_mut().enumerate() {
+            if is_chosen(point) {
+                *own = turning;
+            }
+        }
+    }
+
+    /// Passes each parameter of the law of a point, and of its torsional and rolling friction where points have some, to `each`.
+    pub(super) fn each_number_of<G: Copy>(
+        &mut self,
+        point: usize,
+        [law, turning]: [G; 2],
+        each: &mut EachIn<'_, G, P>,
+    ) {
+        if let Some(own) = self.laws.get_mut(point) {
+            own.each_number(&mut of(law, each));
+        }
+        if let Some(own) = self.turning.get_mut(point) {
+            own.each_number(&mut of(turning, each));
+        }
     }
 
     /// Adds the law of one more point.
@@ -30,8 +94,7 @@ impl<P: Scalar> PointLaws<P> {
     /// # Panics
     /// If it is of another kind than those of the other points, or a parameter is out of range.
     pub(super) fn push(&mut self, law: ContactLaw<P>) {
-        self.check(&law);
-        self.0.push(law);
+        self.insert(self.laws.len(), law);
     }
 
     /// Adds the law of one more point before others.
@@ -40,12 +103,16 @@ impl<P: Scalar> PointLaws<P> {
     /// As [`push`](Self::push).
     pub(super) fn insert(&mut self, at: usize, law: ContactLaw<P>) {
         self.check(&law);
-        self.0.insert(at, law);
+        self.laws.insert(at, law);
+        if !self.turning.is_empty() {
+            self.turning.insert(at, TurningFriction::none());
+        }
     }
 
     /// Keeps so many first ones.
     pub(super) fn truncate(&mut self, count: usize) {
-        self.0.truncate(count);
+        self.laws.truncate(count);
+        self.turning.truncate(count);
     }
 
     /// Replaces the laws of some points.
@@ -71,7 +138,7 @@ impl<P: Scalar> PointLaws<P> {
 
     /// Passes each point with its law to `change`, which keeps the kind.
     pub(super) fn for_each_mut(&mut self, mut change: impl FnMut(usize, &mut ContactLaw<P>)) {
-        let laws = self.0.iter_mut().enumerate();
+        let laws = self.laws.iter_mut().enumerate();
         laws.for_each(|(point, law)| change(point, law));
     }
 
@@ -82,25 +149,31 @@ impl<P: Scalar> PointLaws<P> {
                 law.set_material(pair);
             }
         });
+        self.set_turning(pair.turning, is_chosen);
     }
 
     /// Keeps the laws of the points that are marked, and all after these.
     pub(super) fn retain(&mut self, kept: &[bool]) {
-        let mut own = kept.iter();
-        self.0.retain(|_| own.next() != Some(&false));
+        let keeps = || {
+            let mut own = kept.iter();
+            move || own.next() != Some(&false)
+        };
+        let (mut law, mut turning) = (keeps(), keeps());
+        self.laws.retain(|_| law());
+        self.turning.retain(|_| turning());
     }
 
     /// Common properties; `None` without points.
     pub(super) fn kind(&self) -> Option<&'static LawKind> {
-        self.0.first().map(ContactLaw::kind)
+        self.laws.first().map(ContactLaw::kind)
     }
 
     pub(super) fn first(&self) -> Option<&ContactLaw<P>> {
-        self.0.first()
+        self.laws.first()
     }
 
     pub(super) fn as_slice(&self) -> &[ContactLaw<P>] {
-        &self.0
+        &self.laws
     }
 }
 
@@ -122,7 +195,7 @@ mod tests {
         laws.replace(rigid(0.9), |point| point == 1);
         let pair = Material {
             friction: 0.7,
-            restitution: 0.0,
+            ..Material::default()
         };
         laws.set_material(pair, |point| point == 2);
         assert_eq!(laws.as_slice(), [rigid(0.1), rigid(0.9), rigid(0.7)]);

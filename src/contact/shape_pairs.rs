@@ -6,17 +6,22 @@ use std::sync::Arc;
 
 use super::link_shapes::LinkShapes;
 use super::material::Material;
+use super::part::ContactPart;
+use super::turning::TurningFriction;
 use crate::collision::{Bounds, BroadPhase, Shape};
 use crate::model::BodyId;
-use crate::numbers::Numbers;
+use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
 /// The most sizes that a shape has.
 pub(crate) const SHAPE_NUMBERS: usize = <Shape as Numbers<f64>>::COUNT;
 
-/// Numbers of a material.
-pub(crate) const MATERIAL_NUMBERS: usize = <Material as Numbers<f64>>::COUNT;
+/// Numbers of a material but torsional and rolling friction, which are the last.
+pub(crate) const MATERIAL_NUMBERS: usize = <Material as Numbers<f64>>::COUNT - TURNING_NUMBERS;
+
+/// Numbers of torsional and rolling friction.
+pub(crate) const TURNING_NUMBERS: usize = <TurningFriction as Numbers<f64>>::COUNT;
 
 /// A convex shape on a body.
 #[derive(Clone, Debug)]
@@ -47,6 +52,8 @@ pub(super) struct ShapePairs<P> {
     pub(super) self_collision: bool,
     /// Whether features that would arrive within a step are met, by a law that else meets overlap only.
     pub(super) speculative: bool,
+    /// Whether some pairs may have torsional or rolling friction.
+    pub(super) has_turning: bool,
 }
 
 /// The triangles of surfaces, the last of all shapes, in a tree of boxes.
@@ -73,7 +80,17 @@ impl SurfaceTree {
 }
 
 impl ShapePairs<f64> {
-    pub(super) fn new(plain: LinkShapes, self_collision: bool, speculative: bool) -> Self {
+    /// Those of link shapes.
+    ///
+    /// * `turning` – torsional and rolling friction of shapes without materials
+    pub(super) fn new(
+        plain: LinkShapes,
+        self_collision: bool,
+        speculative: bool,
+        turning: &TurningFriction,
+    ) -> Self {
+        let mut materials = plain.shapes().iter().filter_map(|own| own.material);
+        let has_turning = turning.acts() || materials.any(|own| own.turning.acts());
         let shapes = plain.shapes().iter().map(|own| BodyShape {
             X_BS: own.placement,
             shape: own.shape.clone(),
@@ -85,6 +102,7 @@ impl ShapePairs<f64> {
             plain: Some(Arc::new(plain)),
             self_collision,
             speculative,
+            has_turning,
         }
     }
 }
@@ -98,6 +116,7 @@ impl<P: Scalar> ShapePairs<P> {
             surfaces: Arc::default(),
             self_collision: false,
             speculative: false,
+            has_turning: false,
         }
     }
 
@@ -113,6 +132,27 @@ impl<P: Scalar> ShapePairs<P> {
             surfaces: self.surfaces.clone(),
             self_collision: self.self_collision,
             speculative: self.speculative,
+            has_turning: self.has_turning,
+        }
+    }
+
+    /// Passes each parameter of shapes and their materials to `each`.
+    pub(super) fn each_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
+        for (k, own) in self.shapes.iter_mut().enumerate() {
+            (own.shape).each_number(&mut of(ContactPart::Shape(k), each));
+            if !own.has_parameters() {
+                continue;
+            }
+            let mut place = 0;
+            own.material.each_number(&mut |number, x| {
+                let is_turning = place >= MATERIAL_NUMBERS;
+                place += 1;
+                match is_turning {
+                    false => each(ContactPart::ShapeMaterial(k), number, x),
+                    true if self.has_turning => each(ContactPart::ShapeTurning(k), number, x),
+                    true => {}
+                }
+            });
         }
     }
 

@@ -3,6 +3,8 @@
 use super::activation::ActivationMargin;
 use super::contacts::Contacts;
 use super::laws::{ContactLaw, ContactRow, LawKind, PointKinematics, ROWS};
+use super::moments::Turning;
+use super::turning::TurningFriction;
 use crate::cone::Law;
 use crate::scalar::{Over, Scalar};
 
@@ -41,6 +43,49 @@ impl<P: Scalar> Contacts<P> {
     /// Whether a point has a bristle: one with the ground may, between bodies there is none.
     pub(crate) fn has_bristle(&self, point: usize) -> bool {
         self.have_bristles() && point < self.points().len()
+    }
+
+    /// Torsional and rolling friction of a point with the ground; `None` without.
+    pub(crate) fn turning(&self, point: usize) -> Option<TurningFriction<P>> {
+        let some = self.point_laws().have_turning();
+        some.then(|| self.point_turning(point))
+            .filter(TurningFriction::acts)
+    }
+
+    /// Torsional and rolling friction of a pair of shapes; `None` without.
+    pub(crate) fn turning_between(&self, shapes: [usize; 2]) -> Option<TurningFriction<P>> {
+        let some = self.shape_pairs().has_turning;
+        some.then(|| self.pair_turning(shapes))
+            .filter(TurningFriction::acts)
+    }
+
+    /// Whether some points may have torsional or rolling friction.
+    pub(crate) fn have_turning(&self) -> bool {
+        self.point_laws().have_turning() || self.shape_pairs().has_turning
+    }
+
+    /// Whether some points between bodies may have torsional or rolling friction.
+    pub(crate) fn have_turning_between(&self) -> bool {
+        self.shape_pairs().has_turning
+    }
+
+    /// The most rows of a point.
+    pub(crate) fn rows_of_each(&self) -> usize {
+        if self.have_turning() { 2 * ROWS } else { ROWS }
+    }
+
+    /// Rows of the moments of a point about its axes.
+    ///
+    /// * `across` – a row of the point across its normal
+    pub(crate) fn turning_rows<D: Scalar, T: Over<P> + Over<D>>(
+        &self,
+        law: &ContactLaw<P>,
+        at: &PointKinematics<'_, D, T>,
+        turning: &Turning<P, T>,
+        across: &ContactRow<T>,
+    ) -> [ContactRow<T>; ROWS] {
+        let own = law.turning(T::from(at.dt), across.compliance);
+        turning.rows(at.axes, own)
     }
 
     /// Whether rows depend on the Delassus diagonal.

@@ -36,8 +36,9 @@ impl<T: Scalar> Balance<T> {
         let given = given.unwrap_or_default();
         // Lanes that touch with more points than that in all allocate, once.
         let n = points.min(given.points);
-        let rows = simulator.bilateral_rows() + simulator.joint_rows() + ROWS * n;
-        let blocks = simulator.held_blocks() + simulator.joint_rows() + n;
+        let of_each = simulator.contacts().map_or(ROWS, Contacts::rows_of_each);
+        let rows = simulator.bilateral_rows() + simulator.joint_rows() + of_each * n;
+        let blocks = simulator.held_blocks() + simulator.joint_rows() + of_each / 2 * n;
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,

@@ -195,7 +195,8 @@ impl<T: Scalar> Island<T> {
         start: Start,
     ) -> Certificate {
         let are_many = self.rows.len() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
-        self.is_by_blocks = are_many && self.solver.options.smoothing == 0.0;
+        let has_moments = self.kinds.iter().any(|kind| kind.is_moment());
+        self.is_by_blocks = are_many && !has_moments && self.solver.options.smoothing == 0.0;
         if self.is_by_blocks {
             return self.solve_by_blocks(of, rows, factor, start);
         }

@@ -18,13 +18,14 @@ pub enum SimulatorParameterGroup {
     Constraint(usize),
     /// A contact point, in the order of [`Contacts::points`](crate::contact::Contacts::points).
     ContactPoint(usize),
-    /// The contact model of a contact point.
+    /// The contact model of a contact point, then its torsional and rolling friction, if points have some.
     ContactLaw(usize),
     /// The ground.
     Terrain,
-    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set.
+    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set, and torsional and rolling friction, if
+    /// shapes have some.
     CollisionShape(usize),
-    /// The contact model between bodies.
+    /// The contact model between bodies, then torsional and rolling friction between shapes without materials, if some have any.
     PairLaw,
     /// An external force, in the order of [`Simulator::external_forces`].
     ExternalForce(usize),

@@ -134,12 +134,12 @@ impl<P: Scalar> Simulator<P> {
             contacts.each_number(&mut |part, own, x| {
                 let group = match part {
                     ContactPart::Point(i) => Group::ContactPoint(i),
-                    ContactPart::Law(i) => Group::ContactLaw(i),
+                    ContactPart::Law(i) | ContactPart::Turning(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
-                    ContactPart::Shape(k) | ContactPart::ShapeMaterial(k) => {
-                        Group::CollisionShape(k)
-                    }
-                    ContactPart::PairLaw => Group::PairLaw,
+                    ContactPart::Shape(k)
+                    | ContactPart::ShapeMaterial(k)
+                    | ContactPart::ShapeTurning(k) => Group::CollisionShape(k),
+                    ContactPart::PairLaw | ContactPart::PairTurning => Group::PairLaw,
                 };
                 each(group, own, x);
             });

@@ -107,19 +107,11 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Sets the forces from which the next solution starts, after so many rows without any.
-    pub(super) fn start_from<const N: usize>(
-        &mut self,
-        start: Start,
-        mark: Mark,
-        forces: impl Iterator<Item = Option<[T; N]>>,
-    ) {
+    pub(super) fn start_from(&mut self, start: Start, mark: Mark, forces: impl Iterator<Item = T>) {
         self.start = start;
         self.start_forces.clear();
         self.start_forces.resize(mark.rows, T::zero());
-        for of_block in forces {
-            let of_block = of_block.unwrap_or([T::zero(); N]);
-            self.start_forces.extend_from_slice(&of_block);
-        }
+        self.start_forces.extend(forces);
     }
 
     /// More rows of zeros, to be filled: they act on the same bodies or coordinates.

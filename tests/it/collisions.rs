@@ -289,6 +289,7 @@ fn material(friction: f64, restitution: f64) -> Material {
     Material {
         friction,
         restitution,
+        ..Material::default()
     }
 }
 

@@ -143,7 +143,7 @@ fn derivatives_with_infinite_friction_equal_differences() {
 fn infinite_friction_of_a_material_leaves_that_of_the_other() {
     let material = |friction| Material {
         friction,
-        restitution: 0.0,
+        ..Material::default()
     };
     let table = Materials::default()
         .with_material("glue", material(INFINITY))

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dualbody::Model;
 use dualbody::collision::Surface;
-use dualbody::contact::{CollisionOptions, Contacts, Material};
+use dualbody::contact::{CollisionOptions, Contacts, Material, TurningFriction};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -33,6 +33,7 @@ pub(super) fn with_collisions(
         excluded: collisions.getattr("excluded")?.extract()?,
         materials: by_link(&collisions, "materials", "Material", material)?,
         speculative: collisions.getattr("speculative")?.extract()?,
+        turning: turning(&collisions)?,
         ..CollisionOptions::default()
     };
     for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
@@ -62,6 +63,30 @@ fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
     Ok(Material {
         friction: value.getattr("friction")?.extract()?,
         restitution: value.getattr("restitution")?.extract()?,
+        turning: turning(value)?,
+    })
+}
+
+/// Torsional and rolling friction: attributes of these names.
+fn turning(value: &Bound<'_, PyAny>) -> PyResult<TurningFriction> {
+    Ok(TurningFriction {
+        torsional: value.getattr("torsional_friction")?.extract()?,
+        rolling: value.getattr("rolling_friction")?.extract()?,
+    })
+}
+
+/// Torsional and rolling friction of the points of links: two numbers each.
+pub(super) fn with_turning(
+    contacts: Contacts,
+    model: &Model,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Contacts> {
+    let all = value.getattr("turning")?;
+    all.cast::<PyDict>()?.iter().try_fold(contacts, |contacts, (link, own)| {
+        let link: String = link.extract()?;
+        let (torsional, rolling) = own.extract()?;
+        let turning = TurningFriction { torsional, rolling };
+        guarded(|| contacts.with_turning_friction(model, &link, turning))?.or_raise()
     })
 }
 

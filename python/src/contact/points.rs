@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::collisions::with_collisions;
+use super::collisions::{with_collisions, with_turning};
 use super::law::law_of;
 use super::terrain::terrain_of;
 use crate::counts::{whole, whole_of};
@@ -88,6 +88,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
         contacts = guarded(|| contacts.with_law(model, &link, law))?.or_raise()?;
     }
+    contacts = with_turning(contacts, model, value)?;
     contacts = with_collisions(contacts, model, value)?;
     if let Some((kappa, reach)) = value
         .getattr("smoothing")?

@@ -42,6 +42,7 @@ pub(super) fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
                 Block::Free(rows) => (row..row + rows).for_each(|i| f[i] -= step * y[i]),
                 Block::Ray => f[row] = (f[row] - step * y[row]).max(0.0),
                 Block::Interval => f[row] = (f[row] - step * y[row]).clamp(-mu, mu),
+                Block::Spin | Block::Roll => panic!("these cases have no moments"),
                 Block::Cone => {
                     let y = corrected(case.law, [y[row], y[row + 1], y[row + 2]], mu);
                     let a = std::array::from_fn(|i| f[row + i] - step * y[i]);
@@ -85,6 +86,7 @@ pub(super) fn assert_optimal(name: &str, case: &Case, f: &DVector<f64>) {
                 let product = room.min(force) * y.abs();
                 assert!(product <= OPTIMAL * force * velocity, "{name}: interval");
             }
+            Block::Spin | Block::Roll => panic!("{name}: these cases have no moments"),
             Block::Cone => {
                 let y = corrected(case.law, [y[row], y[row + 1], y[row + 2]], mu);
                 let f = [f[row], f[row + 1], f[row + 2]];

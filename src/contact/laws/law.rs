@@ -9,6 +9,7 @@
 //! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material) | parameters that depend on both surfaces? |
 //! | [`activation_margin`](PointLaw::activation_margin) | height below which a point takes part in a step? |
 //! | [`rows`](PointLaw::rows) | reference accelerations and compliance? |
+//! | [`turning`](PointLaw::turning) | rate at which torsional and rolling friction stop a rotation, and compliance? |
 //! | [`least_velocity`](PointLaw::least_velocity) | least velocity of a point without force? |
 //! | [`explicit_force`](PointLaw::explicit_force) | force from position and velocity alone? |
 //! | [`bristle_step`](PointLaw::bristle_step) | bristle under the friction of the solver? |
@@ -155,6 +156,15 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
         _: &PointKinematics<'_, D, T>,
     ) -> [ContactRow<T>; ROWS] {
         [ContactRow::inactive(); ROWS]
+    }
+
+    /// Part of a rate of rotation that rows of moments take back in a unit of time in a step of `dt` (s), 1/s, and their compliance times the square of the
+    /// coefficient, 1/kg; by default they stop a rotation within the step.
+    ///
+    /// * `across` – compliance of the point across its normal, infinite where it takes no part
+    fn turning<T: Over<P>>(&self, dt: T, across: T) -> [T; 2] {
+        let absent = T::constant(f64::INFINITY);
+        [T::one() / dt, across.select_lt(absent, T::zero(), absent)]
     }
 
     /// The least velocity along the normal after a step of `dt` (s) that the law allows a point at a depth (m) with a velocity `v` along the

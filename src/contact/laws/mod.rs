@@ -103,6 +103,11 @@ impl<P: Scalar> ContactLaw<P> {
         friction
     }
 
+    /// See [`PointLaw::turning`].
+    pub(crate) fn turning<T: Over<P>>(&self, dt: T, across: T) -> [T; 2] {
+        with_law!(self, law => law.turning(dt, across))
+    }
+
     /// Friction and restitution.
     pub(crate) fn material(&self) -> Material<P> {
         with_law!(self, law => law.material())

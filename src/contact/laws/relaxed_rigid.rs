@@ -6,6 +6,7 @@ use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::contact::turning::TurningFriction;
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
@@ -160,6 +161,7 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         Material {
             friction: self.friction,
             restitution: P::zero(),
+            turning: TurningFriction::none(),
         }
     }
 
@@ -197,6 +199,11 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
             row(-(b * v[1]), across),
             row(-(b * v[2]), across),
         ]
+    }
+
+    /// b and Rₜ, as across.
+    fn turning<T: Over<P>>(&self, dt: T, across: T) -> [T; 2] {
+        [self.reference.gains(&self.impedance, dt).0, across]
     }
 
     fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {

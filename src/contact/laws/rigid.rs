@@ -5,6 +5,7 @@ use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::contact::turning::TurningFriction;
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
@@ -141,6 +142,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         Material {
             friction: self.friction,
             restitution: self.restitution,
+            turning: TurningFriction::none(),
         }
     }
 

@@ -23,6 +23,7 @@ use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::contact::turning::TurningFriction;
 use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
@@ -165,6 +166,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         Material {
             friction: self.friction,
             restitution: P::zero(),
+            turning: TurningFriction::none(),
         }
     }
 

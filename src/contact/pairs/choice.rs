@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::collision::Surface;
 use crate::contact::laws::ContactLaw;
 use crate::contact::shape_pairs::ShapePairs;
-use crate::contact::{Contacts, LinkShapes, Material};
+use crate::contact::{Contacts, LinkShapes, Material, TurningFriction};
 use crate::error::UnknownName;
 use crate::model::Model;
 use crate::numbers::Numbers as _;
@@ -21,6 +21,8 @@ pub struct CollisionOptions {
     pub materials: Vec<(String, Material)>,
     /// Triangle meshes on links that are fixed to the world, by link name.
     pub surfaces: Vec<(String, Arc<Surface>)>,
+    /// Torsional and rolling friction between shapes without a material; none by default.
+    pub turning: TurningFriction,
     /// Whether regularised rigid contact is speculative: see [`with_speculative_contact`](Self::with_speculative_contact).
     pub speculative: bool,
 }
@@ -70,13 +72,13 @@ impl CollisionOptions {
     }
 
     /// Sets the material of the shapes of a link. Friction and restitution between two links are harmonic means, 2 μ₁ μ₂ / (μ₁ + μ₂), as in
-    /// [`Materials`](crate::contact::Materials). They are parameters of the simulator.
+    /// [`Materials`](crate::contact::Materials); torsional and rolling friction are the larger ones of both. They are parameters of the simulator.
     ///
     /// # Examples
     /// ```
     /// use dualbody::contact::{CollisionOptions, Material};
     ///
-    /// let ice = Material { friction: 0.05, restitution: 0.1 };
+    /// let ice = Material { friction: 0.05, restitution: 0.1, ..Material::default() };
     /// let options = CollisionOptions::default().with_material("puck", ice);
     /// assert_eq!(options.materials.len(), 1);
     /// ```
@@ -120,8 +122,10 @@ impl Contacts<f64> {
         materials.for_each(|material| material.check_numbers());
         self.add_shapes_without_points(shapes.missing().to_vec());
         let speculative = options.speculative && matches!(law, ContactLaw::RelaxedRigid(_));
-        let pairs = ShapePairs::new(shapes, options.self_collision, speculative);
-        self.set_shape_pairs(pairs, law);
+        let turning = options.turning;
+        turning.check_numbers();
+        let pairs = ShapePairs::new(shapes, options.self_collision, speculative, &turning);
+        self.set_shape_pairs(pairs, law, turning);
         Ok(self)
     }
 }

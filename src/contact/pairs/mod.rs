@@ -17,6 +17,7 @@ use super::link_shapes::LinkShape;
 use super::point::velocity_at;
 use super::point_state::PointState;
 use super::shape_pairs::BodyShape;
+use super::turning::TurningFriction;
 use crate::collision::{BroadPhase, PairFeature, Shape, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
@@ -108,6 +109,22 @@ impl<P: Scalar> Contacts<P> {
         law_of_shapes(self.law_of_pairs(), [&a, &b])
     }
 
+    /// Torsional and rolling friction of a pair of shapes: that of their materials, or of all pairs.
+    pub(super) fn pair_turning(&self, shapes: [usize; 2]) -> TurningFriction<P> {
+        let shapes = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        turning_of_shapes(self.turning_of_pairs(), shapes)
+    }
+
+    /// [`pair_turning`](Self::pair_turning) with derivatives in the material of one of both shapes alone, where numbers have them.
+    pub(crate) fn pair_turning_by_side(
+        &self,
+        shapes: [usize; 2],
+        side: usize,
+    ) -> TurningFriction<P> {
+        let [a, b] = self.in_one(shapes, side);
+        turning_of_shapes(self.turning_of_pairs(), [&a, &b])
+    }
+
     /// Two shapes, with derivatives in numbers of one of them alone.
     fn in_one(&self, shapes: [usize; 2], side: usize) -> [BodyShape<P>; 2] {
         let mut shapes = shapes.map(|shape| self.shape_pairs().shapes[shape].clone());
@@ -152,6 +169,15 @@ fn law_of_shapes<P: Scalar>(law: &ContactLaw<P>, [a, b]: [&BodyShape<P>; 2]) -> 
         own.set_material(a.between(&b));
     }
     own
+}
+
+/// Torsional and rolling friction of two shapes. A shape without material has that of all pairs.
+fn turning_of_shapes<P: Scalar>(
+    of_pairs: TurningFriction<P>,
+    shapes: [&BodyShape<P>; 2],
+) -> TurningFriction<P> {
+    let [a, b] = shapes.map(|shape| shape.material.map_or(of_pairs, |own| own.turning));
+    a.between(&b)
 }
 
 fn state_of_shapes<P: Scalar, T: Over<P>>(

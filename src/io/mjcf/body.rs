@@ -50,7 +50,7 @@ pub(super) struct Bodies {
     /// The first plane on the world, with its pose.
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
     /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
-    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 4],
+    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 3],
     /// The first geom that touches.
     first_touching: Option<MjcfGeom>,
 }
@@ -64,7 +64,7 @@ pub(super) fn read<'t, 'c>(
     let mut bodies = Bodies {
         entries: Vec::new(),
         ground: None,
-        unmodelled: [const { None }; 4],
+        unmodelled: [const { None }; 3],
         first_touching: None,
     };
     let root = sources[0].root;
@@ -228,7 +228,6 @@ impl Bodies {
         let contact = &geom.contact;
         let differs = |first: Option<&MjcfGeom>| first.is_some_and(|own| !own.is_like(contact));
         let has = [
-            contact.condim > 3,
             contact.margin > contact.gap,
             differs(self.entries[index].contacts.first()),
             differs(self.first_touching.as_ref()),
@@ -321,7 +320,6 @@ impl Bodies {
     /// Remarks on what no contact here has.
     pub(super) fn note_unmodelled(&self, context: &mut Context<'_>) {
         let reasons = [
-            "condim: friction against turning is not modelled",
             "margin: contact begins where shapes touch",
             "friction, solref, solimp: all geoms of a link touch the ground as its first one, with the largest friction",
             "friction, solref, solimp: all bodies touch each other as the first two geoms that can, with the largest friction",

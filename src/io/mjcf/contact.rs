@@ -2,7 +2,7 @@
 
 use super::entry::Entry;
 use super::scene::{MjcfGeom, MjcfOptions};
-use crate::contact::{Impedance, Reference, RelaxedRigid, Sigmoid};
+use crate::contact::{Impedance, Reference, RelaxedRigid, Sigmoid, TurningFriction};
 use crate::error::LoadError;
 
 /// Default contact parameters of a geom.
@@ -48,6 +48,7 @@ fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     friction: f64,
+    pub(super) turning: TurningFriction,
     solref: [f64; 2],
     solimp: [f64; 5],
 }
@@ -56,10 +57,20 @@ impl MjcfGeom {
     /// Whether another geom has the same contact parameters.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let numbers = |own: &Self| {
-            let slips = own.condim == 1;
-            (slips, own.friction[0], own.priority, own.solref, own.solimp)
+            let (slips, turning) = (own.condim == 1, own.turning(own.condim));
+            let friction = (slips, own.friction[0], turning);
+            (friction, own.priority, own.solref, own.solimp)
         };
         numbers(self) == numbers(other)
+    }
+
+    /// Torsional and rolling friction in a contact of a dimension.
+    fn turning(&self, condim: u8) -> TurningFriction {
+        let [_, torsional, rolling] = self.friction;
+        TurningFriction {
+            torsional: if condim >= 4 { torsional } else { 0.0 },
+            rolling: if condim >= 6 { rolling } else { 0.0 },
+        }
     }
 
     /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
@@ -69,6 +80,7 @@ impl MjcfGeom {
     pub(super) fn touch(&self, other: &Self) -> Touch {
         let of = |own: &Self, condim: u8| Touch {
             friction: if condim == 1 { 0.0 } else { own.friction[0] },
+            turning: own.turning(condim),
             solref: own.solref,
             solimp: own.solimp,
         };
@@ -87,9 +99,17 @@ impl MjcfGeom {
         });
         Touch {
             friction: one.friction.max(two.friction),
+            turning: larger(&one.turning, &two.turning),
             solref,
             solimp: std::array::from_fn(|i| mixed(one.solimp[i], two.solimp[i])),
         }
+    }
+}
+
+fn larger(one: &TurningFriction, two: &TurningFriction) -> TurningFriction {
+    TurningFriction {
+        torsional: one.torsional.max(two.torsional),
+        rolling: one.rolling.max(two.rolling),
     }
 }
 
@@ -109,6 +129,7 @@ impl Touch {
     /// Takes the friction of another contact of the same law, if it is larger.
     pub(super) fn merge(&mut self, other: &Self) {
         self.friction = self.friction.max(other.friction);
+        self.turning = larger(&self.turning, &other.turning);
     }
 
     /// The law that has these numbers, within the bounds that `MuJoCo` gives them.

@@ -89,7 +89,7 @@ pub struct MjcfGeom {
     pub link: String,
     /// Friction coefficients: sliding, torsion (m), rolling (m).
     pub friction: [f64; 3],
-    /// Dimension of the contact force: 1 is without friction.
+    /// Dimension of the contact force: 1 is without friction, 4 adds torsional and 6 rolling friction.
     pub condim: u8,
     /// The geom of higher priority determines the parameters of a pair.
     pub priority: i32,

@@ -7,6 +7,7 @@ use super::scene::{MjcfGeom, MjcfScene};
 use crate::collision::Groups;
 use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
+    TurningFriction,
 };
 use crate::spatial::Transform;
 
@@ -48,11 +49,12 @@ impl MjcfScene {
         };
         let with_law = |contacts: Contacts, (link, touch): &(&str, Touch)| {
             let law = touch.law(&self.options);
-            contacts.with_law(model, link, relaxed(law)).ok()
+            let contacts = contacts.with_law(model, link, relaxed(law)).ok()?;
+            (contacts.with_turning_friction(model, link, touch.turning)).ok()
         };
         let contacts = links.iter().try_fold(contacts, with_law)?;
         match between {
-            Some(_) => self.with_pairs(contacts, relaxed(law)),
+            Some(own) => self.with_pairs(contacts, relaxed(law), own.turning),
             None => Some(contacts),
         }
     }
@@ -129,7 +131,12 @@ impl MjcfScene {
     }
 
     /// The contacts with those between bodies.
-    fn with_pairs(&self, contacts: Contacts, law: ContactLaw) -> Option<Contacts> {
+    fn with_pairs(
+        &self,
+        contacts: Contacts,
+        law: ContactLaw,
+        turning: TurningFriction,
+    ) -> Option<Contacts> {
         let model = &self.model;
         let mut shapes = LinkShapes::new(model);
         self.group(&mut shapes);
@@ -141,7 +148,10 @@ impl MjcfScene {
         if !any_may_touch(&shapes) {
             return Some(contacts);
         }
-        let options = CollisionOptions::default().with_self_collision();
+        let options = CollisionOptions {
+            turning,
+            ..CollisionOptions::default().with_self_collision()
+        };
         contacts.with_link_shapes(model, law, shapes, &options).ok()
     }
 

@@ -234,7 +234,7 @@ fn points_terrain_and_materials_with_senseless_numbers_are_refused() {
     refused(message, || Contacts::new(&model, plane.clone(), law));
     let good = Material {
         friction: 0.1,
-        restitution: 0.0,
+        ..Material::default()
     };
     for (material, message) in spoiled(&good, &MATERIAL) {
         refused(&message, || {

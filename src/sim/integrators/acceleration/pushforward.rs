@@ -1,7 +1,6 @@
 //! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
 
 use super::AccelerationScratch;
-use crate::contact::ROWS;
 use crate::dynamics::{Blocks, Calls};
 use crate::scalar::{Differentiable, Linear};
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -26,7 +25,8 @@ impl<T: Differentiable> AccelerationColumns<T> {
     /// Makes memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let rows = simulator.bilateral_rows() + simulator.joint_rows() + ROWS * points;
+        let of_each = simulator.contacts().map_or(0, |c| c.rows_of_each());
+        let rows = simulator.bilateral_rows() + simulator.joint_rows() + of_each * points;
         let at_middle = simulator.always_in_the_middle();
         Self {
             terms: AllDerivatives::new(simulator),

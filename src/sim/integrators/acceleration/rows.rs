@@ -6,7 +6,6 @@
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
 use super::AccelerationScratch;
-use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -49,8 +48,9 @@ impl<T: Scalar> RowAdjoint<T> {
                 .len()
                 .min(contacts.solver_options().points)
         });
+        let of_each = simulator.contacts().map_or(0, |c| c.rows_of_each());
         let rows = match simulator.needs_solver() {
-            true => simulator.bilateral_rows() + simulator.joint_rows() + ROWS * points,
+            true => simulator.bilateral_rows() + simulator.joint_rows() + of_each * points,
             false => 0,
         };
         Self {

@@ -2,7 +2,7 @@
 
 use super::rows::Contact;
 use super::touching::Group;
-use crate::contact::{Contacts, ROWS};
+use crate::contact::Contacts;
 use crate::dynamics::forward_kinematics_into;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
@@ -73,7 +73,7 @@ impl<T: Scalar> Contact<T> {
 
     /// Row of the normal of an active point, by its index.
     fn row_of(&self, balance: &Balance<T>, of: usize) -> usize {
-        balance.rows().count() - ROWS * (self.touching().len() - of)
+        self.place_of(balance, of).row
     }
 
     /// Row of the normal of a point; `None` if it takes no part.

@@ -1,13 +1,17 @@
 //! Contact of points with the ground and between bodies: the term, the points that take part, and its derivatives.
 
+mod forces;
 mod impact;
 mod kept;
 mod numbers;
 mod pairs;
+mod places;
 mod point;
 mod rows;
+mod seeds;
 mod slopes;
 mod solved;
+mod start;
 mod time_step;
 mod touching;
 mod working_set;

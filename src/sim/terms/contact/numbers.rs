@@ -6,8 +6,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::point::{LinearizedPoint, add_numbers, add_pair_numbers, seeded};
+use super::point::LinearizedPoint;
 use super::rows::Contact;
+use super::seeds::{
+    add_numbers, add_pair_numbers, add_pair_turning_numbers, add_turning_numbers, seeded,
+    seeded_turning,
+};
 use crate::contact::{Contacts, PairPoint};
 use crate::model::{BodyId, Generation};
 use crate::scalar::{Cast, Scalar};
@@ -65,6 +69,26 @@ impl<T: Scalar> PointPlace<'_, T> {
     }
 }
 
+impl<T: Scalar> PairPlace<'_, T> {
+    /// The weighted results of the point, over parameters of contacts, of the shapes those of one.
+    fn weighted(
+        &self,
+        contacts: &Contacts<OfBody<T>>,
+        side: usize,
+        out: &Numbers<'_, T>,
+        state: &Statement<'_, T>,
+    ) -> OfBody<T> {
+        let kinematics = &self.term.kinematics;
+        let X = self.bodies.map(|on| kinematics.pose(on));
+        let V = self.bodies.map(|on| kinematics.velocity(on));
+        let point_of = LinearizedPoint::between_numbers;
+        let own = point_of(contacts, self.at.point, self.point, side, &X, &V);
+        let mut sum = out.sum_between(self.bodies);
+        state(&own, &mut sum);
+        sum.value
+    }
+}
+
 /// Contacts over their own numbers.
 #[derive(Clone, Debug)]
 pub(super) struct OverNumbers<T: Scalar> {
@@ -74,6 +98,8 @@ pub(super) struct OverNumbers<T: Scalar> {
     contacts: Contacts<OfBody<T>>,
     /// `None` where the ground is a plane.
     ground: Option<OverGround<T>>,
+    /// Seeded in torsional and rolling friction; `None` without.
+    turning: Option<Contacts<OfBody<T>>>,
 }
 
 /// Contacts over the numbers of ground that is not a plane.
@@ -101,6 +127,7 @@ impl<T: Scalar> OverNumbers<T> {
             generation: contacts.generation(),
             contacts: seeded(contacts),
             ground: contacts.terrain().is_curved().then(ground),
+            turning: contacts.have_turning().then(|| seeded_turning(contacts)),
         })
     }
 
@@ -121,6 +148,11 @@ impl<T: Scalar> OverNumbers<T> {
         if let Some(ground) = &mut self.ground {
             ground.add(place, out, state);
         }
+        let turning = self.turning.as_ref();
+        if let Some(contacts) = turning.filter(|own| own.turning(place.index).is_some()) {
+            let sum = place.weighted(contacts, out, state);
+            add_turning_numbers(&sum, place.index, out);
+        }
     }
 
     /// Adds the derivatives of a point between bodies to those in its contact model and in the sizes of both shapes.
@@ -130,22 +162,19 @@ impl<T: Scalar> OverNumbers<T> {
         out: &mut Numbers<'_, T>,
         state: &Statement<'_, T>,
     ) {
-        let PairPlace {
-            at,
-            term,
-            point,
-            bodies,
-        } = place;
-        let X = bodies.map(|on| term.kinematics.pose(on));
-        let V = bodies.map(|on| term.kinematics.velocity(on));
-        for (side, shape) in point.shapes.into_iter().enumerate() {
-            let point_of = LinearizedPoint::between_numbers;
-            let own = point_of(&self.contacts, at.point, point, side, &X, &V);
-            let mut sum = out.sum_between(*bodies);
-            state(&own, &mut sum);
-            let sum = sum.value;
+        let shapes = place.point.shapes;
+        let turning = self.turning.as_ref();
+        let turning = turning.filter(|own| own.turning_between(shapes).is_some());
+        let has_turning = self.contacts.have_turning_between();
+        for (side, shape) in shapes.into_iter().enumerate() {
+            let sum = place.weighted(&self.contacts, side, out, state);
             let has_material = self.contacts.shape_has_material(shape);
-            add_pair_numbers(&sum, (shape, has_material), side == 0, out);
+            add_pair_numbers(&sum, (shape, has_material, has_turning), side == 0, out);
+            if let Some(contacts) = turning {
+                let sum = place.weighted(contacts, side, out, state);
+                let shape = Some(shape).filter(|_| has_material);
+                add_pair_turning_numbers(&sum, shape, side == 0, out);
+            }
         }
     }
 

@@ -6,21 +6,18 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::constraint::CarrierMotion;
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactLaw, ContactPart, Contacts, LAW_NUMBERS, MATERIAL_NUMBERS,
-    PLANE_NUMBERS, POINT_NUMBERS, PairPoint, PairState, PointKinematics, PointState, ROWS,
-    SHAPE_NUMBERS, body_force, velocity_at,
+    BodyMotion, BristleLoad, ContactLaw, ContactRow, Contacts, PairPoint, PairState,
+    PointKinematics, PointState, ROWS, Turning, TurningFriction, body_force, velocity_at,
 };
-use crate::scalar::{Cast, Dual, Over, Scalar, vectorized};
+use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
 use crate::sim::terms::jacobian::BRISTLE;
 use crate::sim::terms::local::{
-    BODY_DIRECTIONS, OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose,
-    seeded_velocity,
+    OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose, seeded_velocity,
 };
-use crate::sim::terms::numbers::Numbers;
-use crate::spatial::linear::{dot, rotate};
+use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Force, Motion, Transform};
 
 /// Explicit force of a contact model, and the change of its bristle over the step.
@@ -29,70 +26,6 @@ pub(super) struct LinearizedForce<T> {
     pub(super) forces: [Option<Force<OfBody<T>>>; 2],
     /// m⁺ − m, or ṁ at an instant, in the world.
     pub(super) bristle_step: [OfBody<T>; ROWS],
-}
-
-/// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above; between bodies those of a shape, of the law, and of
-/// the material of the shape.
-const LAW: usize = POINT_NUMBERS;
-const TERRAIN: usize = LAW + LAW_NUMBERS;
-const _: () = assert!(
-    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS
-        && SHAPE_NUMBERS <= LAW
-        && MATERIAL_NUMBERS <= PLANE_NUMBERS,
-    "a direction for each number"
-);
-
-/// Adds derivatives in the parameters of a point, of its contact model and of a plane to those of all parameters.
-pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numbers<'_, T>) {
-    let slots = out.slots().0;
-    let parts = [
-        (slots.points[index].clone(), &x.eps[..LAW]),
-        (slots.laws[index].clone(), &x.eps[LAW..TERRAIN]),
-        (slots.terrain.clone(), &x.eps[TERRAIN..]),
-    ];
-    for (part, own) in parts {
-        out.add(&part, own);
-    }
-}
-
-/// Adds derivatives in the parameters of the contact model between bodies, and in those of a shape.
-pub(super) fn add_pair_numbers<T: Scalar>(
-    x: &OfBody<T>,
-    (shape, has_material): (usize, bool),
-    with_law: bool,
-    out: &mut Numbers<'_, T>,
-) {
-    let slots = out.slots().0;
-    let (own, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
-    let material = if has_material { MATERIAL_NUMBERS } else { 0 };
-    let sizes_end = own.end.saturating_sub(material).max(own.start);
-    out.add(&(own.start..sizes_end), &x.eps[..LAW]);
-    out.add(&(sizes_end..own.end), &x.eps[TERRAIN..]);
-    if with_law {
-        out.add(&law, &x.eps[LAW..TERRAIN]);
-    }
-}
-
-/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its own.
-pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
-    let mut out = contacts.cast::<OfBody<T>>();
-    let is_curved = contacts.terrain().is_curved();
-    let (mut direction, mut last) = (0, None);
-    out.each_number(&mut |part, _, x| {
-        if is_curved && part == ContactPart::Terrain {
-            return;
-        }
-        if last.replace(part) != Some(part) {
-            direction = match part {
-                ContactPart::Point(_) | ContactPart::Shape(_) => 0,
-                ContactPart::Law(_) | ContactPart::PairLaw => LAW,
-                ContactPart::Terrain | ContactPart::ShapeMaterial(_) => TERRAIN,
-            };
-        }
-        x.eps[direction] = T::one();
-        direction += 1;
-    });
-    out
 }
 
 /// Contact kinematics of a point on dual numbers: in the directions of one of its bodies, or in those of the numbers of contacts over `P`.
@@ -111,6 +44,8 @@ pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     deflection: Vector3<OfBody<T>>,
     /// Zero, with the derivatives of the Delassus diagonal.
     delassus: OfBody<T>,
+    /// Torsional and rolling friction; `None` without.
+    turning: Option<Turning<P, OfBody<T>>>,
 }
 
 /// The second body at a point between bodies.
@@ -135,8 +70,10 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
         let moved = in_directions_of(side, motions);
         let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
+        let friction = contacts.turning_between(point.shapes);
         Self {
             delassus: Dual::variable(T::zero(), DELASSUS),
+            turning: friction.map(|friction| turning_of(friction, &X, &V)),
             ..Self::of_pair(contacts, contacts.pair_law(point.shapes), at, &X, state)
         }
     }
@@ -166,7 +103,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
-    /// A point at a state over the numbers of [`seeded`] contacts.
+    /// A point at a state over the numbers of [`seeded`](super::seeds::seeded) contacts.
     pub(super) fn over_numbers(
         contacts: &'a Contacts<OfBody<T>>,
         at: &EvaluationPoint<'_, f64, T>,
@@ -186,7 +123,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
-    /// A point between bodies over the numbers of [`seeded`] contacts, of the shapes those of one.
+    /// A point between bodies over the numbers of [`seeded`](super::seeds::seeded) contacts, of the shapes those of one.
     pub(super) fn between_numbers(
         contacts: &'a Contacts<OfBody<T>>,
         at: &EvaluationPoint<'_, f64, T>,
@@ -198,8 +135,24 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
         let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
         let law = contacts.pair_law_by_side(point.shapes, side);
-        Self::of_pair(contacts, law, at, &X, state)
+        let some = contacts.turning_between(point.shapes);
+        let friction = some.map(|_| contacts.pair_turning_by_side(point.shapes, side));
+        Self {
+            turning: friction.map(|friction| turning_of(friction, &X, &V)),
+            ..Self::of_pair(contacts, law, at, &X, state)
+        }
     }
+}
+
+/// Moments at a point between two bodies, of which the second may be the world.
+fn turning_of<P: Scalar, T: Scalar>(
+    friction: TurningFriction<P>,
+    X: &[Transform<OfBody<T>>; 2],
+    V: &[Motion<OfBody<T>>; 2],
+) -> Turning<P, OfBody<T>> {
+    let [first, second] = [0, 1].map(|side| rotate(&X[side].rotation, &V[side].angular));
+    let rate = first - second;
+    Turning { friction, rate }
 }
 
 /// Pose in the world and velocity in itself of a body.
@@ -237,8 +190,14 @@ where
                 contacts.state(index, &body)
             },
         );
+        let friction = contacts.turning(index);
+        let turning = friction.map(|friction| Turning {
+            friction,
+            rate: rotate(&X_WB.rotation, &V.angular),
+        });
         Self {
             contacts,
+            turning,
             law: contacts.laws()[index],
             dt: at.dt(),
             axes: point.axes(),
@@ -270,6 +229,7 @@ where
             }),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
+            turning: None,
         }
     }
 
@@ -283,7 +243,12 @@ where
         delassus: T,
         forces: &[T],
     ) -> [OfBody<T>; ROWS] {
-        let kinematics = PointKinematics {
+        let own = (self.contacts.rows(&self.law, &self.kinematics(delassus))).rows;
+        self.y_of(&own, &self.velocity(seen), forces)
+    }
+
+    fn kinematics(&self, delassus: T) -> PointKinematics<'_, f64, OfBody<T>> {
+        PointKinematics {
             state: &self.point,
             axes: &self.axes,
             deflection: Some(self.deflection),
@@ -291,14 +256,66 @@ where
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
             speculative: self.is_speculative(),
-        };
-        let own = self.contacts.rows(&self.law, &kinematics).rows;
-        let acceleration = self.velocity(seen);
+        }
+    }
+
+    /// y of rows along the axes.
+    fn y_of(
+        &self,
+        own: &[ContactRow<OfBody<T>>; ROWS],
+        acceleration: &Vector3<OfBody<T>>,
+        forces: &[T],
+    ) -> [OfBody<T>; ROWS] {
         std::array::from_fn(|row| {
             let y = own[row].y_at_rest(forces[row]);
-            let along = || dot(&self.axes[row], &acceleration);
+            let along = || dot(&self.axes[row], acceleration);
             y.map_or(Dual::from(0.0), |y| along() + y)
         })
+    }
+
+    /// [`rows`](Self::rows) of the moments about all axes; `None` without.
+    pub(super) fn moment_rows(
+        &self,
+        seen: &[Motion<T>; 2],
+        delassus: T,
+        moments: &[T],
+    ) -> Option<[OfBody<T>; ROWS]> {
+        let turning = self.turning.as_ref()?;
+        let kinematics = self.kinematics(delassus);
+        let across = &self.contacts.rows(&self.law, &kinematics).rows[1];
+        let own = (self.contacts).turning_rows(&self.law, &kinematics, turning, across);
+        let rotated =
+            |R: &Matrix3<OfBody<T>>, V: &Motion<T>| rotate(R, &V.angular.map(OfBody::constant_of));
+        let first = rotated(&self.R_WB, &seen[0]);
+        let acceleration = match &self.second {
+            None => first,
+            Some(second) => first - rotated(&second.R_WB, &seen[1]),
+        };
+        Some(self.y_of(&own, &acceleration, moments))
+    }
+
+    /// Coefficients of all blocks of moments, as the solver sees them.
+    pub(super) fn moment_bounds(&self) -> Option<[OfBody<T>; 2]> {
+        let turning = self.turning.as_ref()?;
+        let blocks = turning.blocks(self.point.depth, self.is_speculative());
+        Some(blocks.map(|(_, bound)| bound))
+    }
+
+    /// Spatial force on each body of given moments about the axes, in the body.
+    pub(super) fn couples(&self, moments: &[T]) -> [Option<Force<OfBody<T>>>; 2] {
+        self.couples_on_both(&self.along_axes(moments))
+    }
+
+    /// A moment in the world on the first body, and its opposite on the second one, each in its body.
+    fn couples_on_both(&self, moment: &Vector3<OfBody<T>>) -> [Option<Force<OfBody<T>>>; 2] {
+        let on = |R: &Matrix3<OfBody<T>>, moment: &Vector3<OfBody<T>>| {
+            Force::new(Vector3::zeros(), rotate_back(R, moment))
+        };
+        let second = self.second.as_ref();
+        [
+            Some(on(&self.R_WB, moment)),
+            second.map(|second| on(&second.R_WB, &-moment)),
+        ]
     }
 
     /// Change m⁺ − m of the bristle over a step, in the world, for given forces along the axes at its end.
@@ -327,8 +344,16 @@ where
         } else {
             own.bristle.step::<f64>(self.dt)
         };
+        let mut forces = self.on_both(&own.force);
+        if let Some(turning) = &self.turning {
+            let normal = &self.point.normal;
+            let moment = turning.explicit_moment(normal, dot(normal, &own.force));
+            let couples = self.couples_on_both(&moment);
+            let all = forces.iter_mut().flatten().zip(couples.iter().flatten());
+            all.for_each(|(force, couple)| *force += *couple);
+        }
         Some(LinearizedForce {
-            forces: self.on_both(&own.force),
+            forces,
             bristle_step: [step.x, step.y, step.z],
         })
     }
@@ -370,11 +395,14 @@ where
 
     /// Spatial force on each body of given forces along the axes, in the body.
     pub(super) fn forces(&self, forces: &[T]) -> [Option<Force<OfBody<T>>>; 2] {
-        let pushes = self.axes.iter().zip(forces);
-        let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
-            sum + axis.map(|x| x.each(|x| x * f))
-        });
-        self.on_both(&force)
+        self.on_both(&self.along_axes(forces))
+    }
+
+    fn along_axes(&self, x: &[T]) -> Vector3<OfBody<T>> {
+        let parts = self.axes.iter().zip(x);
+        parts.fold(Vector3::zeros(), |sum, (axis, &x)| {
+            sum + axis.map(|own| own.each(|own| own * x))
+        })
     }
 
     /// A force in the world on the first body, and its opposite on the second one, each in its body.
@@ -408,8 +436,7 @@ impl<T: Scalar> SecondBody<T> {
 mod tests {
     use super::*;
     use crate::contact::{
-        ContactLaw, ContactRow, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact,
-        Terrain,
+        ContactLaw, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
     };
     use crate::dynamics::forward_kinematics;
     use crate::sim::terms::local::BodyDerivatives;

@@ -4,24 +4,21 @@ use nalgebra::Vector3;
 
 use super::kept::KeptForces;
 use super::pairs::PairPoints;
+use super::places::{RowPlaces, has_block};
 use super::touching::Touching;
 use super::working_set::{StepKinematics, WorkingSet};
-use crate::cone::{Block, Mode};
-use crate::contact::{
-    BristleLoad, BristleRate, ContactLaw, Contacts, PairPoint, PointKinematics, PointState, ROWS,
-};
-use crate::dynamics::{Kinematics, forward_kinematics_into};
-use crate::model::{BodyId, FrameId};
+use crate::cone::Block;
+use crate::contact::{BristleRate, Contacts, PairPoint, PointKinematics, PointState, ROWS};
+use crate::dynamics::Kinematics;
+use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
-use crate::sim::island::Start;
 use crate::sim::rows::Mark;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::term::Term;
-use crate::spatial::Force;
-use crate::spatial::linear::{dot, scale};
+use crate::spatial::linear::dot;
 
 /// Contact at an instant: empty where there is none.
 #[derive(Clone, Debug)]
@@ -33,15 +30,19 @@ pub(crate) struct Contact<T> {
     /// Force on each point, in the world: on the first body of two.
     pub(crate) forces: Vec<Vector3<T>>,
     /// Rate of each bristle; empty for laws without.
-    rates: Vec<BristleRate<T>>,
+    pub(super) rates: Vec<BristleRate<T>>,
+    /// Moment of torsional and rolling friction at each point, in the world: on the first body of two; empty without.
+    pub(super) moments: Vec<Vector3<T>>,
     /// Points that have rows.
-    working: WorkingSet<T>,
+    pub(super) working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
-    axes: Vec<[Vector3<T>; ROWS]>,
+    pub(super) axes: Vec<[Vector3<T>; ROWS]>,
+    /// Where their rows are.
+    pub(super) places: RowPlaces,
     /// Forces of the last solution.
-    kept: KeptForces<T>,
+    pub(super) kept: KeptForces<T>,
     /// Index of its first row.
-    first: Mark,
+    pub(super) first: Mark,
     /// The acceleration without rows, for points to be judged at.
     free: Vec<T>,
 }
@@ -60,8 +61,10 @@ impl<T: Scalar> Contact<T> {
             pairs: PairPoints::new(),
             forces: vec![Vector3::zeros(); n],
             rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
+            moments: Vec::new(),
             working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
+            places: RowPlaces::new(solved),
             kept: KeptForces::new(),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
@@ -71,69 +74,6 @@ impl<T: Scalar> Contact<T> {
     /// The points that had rows in the last solution, in order.
     pub(crate) fn touching(&self) -> &[usize] {
         self.working.active()
-    }
-
-    /// The points that had rows in the last solution, with their modes in the first lane.
-    pub(crate) fn modes<'a>(
-        &'a self,
-        balance: &'a Balance<T>,
-    ) -> impl Iterator<Item = (usize, Mode)> + 'a {
-        let points = self.touching();
-        let modes = balance.last_modes(points.len()).iter();
-        points.iter().copied().zip(modes.copied())
-    }
-
-    /// Spatial force of the contact at a point on one of its bodies, in the body frame.
-    fn force_on<P: Scalar>(&self, contacts: &Contacts<P>, point: usize, side: usize) -> Force<T> {
-        let force = self.forces[point];
-        self.touching_in(contacts).force(point, side, &force)
-    }
-
-    /// The law of a point, and the links that touch there: of a point with the ground one, twice.
-    pub(crate) fn law_and_links<P: Scalar>(
-        &self,
-        contacts: &Contacts<P>,
-        point: usize,
-    ) -> (ContactLaw<P>, [FrameId; 2]) {
-        let links = match point.checked_sub(contacts.points().len()) {
-            None => [contacts.points()[point].link; 2],
-            Some(k) => (self.pairs.get(k).shapes).map(|k| contacts.shape_link(k)),
-        };
-        (self.touching_in(contacts).law(point), links)
-    }
-
-    /// Passes each force on a link, on its body and in it, to `each`.
-    pub(crate) fn each_force_on<P: Scalar>(
-        &self,
-        contacts: &Contacts<P>,
-        link: FrameId,
-        mut each: impl FnMut(Force<T>),
-    ) {
-        let n = contacts.points().len();
-        for i in 0..self.points.len() {
-            let (_, links) = self.law_and_links(contacts, i);
-            let sides = if i < n { 1 } else { 2 };
-            for side in (0..sides).filter(|&side| links[side] == link) {
-                each(self.force_on(contacts, i, side));
-            }
-        }
-    }
-
-    /// Passes each force on a body, in it, to `each`, with the link that it is on; `None` is what is fixed to the world.
-    pub(in crate::sim) fn each_force<P: Scalar>(
-        &self,
-        contacts: &Contacts<P>,
-        mut each: impl FnMut(FrameId, Option<BodyId>, Force<T>),
-    ) {
-        let n = contacts.points().len();
-        let touching = self.touching_in(contacts);
-        for i in 0..self.points.len() {
-            let (_, links) = self.law_and_links(contacts, i);
-            let sides = if i < n { 1 } else { 2 };
-            for (side, body) in touching.bodies(i).into_iter().enumerate().take(sides) {
-                each(links[side], body, self.force_on(contacts, i, side));
-            }
-        }
     }
 
     /// All points, with what touches there.
@@ -162,83 +102,6 @@ impl<T: Scalar> Contact<T> {
     /// Axes of a point that takes part, by its place among these.
     pub(super) fn axes_of(&self, of: usize) -> [Vector3<T>; ROWS] {
         self.axes[of]
-    }
-
-    /// The rates of all numbers of the contact state, in sequence.
-    pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
-        let rates = self.rates.iter();
-        rates.flat_map(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
-    }
-
-    /// Changes of the contact state over a step of Δt.
-    pub(crate) fn steps<D: Scalar>(&self, dt: D) -> impl Iterator<Item = T> + '_
-    where
-        T: Over<D>,
-    {
-        let rates = self.rates.iter();
-        let steps = rates.map(move |rate| rate.step(dt));
-        steps.flat_map(|step| [step.x, step.y, step.z])
-    }
-
-    /// Rate of each bristle; empty for laws without.
-    pub(super) fn bristle_rates(&self) -> &[BristleRate<T>] {
-        &self.rates
-    }
-
-    /// Forces of soft contact on points and bodies at a state.
-    fn push<P: Scalar>(
-        &mut self,
-        at: &EvaluationPoint<'_, P, T>,
-        contacts: &Contacts<P>,
-        bodies: &mut [Force<T>],
-    ) where
-        T: Over<P>,
-    {
-        forward_kinematics_into(at.model(), at.q(), at.v(), &mut self.kinematics);
-        self.points.truncate(contacts.points().len());
-        contacts.states_into(&self.kinematics, &mut self.points);
-        (self.pairs).find(contacts, &self.kinematics, P::zero(), &mut self.points);
-        self.forces.clear();
-        self.forces.resize(self.points.len(), Vector3::zeros());
-        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
-        for i in 0..self.points.len() {
-            let touching = self.touching_in(contacts);
-            let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
-            let own = touching.law(i).explicit_force(&self.points[i], &deflection);
-            let Some(own) = own else { continue };
-            for (side, body) in touching.bodies(i).into_iter().enumerate() {
-                if let Some(body) = body {
-                    bodies[body.0] += touching.force(i, side, &own.force);
-                }
-            }
-            self.forces[i] = own.force;
-            if let Some(rate) = self.rates.get_mut(i) {
-                *rate = own.bristle;
-            }
-        }
-    }
-
-    /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
-    fn update_bristles<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, contacts: &Contacts<P>)
-    where
-        T: Over<P>,
-    {
-        let dt = at.dt();
-        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
-        for (i, (law, &m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let (at, f) = (&self.points[i], &self.forces[i]);
-            let step = law.bristle_step(&BristleLoad {
-                depth: at.depth,
-                separation: dot(&at.normal, &at.velocity),
-                friction: &(f - scale(&at.normal, dot(&at.normal, f))),
-                deflection: &Vector3::from(m),
-                dt,
-            });
-            self.rates[i] = BristleRate {
-                deflection: scale(&step, T::from(P::one() / dt)),
-                relaxation: T::zero(),
-            };
-        }
     }
 
     /// Selects the points that could touch within the step; with a working set, those that would enter the ground without forces.
@@ -307,9 +170,14 @@ impl<T: Scalar> Contact<T> {
     {
         let model = at.model();
         balance.rows.truncate(self.first);
-        let mut all = std::mem::take(&mut self.axes);
-        all.clear();
-        let touching = self.touching_in(contacts);
+        self.axes.clear();
+        self.places.clear();
+        let touching = Touching {
+            contacts,
+            pairs: &self.pairs,
+            points: &self.points,
+            kinematics: &self.kinematics,
+        };
         for &i in self.working.active() {
             let axes = touching.axes(i);
             let mut own = balance.rows.grow(ROWS);
@@ -318,58 +186,30 @@ impl<T: Scalar> Contact<T> {
                     own.add(row, k, dot(axis, &column));
                 }
             });
-            all.push(axes);
+            let turning = touching.turning(i);
+            if let Some(turning) = &turning {
+                add_moments(&touching, model, i, &axes[turning.friction.axes()], balance);
+            }
+            self.axes.push(axes);
+            self.places.push(turning.as_ref());
         }
-        self.axes = all;
     }
+}
 
-    /// Lets each step start from the forces of the last one.
-    pub(crate) fn keep_for_next_step(&mut self) {
-        self.kept.stay = true;
-    }
-
-    /// Keeps the forces of the last solution.
-    fn keep_forces<P: Scalar>(&mut self, contacts: &Contacts<P>, balance: &Balance<T>) {
-        let touching = Touching {
-            contacts,
-            pairs: &self.pairs,
-            points: &self.points,
-            kinematics: &self.kinematics,
-        };
-        let (forces, _) = (balance.rows.last_forces(ROWS * self.axes.len())).as_chunks::<ROWS>();
-        let points = self.working.active().iter().zip(forces);
-        (self.kept).keep(points.map(|(&i, &f)| (touching.key(i), f)));
-    }
-
-    /// Lets points take part that had a force in the last solution.
-    fn add_kept<P: Scalar>(&mut self, contacts: &Contacts<P>) {
-        let touching = Touching {
-            contacts,
-            pairs: &self.pairs,
-            points: &self.points,
-            kinematics: &self.kinematics,
-        };
-        self.working.add(|i| {
-            let force = self.kept.find(touching.key(i));
-            force.is_some_and(|f| !f[0].is_zero())
-        });
-    }
-
-    /// Lets the next solution start from the forces that are kept: within an instant from those along normals alone, since redundant ones across them would stay.
-    fn start_from_kept<P: Scalar>(&self, contacts: &Contacts<P>, balance: &mut Balance<T>) {
-        let stay = self.kept.stay;
-        let touching = self.touching_in(contacts);
-        let points = self.working.active().iter();
-        let kept = points.map(|&i| self.kept.find(touching.key(i)));
-        let (start, first) = (Start::of(stay), self.first);
-        let forces = kept.map(|f| {
-            f.map(|[along, x, y]| match stay {
-                true => [along, x, y],
-                false => [along, T::zero(), T::zero()],
-            })
-        });
-        balance.rows.start_from(start, first, forces);
-    }
+/// J of the moments of a point about some axes, block by block.
+fn add_moments<P: Scalar, T: Over<P>>(
+    touching: &Touching<'_, P, T>,
+    model: &Model<P>,
+    i: usize,
+    axes: &[Vector3<T>],
+    balance: &mut Balance<T>,
+) {
+    let mut own = balance.rows.grow(axes.len());
+    touching.each_turning_column(model, i, |k, column| {
+        for (row, axis) in axes.iter().enumerate() {
+            own.add(row, k, dot(axis, &column));
+        }
+    });
 }
 
 impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
@@ -377,6 +217,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.working.clear();
         self.axes.clear();
+        self.places.clear();
         if let Some(contacts) = at.explicit_contacts() {
             self.push(at, contacts, &mut forces.bodies);
         }
@@ -410,12 +251,13 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 state: &self.points[i],
                 axes,
                 deflection: bristles.get(i).map(|&m| Vector3::from(m)),
-                delassus: rows.delassus(first + ROWS * of),
+                delassus: rows.delassus(first + self.places.start(of).row),
                 dt: at.dt(),
                 kappa: contacts.kappa_over_step(at.dt()),
                 speculative: touching.is_speculative(i),
             };
-            let mut own = contacts.rows(&touching.law(i), &kinematics);
+            let law = touching.law(i);
+            let mut own = contacts.rows(&law, &kinematics);
             if T::LANES > 1 || !T::HAS_VALUES {
                 own = own.within(self.working.takes_part(of));
             }
@@ -423,6 +265,18 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 rows.push_reference(row.reference, row.compliance);
             }
             rows.push_block(Block::Cone, own.friction);
+            let Some(turning) = touching.turning(i) else {
+                continue;
+            };
+            let used = turning.friction.axes();
+            let moments = contacts.turning_rows(&law, &kinematics, &turning, &own.rows[1]);
+            for row in &moments[used.clone()] {
+                rows.push_reference(row.reference, row.compliance);
+            }
+            let all = turning.blocks(self.points[i].depth, kinematics.speculative);
+            for (block, bound) in all.into_iter().filter(|(own, _)| has_block(*own, &used)) {
+                rows.push_block(block, bound);
+            }
         }
     }
 
@@ -456,14 +310,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
-        self.forces.clear();
-        self.forces.resize(self.points.len(), Vector3::zeros());
-        let own = balance.rows.last_forces(ROWS * self.axes.len());
-        let (forces, _) = own.as_chunks::<ROWS>();
-        for ((&i, axes), f) in self.working.active().iter().zip(&self.axes).zip(forces) {
-            let [n, t_1, t_2] = axes;
-            self.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
-        }
+        self.take_forces(contacts, balance);
         if self.kept.stay {
             self.keep_forces(contacts, balance);
         }
@@ -482,6 +329,7 @@ mod tests {
     use crate::sim::evaluation_point::AtEnd;
     use crate::sim::integrators::AccelerationScratch;
     use crate::sim::state::State;
+    use crate::spatial::Force;
     use crate::{Integrator, Simulator};
 
     /// A box of 1 kg and 0.36 m × 0.24 m × 0.12 m, whose lower corners are so deep in flat ground, at rest.

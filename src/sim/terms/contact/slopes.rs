@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::numbers::{OverNumbers, PairPlace, PointPlace};
 use super::point::LinearizedPoint;
 use super::rows::Contact;
-use super::solved::{SolvedPoint, each_solved};
+use super::solved::{ActiveRows, SolvedPoint, each_solved};
 use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
@@ -37,6 +37,58 @@ impl<T: Scalar> ContactDerivatives<T> {
     }
 }
 
+impl<T: Scalar> ActiveRows<T> {
+    /// Rows of a point, those of its moments last, and how many there are.
+    fn body_rows<P: Scalar>(
+        &self,
+        point: &LinearizedPoint<'_, P, T>,
+        side: usize,
+        seen: &[Motion<T>; 2],
+    ) -> ([BodyRow<T>; 2 * ROWS], usize)
+    where
+        OfBody<T>: Over<P>,
+    {
+        let y = point.rows(seen, self.delassus, &self.forces);
+        let mut rows = [BodyRow::zero(); 2 * ROWS];
+        for (k, &y) in y.iter().enumerate() {
+            rows[k] = body_row(self.row + k, y, self.axes[side][k]);
+        }
+        let Some(own) = &self.moments else {
+            return (rows, ROWS);
+        };
+        let y = point.moment_rows(seen, self.delassus, &own.moments);
+        for ((axis, row), y) in self.moment_rows().zip(y.iter().cycle()) {
+            rows[row - self.row] = body_row(row, y[axis], own.couples[side][axis]);
+        }
+        (rows, ROWS + own.axes.len())
+    }
+
+    /// States friction, and the coefficients of moments.
+    fn emit_friction<P: Scalar>(
+        &self,
+        point: &LinearizedPoint<'_, P, T>,
+        out: &mut impl BodySink<T>,
+    ) where
+        OfBody<T>: Over<P>,
+    {
+        out.friction(self.block, point.friction());
+        if let Some(bounds) = point.moment_bounds() {
+            let blocks = self.moment_blocks();
+            blocks.for_each(|(k, block)| out.friction(block, bounds[k]));
+        }
+    }
+}
+
+/// A row without an acceleration of its own.
+fn body_row<T: Scalar>(row: usize, y: OfBody<T>, by_seen: Force<T>) -> BodyRow<T> {
+    BodyRow {
+        row,
+        y,
+        by_seen,
+        by_bias: None,
+    }
+}
+
 impl<T: Scalar> SolvedPoint<'_, T> {
     /// States rows, forces and change of the bristle, over numbers of one of the bodies.
     ///
@@ -56,17 +108,16 @@ impl<T: Scalar> SolvedPoint<'_, T> {
         let mut forces = [T::zero(); ROWS];
         if let Some(active) = &self.active {
             forces = active.forces;
-            let y = point.rows(seen, active.delassus, &forces);
-            let rows: [BodyRow<T>; ROWS] = std::array::from_fn(|k| BodyRow {
-                row: active.row + k,
-                y: y[k],
-                by_seen: active.axes[side][k],
-                by_bias: None,
-            });
-            out.rows(&rows, self.own());
+            let (all, count) = active.body_rows(point, side, seen);
+            let rows = &all[..count];
+            out.rows(rows, self.own());
             self.emit_forces(point, side, &forces, out);
+            if let Some(own) = &active.moments {
+                let couples = point.couples(&own.moments);
+                state_forces(couples, self.bodies, side, &self.own(), out);
+            }
             if side == 0 {
-                out.friction(active.block, point.friction());
+                active.emit_friction(point, out);
             }
             if self.contacts.read_delassus() {
                 let normal = Normal {
@@ -76,7 +127,7 @@ impl<T: Scalar> SolvedPoint<'_, T> {
                     along: &|motions: &[Motion<T>; 2]| point.along_normal(motions),
                     with_mass: side == 0,
                 };
-                out.delassus(&rows, &normal);
+                out.delassus(rows, &normal);
             }
         }
         if self.contacts.has_bristle(self.index) {
@@ -332,13 +383,13 @@ impl<T: Scalar> TermDerivatives<T> for ContactDerivatives<T> {
         let Some((contacts, balance)) = bristles.zip(at.balance()) else {
             return;
         };
-        let first = balance.rows().count() - ROWS * term.touching().len();
         let touching = term.touching().iter().enumerate();
         for (of, &index) in touching.filter(|(_, index)| contacts.has_bristle(**index)) {
+            let first = term.place_of(balance, of).row;
             for across in 1..ROWS {
                 let step = term.bristle_by_force(contacts, of, across, at.point.dt());
                 for (k, &slope) in step.iter().enumerate() {
-                    each(ROWS * index + k, first + ROWS * of + across, slope);
+                    each(ROWS * index + k, first + across, slope);
                 }
             }
         }

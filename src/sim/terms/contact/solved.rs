@@ -1,5 +1,7 @@
 //! Contact points whose forces a solver has found, with their rows.
 
+use std::ops::Range;
+
 use super::rows::Contact;
 use crate::contact::{Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
@@ -21,7 +23,7 @@ pub(super) struct SolvedPoint<'a, T: Scalar> {
 }
 
 /// Rows of a contact point that takes part in the solution.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct ActiveRows<T: Scalar> {
     /// Row of the normal; those across follow.
     pub(super) row: usize,
@@ -30,6 +32,35 @@ pub(super) struct ActiveRows<T: Scalar> {
     pub(super) delassus: T,
     /// Unit forces along the axes on each body, in it.
     pub(super) axes: [[Force<T>; ROWS]; 2],
+    /// Of torsional and rolling friction; `None` without.
+    pub(super) moments: Option<ActiveMoments<T>>,
+}
+
+/// Rows of the moments of a contact point; they follow those of its force.
+#[derive(Clone)]
+pub(super) struct ActiveMoments<T: Scalar> {
+    /// Axes about which there are moments.
+    pub(super) axes: Range<usize>,
+    /// About all axes; zero about the others.
+    pub(super) moments: [T; ROWS],
+    /// Unit moments about all axes on each body, in it.
+    pub(super) couples: [[Force<T>; ROWS]; 2],
+}
+
+impl<T: Scalar> ActiveRows<T> {
+    /// Moments with their axes and rows.
+    pub(super) fn moment_rows(&self) -> impl Iterator<Item = (usize, usize)> {
+        let axes = self.moments.as_ref().map_or(0..0, |own| own.axes.clone());
+        axes.zip(self.row + ROWS..)
+    }
+
+    /// Moments with their blocks, each the index of one of all that a point may have.
+    pub(super) fn moment_blocks(&self) -> impl Iterator<Item = (usize, usize)> {
+        let axes = self.moments.as_ref().map_or(0..0, |own| own.axes.clone());
+        // The last axis belongs to the block of the one before.
+        let blocks = axes.start..axes.end.min(2);
+        blocks.zip(self.block + 1..)
+    }
 }
 
 /// Passes the points whose forces a solver has found to `each`; those without force too where they have bristles.
@@ -42,10 +73,6 @@ pub(super) fn each_solved<'a, T: Scalar>(
         return;
     };
     let (solved, touching) = (balance.rows(), term.touching());
-    let (first_row, first_block) = (
-        solved.count() - ROWS * touching.len(),
-        solved.blocks() - touching.len(),
-    );
     let all = term.touching_in(contacts);
     let mut next = touching.iter().enumerate().peekable();
     for index in 0..term.points.len() {
@@ -54,13 +81,27 @@ pub(super) fn each_solved<'a, T: Scalar>(
             continue;
         }
         let active = active.map(|(of, _)| {
-            let row = first_row + ROWS * of;
+            let (place, axes) = (term.place_of(balance, of), term.axes_of(of));
+            let row = place.row;
+            let moments = all.turning(index).map(|turning| {
+                let used = turning.friction.axes();
+                let own = |k: usize| solved.forces()[row + ROWS + k - used.start];
+                ActiveMoments {
+                    moments: std::array::from_fn(|k| match used.contains(&k) {
+                        true => own(k),
+                        false => T::zero(),
+                    }),
+                    couples: all.unit_couples(index, &axes),
+                    axes: used,
+                }
+            });
             ActiveRows {
                 row,
-                block: first_block + of,
+                block: place.block,
+                moments,
                 forces: std::array::from_fn(|k| solved.forces()[row + k]),
                 delassus: solved.delassus(row),
-                axes: all.unit_forces(index, &term.axes_of(of)),
+                axes: all.unit_forces(index, &axes),
             }
         });
         each(SolvedPoint {

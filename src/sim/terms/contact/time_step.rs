@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::rows::Contact;
 use super::solved::{SolvedPoint, each_solved};
 use crate::contact::{
-    BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS,
+    BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS, Turning,
 };
 use crate::scalar::Scalar;
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
@@ -55,6 +55,8 @@ struct TimedPoint<'a, T: Scalar> {
     axes: [Vector3<Timed<T>>; ROWS],
     /// Of its bristle, in the world; `None` for laws without.
     deflection: Option<Vector3<Timed<T>>>,
+    /// Torsional and rolling friction; `None` without.
+    turning: Option<Turning<f64, Timed<T>>>,
     dt: Timed<T>,
 }
 
@@ -82,6 +84,10 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
                 in_body: constant(&state.in_body),
             },
             deflection: deflection.map(|&m| constant(&m.into())),
+            turning: touching.turning(solved.index).map(|own| Turning {
+                friction: own.friction,
+                rate: constant(&own.rate),
+            }),
             dt,
         }
     }
@@ -102,6 +108,14 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
         for (k, (row, &force)) in rows.iter().zip(&active.forces).enumerate() {
             if let Some(y) = row.y_at_rest(force) {
                 sum.coordinate_row(active.row + k, 0, None, y);
+            }
+        }
+        if let Some((turning, own)) = self.turning.as_ref().zip(active.moments.as_ref()) {
+            let rows = (self.contacts).turning_rows(&self.law, &kinematics, turning, &rows[1]);
+            for (axis, row) in active.moment_rows() {
+                if let Some(y) = rows[axis].y_at_rest(own.moments[axis]) {
+                    sum.coordinate_row(row, 0, None, y);
+                }
             }
         }
     }

@@ -7,12 +7,14 @@ use nalgebra::Vector3;
 use super::kept::Key;
 use super::pairs::PairPoints;
 use crate::contact::{
-    BodyPoint, ContactLaw, Contacts, PairPoint, PointState, ROWS, body_force, each_jacobian_column,
+    BodyPoint, ContactLaw, Contacts, PairPoint, PointState, ROWS, Turning, body_force,
+    each_jacobian_column, each_turning_column,
 };
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
+use crate::spatial::linear::{rotate, rotate_back};
 
 /// The points of an instant.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +74,22 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
         self.pair(i).map(|k| self.pairs.get(k))
     }
 
+    /// Torsional and rolling friction at a point, with the rate of rotation that they brake; `None` without.
+    pub(super) fn turning(&self, i: usize) -> Option<Turning<P, T>> {
+        let friction = match self.pair_point(i) {
+            None => self.contacts.turning(i),
+            Some(point) => self.contacts.turning_between(point.shapes),
+        }?;
+        let [first, second] = self.bodies(i).map(|body| {
+            let rate = self.kinematics.velocity(body).angular;
+            rotate(&self.kinematics.pose(body).rotation, &rate)
+        });
+        Some(Turning {
+            friction,
+            rate: first - second,
+        })
+    }
+
     /// Whether a point is met before it arrives by a law that else meets overlap only.
     pub(super) fn is_speculative(&self, i: usize) -> bool {
         self.pair(i).is_some() && self.contacts.are_pairs_speculative()
@@ -87,6 +105,20 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
 }
 
 impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
+    /// Passes the angular velocity that each coordinate's unit rate gives to the first body at a point, less that of the second, to `each(coordinate, ω)`.
+    pub(super) fn each_turning_column(
+        &self,
+        model: &Model<P>,
+        i: usize,
+        mut each: impl FnMut(usize, Vector3<T>),
+    ) {
+        let [first, second] = self.bodies(i);
+        each_turning_column(model, self.kinematics, first, &mut each);
+        if second.is_some() {
+            each_turning_column(model, self.kinematics, second, |k, x| each(k, -x));
+        }
+    }
+
     /// Passes the velocity that each coordinate's unit rate gives to a point, in the world's axes, to `each(coordinate, v)`: that of the first body, less that
     /// of the second.
     pub(super) fn each_jacobian_column(
@@ -115,6 +147,25 @@ impl<P: Scalar, T: Scalar> Touching<'_, P, T> {
     /// Unit forces along the axes of a point on each of its bodies, in it: zeros on the ground.
     pub(super) fn unit_forces(&self, i: usize, axes: &[Vector3<T>; ROWS]) -> [[Force<T>; ROWS]; 2] {
         [0, 1].map(|side| axes.map(|axis| self.force(i, side, &axis)))
+    }
+
+    /// Unit moments about the axes of a point on each of its bodies, in it: zeros on the ground.
+    pub(super) fn unit_couples(
+        &self,
+        i: usize,
+        axes: &[Vector3<T>; ROWS],
+    ) -> [[Force<T>; ROWS]; 2] {
+        [0, 1].map(|side| axes.map(|axis| self.couple(i, side, &axis)))
+    }
+
+    /// A moment on the first body at a point, in the world, or its opposite on the second one, as a force on the body, in the body; none on the ground.
+    pub(super) fn couple(&self, i: usize, side: usize, moment: &Vector3<T>) -> Force<T> {
+        let Some(body) = self.bodies(i)[side] else {
+            return Force::zero();
+        };
+        let own = rotate_back(&self.kinematics.pose_of(body).rotation, moment);
+        let own = if side == 0 { own } else { -own };
+        Force::new(Vector3::zeros(), own)
     }
 
     /// A force on the first body at a point, in the world, or its opposite on the second one, as one on the body, in the body; none on the ground.
