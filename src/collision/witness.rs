@@ -79,7 +79,9 @@ pub(super) fn nearest_normal<T: Scalar>(
     match (&a.core, &b.core) {
         (Core::Point, Core::Point) => normalized_or(&apart, T::zero(), &fallback),
         (Core::Line(u), Core::Point) | (Core::Point, Core::Line(u)) => {
-            normalized_or(&rejected(&apart, u), size, &fallback)
+            // Across the line as it turns, so that no place along it is another one.
+            let across = normalized_or(&rejected(&fallback, u), T::zero(), &fallback);
+            normalized_or(&rejected(&apart, u), size, &across)
         }
         (Core::Line(u), Core::Line(v)) => normalized_or(&cross(u, v), T::zero(), &fallback),
         _ => refined_normal(a, b, seed),
@@ -97,13 +99,25 @@ fn core_points<T: Scalar>(
     }
     let (p, q) = (a.support(n), b.support(&-n));
     let step = scale(n, dot(n, &(q - p)));
-    let slides = |own: &Placed<T>| matches!(own.core, Core::Line(_));
-    match source {
-        NormalSource::First(_) => [q - step, q],
-        NormalSource::Second(_) => [p, p + step],
-        NormalSource::Features if slides(a) => [q - step, q],
-        NormalSource::Features if slides(b) => [p, p + step],
-        NormalSource::Features => [p, q],
+    let is_first_known = match source {
+        NormalSource::First(_) => false,
+        NormalSource::Second(_) => true,
+        NormalSource::Features => spread(a) <= spread(b),
+    };
+    if is_first_known {
+        [p, p + step]
+    } else {
+        [q - step, q]
+    }
+}
+
+/// How far the supporting point of a core moves with the normal, in an order: that of a flat ellipsoid is not known where its normal is, that of a line not at all.
+fn spread<T>(own: &Placed<T>) -> u8 {
+    match own.core {
+        Core::Point => 0,
+        Core::Disc(..) => 1,
+        Core::Ellipsoid(_) => 2,
+        Core::Line(_) => 3,
     }
 }
 

@@ -22,6 +22,8 @@ const ROUNDING: f64 = 1e-15;
 const LAST_STEP: f64 = 1e-15;
 /// Part of the size by which gaps differ that are equal but for rounding.
 const EQUAL: f64 = 1e-14;
+/// Tilt of a normal against the axis of a rim below which its side is that of the other shape, rad.
+const UPRIGHT: f64 = 1e-3;
 /// Part of an edge by which a point may lie beyond its ends.
 const BEYOND: f64 = 1e-9;
 
@@ -139,7 +141,12 @@ fn free_normal(
     }
     let is_curved = p.is_curved() || q.is_curved();
     let normal = if is_curved {
-        converged(p, q, n)
+        let normal = converged(p, q, n);
+        tilted(p, q, n).map_or(normal, |start| {
+            let other = converged(p, q, &start);
+            let gap = |n: &Vector3<f64>| (q.support(&-n) - p.support(n)).dot(n);
+            if gap(&other) > gap(&normal) { other } else { normal }
+        })
     } else {
         nearest_normal(&[*p, *q], n)
     };
@@ -197,6 +204,22 @@ fn converged(p: &Placed<f64>, q: &Placed<f64>, start: &Vector3<f64>) -> Vector3<
         }
     }
     n
+}
+
+/// A normal near the axis of a rim, tilted so that the point of the rim along it is the one beneath the other shape; near the axis that is not where steps lead.
+fn tilted(p: &Placed<f64>, q: &Placed<f64>, n: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let (axis, toward) = match (&p.core, &q.core) {
+        (Core::Line(_), _) | (_, Core::Line(_)) => return None,
+        (Core::Disc(axis, _), _) => (axis, q.support(&-n) - p.center),
+        (_, Core::Disc(axis, _)) => (axis, q.center - p.support(n)),
+        _ => return None,
+    };
+    let across = |v: &Vector3<f64>| v - axis * axis.dot(v);
+    if across(n).norm() > UPRIGHT {
+        return None;
+    }
+    let toward = across(&toward).try_normalize(f64::MIN_POSITIVE)?;
+    Some((axis * axis.dot(n) + toward * UPRIGHT).normalize())
 }
 
 /// A step of Newton's method where it widens the gap, else one along its derivative; with the length of the step.

@@ -50,6 +50,8 @@ const CURVED: [Round; 4] = [
 ];
 /// Angle within which features count as parallel on polytopes, rad.
 const PARALLEL: f64 = 1e-9;
+/// Angle within which features of polytopes are all near, rad.
+const ALL: f64 = 2.0;
 /// Part of the size by which gap and distance may differ.
 const PROOF: f64 = 1e-13;
 /// Part of the size to which a polytope grows towards curved shapes before features are tried.
@@ -95,7 +97,7 @@ fn at_axis(difference: &Difference<'_>, axis: &Axis) -> Option<PairFeature> {
     }
     match nearest_on_faces(a, b, &found.pair) {
         Some(flat)
-            if axis.gap <= 0.0
+            if axis.gap < -rounding
                 || (flat.outside <= rounding && flat.distance <= axis.gap + rounding) =>
         {
             Some(flat.pair)
@@ -135,6 +137,10 @@ fn from_simplex(difference: &Difference<'_>, far: f64) -> Option<PairFeature> {
                 return Some(found.pair);
             }
         }
+    }
+    // Slivers on which simplices have no digits: every feature that looks the right way.
+    if let Some(n) = last.try_normalize(f64::MIN_POSITIVE) {
+        best = wider(best, choose(difference, &n, ALL));
     }
     Some(best.map_or_else(|| at_direction(difference, &last), |found| found.pair))
 }
