@@ -85,7 +85,8 @@ pub fn check(pair: &Pair, with_differences: bool) -> Errors {
     };
     (errors.distance, errors.unproved) = distance(pair, &at);
     if with_differences {
-        let all = (0..DIRECTIONS).filter_map(|k| Some((difference(pair, &here, k)? - gradient[k]).abs()));
+        let all =
+            (0..DIRECTIONS).filter_map(|k| Some((difference(pair, &here, k)? - gradient[k]).abs()));
         errors.difference = all.fold(0.0, f64::max);
     }
     errors
@@ -93,7 +94,9 @@ pub fn check(pair: &Pair, with_differences: bool) -> Errors {
 
 /// By how much the distance is not the widest gap, and whether that is without a proof.
 fn distance(pair: &Pair, at: &Witness<f64>) -> (f64, bool) {
-    let plane = [0, 1].into_iter().find(|&k| matches!(pair.shapes[k], Shape::HalfSpace));
+    let plane = [0, 1]
+        .into_iter()
+        .find(|&k| matches!(pair.shapes[k], Shape::HalfSpace));
     if let Some(k) = plane {
         let axis = pair.at[k].rotation.column(2).into_owned();
         let n = if k == 0 { axis } else { -axis };
@@ -121,7 +124,11 @@ fn points(pair: &Pair, at: &Witness<f64>) -> f64 {
         gap if gap.is_finite() => (gap - at.distance).abs(),
         _ => 0.0,
     };
-    apart.max(lack).max(off[0]).max(off[1]).max((at.normal.norm() - 1.0).abs())
+    apart
+        .max(lack)
+        .max(off[0])
+        .max(off[1])
+        .max((at.normal.norm() - 1.0).abs())
 }
 
 /// The gradient in twelve directions; `None` where it is not finite, or belongs to another distance.
@@ -158,7 +165,10 @@ fn implied(pair: &Pair, at: &Witness<f64>) -> [f64; DIRECTIONS] {
 }
 
 fn worst(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+    a.iter()
+        .zip(b)
+        .map(|(x, y)| (x - y).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Moved along the normal by h, the second shape is h farther away: by no gap less, by no point more.
@@ -166,7 +176,9 @@ fn one_sided(pair: &Pair, at: &Witness<f64>) -> f64 {
     const H: f64 = 1e-3;
     let mut moved = pair.clone();
     moved.at[1].translation += at.normal * H;
-    found(&moved).map_or(f64::NAN, |(_, next)| (next.distance - at.distance - H).abs())
+    found(&moved).map_or(f64::NAN, |(_, next)| {
+        (next.distance - at.distance - H).abs()
+    })
 }
 
 /// The central difference in a direction; `None` where features switch, or differences of no two steps agree.

@@ -16,7 +16,14 @@ pub type Random = Xoshiro256PlusPlus;
 
 /// Kinds of shapes; the last can only be one of a pair.
 pub const KINDS: [&str; 8] = [
-    "sphere", "capsule", "box", "cylinder", "ellipsoid", "hull", "triangle", "half-space",
+    "sphere",
+    "capsule",
+    "box",
+    "cylinder",
+    "ellipsoid",
+    "hull",
+    "triangle",
+    "half-space",
 ];
 
 /// Where shapes are, and how they are shaped.

@@ -62,7 +62,13 @@ fn bound(pair: &Pair, cell: &Cell, c: &V, known: Option<V>) -> f64 {
     let most = |x: &V| x.norm() * (angle(x, c) - width).max(0.0).cos();
     let middle = difference(pair, c);
     let corners = cell.map(|v| difference(pair, &v));
-    let all = [middle, corners[0], corners[1], corners[2], known.unwrap_or(middle)];
+    let all = [
+        middle,
+        corners[0],
+        corners[1],
+        corners[2],
+        known.unwrap_or(middle),
+    ];
     let mut best = (most(&middle), middle);
     for _ in 0..STEPS {
         let before = best.0;
@@ -96,7 +102,9 @@ pub fn climb(pair: &Pair, start: &V) -> f64 {
         let x = n.cross(&V::ith(n.iamin(), 1.0)).normalize();
         let y = n.cross(&x);
         let around = [x, -x, y, -y].map(|e| (n + e * step).normalize());
-        let next = around.into_iter().max_by(|a, b| gap(pair, a).total_cmp(&gap(pair, b)));
+        let next = around
+            .into_iter()
+            .max_by(|a, b| gap(pair, a).total_cmp(&gap(pair, b)));
         match next {
             Some(next) if gap(pair, &next) > best => (n, best) = (next, gap(pair, &next)),
             _ => step *= 0.5,

@@ -78,9 +78,9 @@ pub fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
             radius,
             half_length,
         } => (x - V::z() * x.z.clamp(-half_length, *half_length)).norm() - radius,
-        Shape::Box { half_extents: h } => (0..3).fold(f64::NEG_INFINITY, |most, k| {
-            most.max(x[k].abs() - h[k])
-        }),
+        Shape::Box { half_extents: h } => {
+            (0..3).fold(f64::NEG_INFINITY, |most, k| most.max(x[k].abs() - h[k]))
+        }
         Shape::Cylinder {
             radius,
             half_length,
@@ -95,7 +95,13 @@ pub fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
 /// A bound of the distance from an ellipsoid: that from the point drawn to its surface towards the centre, with flat axes first made flat.
 fn outside_ellipsoid(x: &V, s: &[f64; 3]) -> f64 {
     let flat = |k: usize| s[k] < 1e-8;
-    let inside = V::from_fn(|k, _| if flat(k) { x[k].clamp(-s[k], s[k]) } else { x[k] });
+    let inside = V::from_fn(|k, _| {
+        if flat(k) {
+            x[k].clamp(-s[k], s[k])
+        } else {
+            x[k]
+        }
+    });
     let beyond = (0..3).filter(|&k| !flat(k)).map(|k| (x[k] / s[k]).powi(2));
     let factor = beyond.sum::<f64>().sqrt().max(1.0);
     (inside / factor - x).norm()

@@ -9,7 +9,8 @@
 //!
 //! | question | answer |
 //! |---|---|
-//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space |
+//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space, [`DistanceField`] |
+//! | a shape of any form, by a function? | [`DistanceField`], a user's [`DistanceFunction`] |
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
 //! | distance, points, normal? | [`witness`] |
@@ -24,6 +25,7 @@ mod bounds;
 mod broad_phase;
 mod clip;
 mod feature;
+mod field;
 mod groups;
 mod guard;
 mod hull;
@@ -43,6 +45,7 @@ mod witness;
 pub use bounds::Bounds;
 pub use broad_phase::{BroadPhase, TooManyPairs};
 pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+pub use field::{DistanceField, DistanceFunction};
 pub use groups::Groups;
 pub use hull::{Hull, HullError};
 pub use nearest::{features, nearest_features};

@@ -41,7 +41,11 @@ pub(super) fn refined_normal<T: Scalar>(
         let step = newton_step(a, b, &n, seed);
         n = normalized_or(&(n + step), T::zero(), &n);
     }
-    if T::HAS_VALUES { wider(a, b, &start, &n) } else { n }
+    if T::HAS_VALUES {
+        wider(a, b, &start, &n)
+    } else {
+        n
+    }
 }
 
 /// The second of two normals; the first where its gap is wider or they are far apart, as at the edge of a cap, where the curvature of a rim has no bound and a step leads anywhere.

@@ -5,6 +5,7 @@
 use nalgebra::Vector3;
 
 use super::feature::{NormalSource, PairFeature};
+use super::field::field_witness;
 use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::newton::refined_normal;
 use super::placed::{Core, Placed, face_normal};
@@ -42,6 +43,9 @@ pub fn witness<P: Scalar, T: Over<P>>(
     b: &Shape<P>,
     X_WB: &Transform<T>,
 ) -> Witness<T> {
+    if let Some(found) = field_witness(pair, [a, b], [X_WA, X_WB]) {
+        return found;
+    }
     // About A's origin: far from the world's no digit is lost.
     let origin = X_WA.translation;
     let zero = Vector3::from_element(T::zero());

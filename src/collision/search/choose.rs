@@ -24,6 +24,10 @@ const LAST_STEP: f64 = 1e-15;
 const EQUAL: f64 = 1e-14;
 /// Tilt of a normal against the axis of a rim below which its side is that of the other shape, rad.
 const UPRIGHT: f64 = 1e-3;
+/// Part of the size by which gap and distance of features differ that are not those of the normal.
+const EXACT: f64 = 1e-9;
+/// Part of the size by which the gap of the right features may be narrower.
+const NARROWER: f64 = 1e-6;
 /// Part of an edge by which a point may lie beyond its ends.
 const BEYOND: f64 = 1e-9;
 
@@ -37,9 +41,18 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Whether the gap is wider, or as wide and nearer to the distance.
-    fn is_better(&self, other: &Self, margin: f64) -> bool {
+    /// Whether the gap is wider, or as wide and nearer to the distance. Features whose distance is another than the gap give way to those that have it, unless these have a gap
+    /// that is much narrower.
+    ///
+    /// * `size` – of the differences, m
+    pub(super) fn is_better(&self, other: &Self, size: f64) -> bool {
+        let margin = EQUAL * size;
         let lack = |found: &Self| (found.distance - found.gap).abs();
+        let is_exact = |found: &Self| lack(found) <= EXACT * size;
+        let narrower = (self.gap - other.gap).abs() <= NARROWER * size;
+        if narrower && is_exact(self) != is_exact(other) {
+            return is_exact(self);
+        }
         let is_equal = (self.gap - other.gap).abs() <= margin;
         if is_equal {
             lack(self) < lack(other) - margin
@@ -59,7 +72,7 @@ pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) 
             let Some(found) = candidate(difference, n, a, b) else {
                 continue;
             };
-            if best.is_none_or(|best| found.is_better(&best, EQUAL * difference.size)) {
+            if best.is_none_or(|best| found.is_better(&best, difference.size)) {
                 best = Some(found);
             }
         }
@@ -145,7 +158,11 @@ fn free_normal(
         tilted(p, q, n).map_or(normal, |start| {
             let other = converged(p, q, &start);
             let gap = |n: &Vector3<f64>| (q.support(&-n) - p.support(n)).dot(n);
-            if gap(&other) > gap(&normal) { other } else { normal }
+            if gap(&other) > gap(&normal) {
+                other
+            } else {
+                normal
+            }
         })
     } else {
         nearest_normal(&[*p, *q], n)
