@@ -10,11 +10,11 @@ use super::sphere::{Verdict, climb, widest};
 use super::support::{gap, outside, radii};
 
 /// Distances by other formulas, m.
-pub const DISTANCE: f64 = 1e-9;
+pub(crate) const DISTANCE: f64 = 1e-9;
 /// Points: that of an ellipsoid as thin as a sliver moves by 10⁸ m for each radian of its normal.
 const POINT: f64 = 1e-7;
 /// Derivatives by differences.
-pub const DERIVATIVE: f64 = 1e-7;
+pub(crate) const DERIVATIVE: f64 = 1e-7;
 /// Steps of differences, m and rad: the longest that tells most is not the same everywhere.
 const STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Differences of two steps that agree to this have converged.
@@ -26,25 +26,30 @@ const DIRECTIONS: usize = 12;
 
 /// What is wrong with a pair, by how much; zero where nothing is.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Gap wider than the distance, or one that does not reach it, m.
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// Distance of a point from its shape, or from where the normal leads, m.
-    pub points: f64,
+    pub(crate) points: f64,
     /// Gradient against the one that normal and points imply.
-    pub gradient: f64,
+    pub(crate) gradient: f64,
     /// Gradient against differences, where features stay and the differences converge.
-    pub difference: f64,
+    pub(crate) difference: f64,
     /// One-sided difference along the normal against one.
-    pub one_sided: f64,
+    pub(crate) one_sided: f64,
     /// Whether branch and bound ended without a proof.
-    pub unproved: bool,
+    pub(crate) unproved: bool,
     /// Whether something was NaN or missing.
-    pub broken: bool,
+    pub(crate) broken: bool,
 }
 
 impl Errors {
-    pub fn is_miss(&self) -> bool {
+    /// Whether the distance itself is not what it must be.
+    pub(crate) fn is_wrong(&self) -> bool {
+        self.broken || self.distance.is_nan() || self.distance > DISTANCE
+    }
+
+    pub(crate) fn is_miss(&self) -> bool {
         let lengths = [self.distance, self.one_sided];
         let slopes = [self.gradient, self.difference];
         self.broken
@@ -65,7 +70,7 @@ fn found(pair: &Pair) -> Option<Found> {
 }
 
 /// Compares all of a pair; differences only if asked for, since they cost most.
-pub fn check(pair: &Pair, with_differences: bool) -> Errors {
+pub(crate) fn check(pair: &Pair, with_differences: bool) -> Errors {
     let broken = Errors {
         broken: true,
         ..Errors::default()

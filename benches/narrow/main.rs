@@ -16,6 +16,7 @@ use pairs::KINDS;
 const FEW: usize = 4;
 
 fn main() {
+    let is_test = std::env::args().any(|argument| argument == "--test");
     let all = std::env::args().skip(1);
     let arguments: Vec<String> = all.filter(|argument| !argument.starts_with("--")).collect();
     let number = |k: usize, otherwise: u64| {
@@ -25,7 +26,8 @@ fn main() {
     };
     let kinds: Vec<usize> = arguments.iter().skip(2).map(|name| kind(name)).collect();
     let count = number(0, FEW as u64) as usize;
-    report::report(count, number(1, 1), &kinds);
+    let wrong = report::report(count, number(1, 1), &kinds);
+    assert!(!is_test || wrong == 0, "{wrong} wrong distances");
 }
 
 fn kind(name: &str) -> usize {

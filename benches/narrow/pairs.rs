@@ -10,12 +10,12 @@ use rand::rngs::Xoshiro256PlusPlus;
 
 use super::support::gap;
 
-pub type V = Vector3<f64>;
-pub type Pose = Transform<f64>;
-pub type Random = Xoshiro256PlusPlus;
+pub(crate) type V = Vector3<f64>;
+pub(crate) type Pose = Transform<f64>;
+pub(crate) type Random = Xoshiro256PlusPlus;
 
 /// Kinds of shapes; the last can only be one of a pair.
-pub const KINDS: [&str; 8] = [
+pub(crate) const KINDS: [&str; 8] = [
     "sphere",
     "capsule",
     "box",
@@ -27,7 +27,7 @@ pub const KINDS: [&str; 8] = [
 ];
 
 /// Where shapes are, and how they are shaped.
-pub const REGIMES: [&str; 5] = ["near", "deep", "far", "aligned", "sliver"];
+pub(crate) const REGIMES: [&str; 5] = ["near", "deep", "far", "aligned", "sliver"];
 
 /// Thickness of a sliver, m.
 const SLIVER: f64 = 1e-9;
@@ -36,14 +36,14 @@ const PITCH: f64 = 0.25;
 
 /// Two shapes at their poses.
 #[derive(Clone, Debug)]
-pub struct Pair {
-    pub shapes: [Shape; 2],
-    pub at: [Pose; 2],
+pub(crate) struct Pair {
+    pub(crate) shapes: [Shape; 2],
+    pub(crate) at: [Pose; 2],
 }
 
 impl Pair {
     /// A pair of two kinds in a regime, by their indices.
-    pub fn random(rng: &mut Random, kinds: [usize; 2], regime: usize) -> Self {
+    pub(crate) fn random(rng: &mut Random, kinds: [usize; 2], regime: usize) -> Self {
         let shapes = kinds.map(|kind| shape(kind, regime, rng));
         let distance = [1.5, 0.3, 3.0, 0.0, 1.0][regime];
         let at = match regime {
@@ -69,13 +69,13 @@ impl Pair {
 }
 
 /// Each two kinds, the second not before the first; two half-spaces have no distance.
-pub fn kinds() -> impl Iterator<Item = [usize; 2]> {
+pub(crate) fn kinds() -> impl Iterator<Item = [usize; 2]> {
     let last = KINDS.len() - 1;
     let pairs = (0..=last).flat_map(move |a| (a..=last).map(move |b| [a, b]));
     pairs.filter(move |&[a, _]| a < last)
 }
 
-pub fn vector(rng: &mut Random, size: f64) -> V {
+pub(crate) fn vector(rng: &mut Random, size: f64) -> V {
     V::from_fn(|_, _| rng.random_range(-size..size))
 }
 

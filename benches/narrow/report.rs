@@ -21,20 +21,22 @@ const TRIES: usize = 3;
 struct Row {
     pairs: usize,
     misses: [usize; REGIMES.len()],
+    /// Misses in the distance.
+    wrong: usize,
     unproved: usize,
     worst: Errors,
     nanoseconds: f64,
 }
 
-/// Prints the table of so many pairs of each two kinds and each regime, of two kinds only if these are named; returns the misses.
-pub fn report(count: usize, seed: u64, only: &[usize]) -> usize {
+/// Prints the table of so many pairs of each two kinds and each regime, of two kinds only if these are named; returns the number of wrong distances.
+pub(crate) fn report(count: usize, seed: u64, only: &[usize]) -> usize {
     let columns = REGIMES.map(|name| format!("{name:>8}")).concat();
     println!(
         "misses by regime{:6}{:>9}{columns}{:>10} |distance   points gradient differen onesided |  µs",
         "", "pairs", "unproved"
     );
     let chosen = kinds().filter(|pair| only.is_empty() || only == pair);
-    let (mut pairs, mut misses) = (0, 0);
+    let (mut pairs, mut misses, mut wrong) = (0, 0, 0);
     for [a, b] in chosen {
         let row = row([a, b], count, seed);
         let by_regime = row.misses.map(|n| format!("{n:>8}")).concat();
@@ -47,10 +49,12 @@ pub fn report(count: usize, seed: u64, only: &[usize]) -> usize {
             "{name:<22}{:>9}{by_regime}{:>10} |{worst} |{time:>6.2}",
             row.pairs, row.unproved
         );
-        (pairs, misses) = (pairs + row.pairs, misses + row.misses.iter().sum::<usize>());
+        pairs += row.pairs;
+        misses += row.misses.iter().sum::<usize>();
+        wrong += row.wrong;
     }
-    println!("{misses} misses of {pairs} pairs");
-    misses
+    println!("{misses} misses of {pairs} pairs, {wrong} of them in the distance");
+    wrong
 }
 
 fn row(kinds: [usize; 2], count: usize, seed: u64) -> Row {
@@ -97,6 +101,7 @@ fn time(pairs: &[Pair]) -> f64 {
 impl Row {
     fn add(&mut self, pair: &Pair, regime: usize, errors: Errors) {
         self.pairs += 1;
+        self.wrong += usize::from(errors.is_wrong());
         self.unproved += usize::from(errors.unproved);
         if errors.is_miss() {
             if self.misses.iter().sum::<usize>() < MAX_PRINTED {

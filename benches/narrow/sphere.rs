@@ -14,7 +14,7 @@ const STEPS: usize = 6;
 
 /// End of the search for a gap wider than a claim.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// No gap is wider than the claim by more than the tolerance.
     Proved,
     /// None was found before the cells ran out.
@@ -29,7 +29,7 @@ type Cell = [V; 3];
 /// Looks for a gap that exceeds a claim by more than a tolerance, m.
 ///
 /// * `known` – a difference of points of the two shapes, without radii
-pub fn widest(pair: &Pair, claim: f64, known: Option<V>, tolerance: f64) -> Verdict {
+pub(crate) fn widest(pair: &Pair, claim: f64, known: Option<V>, tolerance: f64) -> Verdict {
     let mut open: Vec<Cell> = octants().collect();
     let mut worst = tolerance;
     for _ in 0..MAX_CELLS {
@@ -96,7 +96,7 @@ fn angle(a: &V, b: &V) -> f64 {
 }
 
 /// The widest gap that steps of ever smaller length lead to.
-pub fn climb(pair: &Pair, start: &V) -> f64 {
+pub(crate) fn climb(pair: &Pair, start: &V) -> f64 {
     let (mut n, mut best, mut step) = (*start, gap(pair, start), 1e-2);
     while step > 1e-9 {
         let x = n.cross(&V::ith(n.iamin(), 1.0)).normalize();

@@ -5,7 +5,7 @@ use dualbody::collision::Shape;
 use super::pairs::{Pair, Pose, V};
 
 /// The point of a shape that lies farthest along a direction, without the radius around a sphere or a capsule, in the world.
-pub fn farthest(shape: &Shape, at: &Pose, n: &V) -> V {
+pub(crate) fn farthest(shape: &Shape, at: &Pose, n: &V) -> V {
     let m = at.rotation.transpose() * n;
     let sign = |x: f64| 1_f64.copysign(x);
     let own = match shape {
@@ -40,7 +40,7 @@ fn best(points: impl Iterator<Item = V>, m: &V) -> V {
 }
 
 /// Radius around what [`farthest`] reaches.
-pub fn radius(shape: &Shape) -> f64 {
+pub(crate) fn radius(shape: &Shape) -> f64 {
     match shape {
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,
         _ => 0.0,
@@ -48,7 +48,7 @@ pub fn radius(shape: &Shape) -> f64 {
 }
 
 /// Gap between planes across a unit direction with the shapes on either side, m. That of a half-space is finite along its normal only.
-pub fn gap(pair: &Pair, n: &V) -> f64 {
+pub(crate) fn gap(pair: &Pair, n: &V) -> f64 {
     let normal = |k: usize| pair.at[k].rotation.column(2).into_owned();
     for (k, sign) in [(0, 1.0), (1, -1.0)] {
         let is_endless = matches!(pair.shapes[k], Shape::HalfSpace);
@@ -60,17 +60,17 @@ pub fn gap(pair: &Pair, n: &V) -> f64 {
 }
 
 /// The least difference q − p along a direction, of the second shape's points those of the first, without radii.
-pub fn difference(pair: &Pair, n: &V) -> V {
+pub(crate) fn difference(pair: &Pair, n: &V) -> V {
     let [a, b] = &pair.shapes;
     farthest(b, &pair.at[1], &-n) - farthest(a, &pair.at[0], n)
 }
 
-pub fn radii(pair: &Pair) -> f64 {
+pub(crate) fn radii(pair: &Pair) -> f64 {
     radius(&pair.shapes[0]) + radius(&pair.shapes[1])
 }
 
 /// How far a point is outside of a shape, m; of a hull nothing is said.
-pub fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
+pub(crate) fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
     let x = at.rotation.transpose() * (p - at.translation);
     match shape {
         Shape::Sphere { radius } => x.norm() - radius,

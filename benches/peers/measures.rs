@@ -256,12 +256,10 @@ fn bouncing_ball(law: ContactLaw, integrator: Integrator, dt: f64) -> [f64; 2] {
 fn heap(law: ContactLaw, integrator: Integrator, dt: f64) -> f64 {
     const RADIUS: f64 = 0.1;
     let mut world = World::new("heap");
-    let mut places = Vec::new();
     for k in 0..ROW.pow(3) {
-        let at = [k % ROW, k / ROW % ROW, k / (ROW * ROW)].map(|i| i as f64 * 2.0 * RADIUS);
+        let at = [k % ROW, k / ROW % ROW, k / (ROW * ROW)].map(|i| i as f64 * 2.1 * RADIUS);
         let beside = 1e-3 * (k % 7) as f64;
         let place = Vector3::new(at[0] + beside, at[1] - beside, at[2] + RADIUS);
-        places.push(place);
         let object = Object::free(Mass::Kilograms(10.0)).at(Transform::from_translation(place));
         world
             .add_sphere(&format!("ball{k}"), RADIUS, &object)
@@ -277,14 +275,12 @@ fn heap(law: ContactLaw, integrator: Integrator, dt: f64) -> f64 {
         .with_time_step(dt);
     let (mut sum, mut n) = (0.0, 0);
     run(&simulator, &simulator.neutral_state(), 1.0, |_, state| {
-        let at = |k: usize| places[k] + state.q.fixed_rows::<3>(7 * k);
-        for i in 0..places.len() {
-            let ground = (RADIUS - at(i).z).max(0.0);
-            let others = (0..i).map(|j| (2.0 * RADIUS - (at(i) - at(j)).norm()).max(0.0));
-            for depth in others.chain([ground]).filter(|depth| *depth > 0.0) {
-                sum += depth / RADIUS;
-                n += 1;
-            }
+        let report = simulator.contact_report(state, &[]);
+        let between = report.pairs.iter().map(|pair| pair.point.depth);
+        let all = report.points.iter().map(|point| point.depth).chain(between);
+        for depth in all.filter(|depth| *depth > 0.0) {
+            sum += depth / RADIUS;
+            n += 1;
         }
     });
     sum / f64::from(n.max(1))

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
-use super::field::{each_pair, is_field};
+use super::field_pairs::{each_pair, is_field};
 use super::patch::{Across, MAX_CORNERS, Patch};
 use super::solid::Solid;
 use super::witness::witness;

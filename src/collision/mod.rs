@@ -26,6 +26,7 @@ mod broad_phase;
 mod clip;
 mod feature;
 mod field;
+mod field_pairs;
 mod groups;
 mod guard;
 mod hull;
@@ -44,7 +45,9 @@ mod witness;
 
 pub use bounds::Bounds;
 pub use broad_phase::{BroadPhase, TooManyPairs};
-pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+pub use feature::{
+    Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness,
+};
 pub use field::{DistanceField, DistanceFunction};
 pub use groups::Groups;
 pub use hull::{Hull, HullError};
@@ -52,4 +55,4 @@ pub use nearest::{features, nearest_features};
 pub use shape::Shape;
 pub(crate) use surface::TriangleSides;
 pub use surface::{Surface, SurfaceError};
-pub use witness::{Witness, witness};
+pub use witness::witness;

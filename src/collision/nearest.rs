@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::clip::manifold;
 use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
-use super::field::nearest_to_field;
+use super::field_pairs::nearest_to_field;
 use super::point_cylinder::nearest_to_center;
 use super::search::search;
 use super::segments::nearest_of_segments;

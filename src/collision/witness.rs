@@ -4,8 +4,8 @@
 
 use nalgebra::Vector3;
 
-use super::feature::{NormalSource, PairFeature};
-use super::field::field_witness;
+use super::feature::{NormalSource, PairFeature, Witness};
+use super::field_pairs::field_witness;
 use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::newton::refined_normal;
 use super::placed::{Core, Placed, face_normal};
@@ -13,17 +13,6 @@ use super::shape::Shape;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{cross, dot, scale, scale_add_data};
-
-/// Distance, points and normal of a pair of features.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Witness<T> {
-    /// Distance along the normal, m; negative where the shapes overlap.
-    pub distance: T,
-    /// Point on each shape, in the world, m.
-    pub points: [Vector3<T>; 2],
-    /// Unit normal from the first shape to the second, in the world.
-    pub normal: Vector3<T>,
-}
 
 /// Computes distance, points and normal of a pair of features.
 ///
