@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+use super::field_pairs::{each_pair, is_field};
 use super::patch::{Across, MAX_CORNERS, Patch};
 use super::solid::Solid;
 use super::witness::witness;
@@ -122,6 +123,10 @@ fn each_point(
 ) {
     let n = &pair.seed;
     let across = Across::new(n);
+    if is_field(a.shape, b.shape) {
+        each_pair(a, b, &mut |pair, _| each(point(a, b, pair, &across, 0.0)));
+        return;
+    }
     let [tight_a, tight_b] = match pair.id.normal {
         NormalSource::First(_) => [PARALLEL, angle],
         NormalSource::Second(_) => [angle, PARALLEL],

@@ -77,6 +77,17 @@ pub struct PairFeature {
     pub seed: Vector3<f64>,
 }
 
+/// Distance, points and normal of a pair of features.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Witness<T> {
+    /// Distance along the normal, m; negative where the shapes overlap.
+    pub distance: T,
+    /// Point on each shape, in the world, m.
+    pub points: [Vector3<T>; 2],
+    /// Unit normal from the first shape to the second, in the world.
+    pub normal: Vector3<T>,
+}
+
 /// The contact manifold of two shapes: up to eight pairs of features.
 #[derive(Clone, Copy, Debug)]
 pub struct Manifold {

@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
+use super::feature::Witness;
 use super::nearest::nearest_features;
 use super::shape::Shape;
-use super::witness::{Witness, witness};
+use super::witness::witness;
 use crate::model::{Geometry, Mass};
 use crate::spatial::{Inertia, Transform};
 

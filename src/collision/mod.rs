@@ -9,7 +9,8 @@
 //!
 //! | question | answer |
 //! |---|---|
-//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space |
+//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space, [`DistanceField`] |
+//! | a shape of any form, by a function? | [`DistanceField`], a user's [`DistanceFunction`] |
 //! | which features are nearest? | [`nearest_features`] |
 //! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
 //! | distance, points, normal? | [`witness`] |
@@ -24,6 +25,8 @@ mod bounds;
 mod broad_phase;
 mod clip;
 mod feature;
+mod field;
+mod field_pairs;
 mod groups;
 mod guard;
 mod hull;
@@ -43,7 +46,10 @@ mod witness;
 
 pub use bounds::Bounds;
 pub use broad_phase::{BroadPhase, TooManyPairs};
-pub use feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+pub use feature::{
+    Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness,
+};
+pub use field::{DistanceField, DistanceFunction};
 pub use groups::Groups;
 pub use hull::{Hull, HullError};
 pub use nearest::{features, nearest_features};
@@ -51,4 +57,4 @@ pub(crate) use ray::HalfLine;
 pub use shape::Shape;
 pub(crate) use surface::TriangleSides;
 pub use surface::{Surface, SurfaceError};
-pub use witness::{Witness, witness};
+pub use witness::witness;

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::clip::manifold;
 use super::feature::{Face, Feature, FeatureId, Manifold, NormalSource, PairFeature};
+use super::field_pairs::nearest_to_field;
 use super::point_cylinder::nearest_to_center;
 use super::search::search;
 use super::segments::nearest_of_segments;
@@ -15,7 +16,7 @@ use crate::spatial::Transform;
 
 /// Finds the nearest features of two shapes; for overlapping shapes those of the shortest translation that separates them.
 ///
-/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, and if an argument is not finite or a
+/// [`witness`](super::witness) computes distance, points and normal from them. `None` for two half-spaces, a [field](super::DistanceField) with a half-space or a field, and if an argument is not finite or a
 /// length is above 10¹⁰⁰ m.
 ///
 /// If several pairs are equally near, it returns one of them, always the same. If points coincide, the normal is perpendicular to both cores, or z of the world.
@@ -37,6 +38,7 @@ fn nearest_within(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFeatu
         return None;
     }
     match (a.shape, b.shape) {
+        (Shape::Field { .. }, _) | (_, Shape::Field { .. }) => nearest_to_field(a, b),
         (Shape::HalfSpace, Shape::HalfSpace) => None,
         (Shape::HalfSpace, _) => Some(on_plane(a, b)),
         (_, Shape::HalfSpace) => Some(swapped(on_plane(b, a))),

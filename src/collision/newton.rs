@@ -19,6 +19,12 @@ const STEPS: usize = 2;
 /// Steps of what is recorded, whose solution moves away from the seed.
 const RECORDED_STEPS: usize = 8;
 
+/// Narrowing of a gap that is not rounding, in the square of the distance of its points, 1/m, and in m.
+const LOSS: f64 = 1e-12;
+const SMALLEST_LOSS: f64 = 1e-12;
+/// Cosine of the angle from the seed beyond which a step led elsewhere.
+const NEAR: f64 = 0.9;
+
 /// The normal between two features of which one is curved, from a seed near it.
 pub(super) fn refined_normal<T: Scalar>(
     a: &Placed<T>,
@@ -29,12 +35,34 @@ pub(super) fn refined_normal<T: Scalar>(
     if let Some(u) = line(a, b) {
         n = normalized_or(&rejected(&n, u), T::zero(), &n);
     }
+    let start = n;
     let steps = if T::HAS_VALUES { STEPS } else { RECORDED_STEPS };
     for _ in 0..steps {
         let step = newton_step(a, b, &n, seed);
         n = normalized_or(&(n + step), T::zero(), &n);
     }
-    n
+    if T::HAS_VALUES {
+        wider(a, b, &start, &n)
+    } else {
+        n
+    }
+}
+
+/// The second of two normals; the first where its gap is wider or they are far apart, as at the edge of a cap, where the curvature of a rim has no bound and a step leads anywhere.
+fn wider<T: Scalar>(
+    a: &Placed<T>,
+    b: &Placed<T>,
+    first: &Vector3<T>,
+    second: &Vector3<T>,
+) -> Vector3<T> {
+    let [w, v] = [first, second].map(|n| b.support(&-n) - a.support(n));
+    let least = dot(first, &w) - dot(&w, &w) * LOSS - SMALLEST_LOSS;
+    let (gap, near) = (dot(second, &v), T::constant(NEAR));
+    let alike = dot(first, second);
+    Vector3::from_fn(|k, _| {
+        let found = gap.select_lt(least, first[k], second[k]);
+        alike.select_lt(near, first[k], found)
+    })
 }
 
 /// The direction of a line among the features.

@@ -95,9 +95,9 @@ impl Placed<f64> {
     }
 }
 
-/// The unit direction across an axis towards n, zero along the axis, and the length of that part of n.
+/// The unit direction across an axis towards n, zero along the axis, and the length of that part of n. By products, which are across the axis however short they are.
 fn across<T: Scalar>(axis: &Vector3<T>, n: &Vector3<T>) -> (Vector3<T>, T) {
-    let part = n - scale(axis, dot(axis, n));
+    let part = cross(axis, &cross(n, axis));
     let length = safe_norm(&part);
     (scale(&part, reciprocal_or_zero(length)), length)
 }

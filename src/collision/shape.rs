@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::field::DistanceField;
 use super::hull::Hull;
 use crate::numbers::numbers;
 use crate::scalar::Scalar;
 
-/// A convex shape in its own frame, centred at the origin, axes along z; lengths in m.
+/// A shape in its own frame, convex but for a [`Field`](Self::Field), centred at the origin, axes along z; lengths in m.
 ///
 /// Sizes are data of type `P`: over dual numbers, distances are differentiable in them. A size may be zero: a sphere of radius zero is a point, a box
 /// with one zero extent is a rectangle.
@@ -59,6 +60,11 @@ pub enum Shape<P = f64> {
     },
     /// The half-space z ≤ 0.
     HalfSpace,
+    /// A body of any form by a user's function; its distance is that of points of the other shape.
+    Field {
+        /// The signed distance, which has no parameters.
+        field: DistanceField,
+    },
 }
 
 numbers! { pub enum Shape {
@@ -76,6 +82,7 @@ numbers! { pub enum Shape {
     Hull { hull: kept(), scale: Finite(["scale x", "scale y", "scale z"], "scale of a hull") },
     Triangle { vertices: kept() },
     HalfSpace {},
+    Field { field: kept() },
 } }
 
 /// Fixed points on each rim of a cylinder.
@@ -88,7 +95,7 @@ impl<P: Scalar> Shape<P> {
             Self::Sphere { .. } | Self::HalfSpace => 1,
             Self::Ellipsoid { .. } => 7,
             Self::Capsule { .. } | Self::Cylinder { .. } => 2,
-            Self::Box { .. } => 8,
+            Self::Box { .. } | Self::Field { .. } => 8,
             Self::Triangle { .. } => 3,
             Self::Hull { hull, .. } => hull.vertices().len() as u32,
         }
@@ -113,6 +120,11 @@ impl<P: Scalar> Shape<P> {
             }
             Self::Box { half_extents } => {
                 Vector3::from_fn(|axis, _| side(index, axis, half_extents[axis]))
+            }
+            // The box that holds it.
+            Self::Field { field } => {
+                let [x, y, z] = field.half_extents().map(P::constant);
+                Vector3::new(side(index, 0, x), side(index, 1, y), side(index, 2, z))
             }
             Self::Hull { hull, scale } => {
                 let vertex = &hull.vertices()[index as usize];

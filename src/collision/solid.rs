@@ -45,7 +45,7 @@ impl<'a> Solid<'a> {
             Shape::Box { half_extents: x }
             | Shape::Ellipsoid { semi_axes: x }
             | Shape::Hull { scale: x, .. } => x,
-            Shape::Triangle { .. } | Shape::HalfSpace => &[],
+            Shape::Triangle { .. } | Shape::HalfSpace | Shape::Field { .. } => &[],
         };
         let corners = match self.shape {
             Shape::Triangle { vertices } => vertices.as_slice(),
@@ -75,7 +75,7 @@ impl<'a> Solid<'a> {
         match self.shape {
             Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::HalfSpace => 0,
             Shape::Capsule { .. } | Shape::Cylinder { .. } => side(2),
-            Shape::Box { .. } => side(0) | side(1) << 1 | side(2) << 2,
+            Shape::Box { .. } | Shape::Field { .. } => side(0) | side(1) << 1 | side(2) << 2,
             Shape::Hull { hull, scale } => {
                 let n = Vector3::from_fn(|axis, _| n[axis] * scale[axis]);
                 farthest_of(hull.vertices(), &n)

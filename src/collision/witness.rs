@@ -4,7 +4,8 @@
 
 use nalgebra::Vector3;
 
-use super::feature::{NormalSource, PairFeature};
+use super::feature::{NormalSource, PairFeature, Witness};
+use super::field_pairs::field_witness;
 use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::newton::refined_normal;
 use super::placed::{Core, Placed, face_normal};
@@ -12,17 +13,6 @@ use super::shape::Shape;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{cross, dot, scale, scale_add_data};
-
-/// Distance, points and normal of a pair of features.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Witness<T> {
-    /// Distance along the normal, m; negative where the shapes overlap.
-    pub distance: T,
-    /// Point on each shape, in the world, m.
-    pub points: [Vector3<T>; 2],
-    /// Unit normal from the first shape to the second, in the world.
-    pub normal: Vector3<T>,
-}
 
 /// Computes distance, points and normal of a pair of features.
 ///
@@ -42,6 +32,9 @@ pub fn witness<P: Scalar, T: Over<P>>(
     b: &Shape<P>,
     X_WB: &Transform<T>,
 ) -> Witness<T> {
+    if let Some(found) = field_witness(pair, [a, b], [X_WA, X_WB]) {
+        return found;
+    }
     // About A's origin: far from the world's no digit is lost.
     let origin = X_WA.translation;
     let zero = Vector3::from_element(T::zero());
@@ -79,7 +72,9 @@ pub(super) fn nearest_normal<T: Scalar>(
     match (&a.core, &b.core) {
         (Core::Point, Core::Point) => normalized_or(&apart, T::zero(), &fallback),
         (Core::Line(u), Core::Point) | (Core::Point, Core::Line(u)) => {
-            normalized_or(&rejected(&apart, u), size, &fallback)
+            // Across the line as it turns, so that no place along it is another one.
+            let across = normalized_or(&rejected(&fallback, u), T::zero(), &fallback);
+            normalized_or(&rejected(&apart, u), size, &across)
         }
         (Core::Line(u), Core::Line(v)) => normalized_or(&cross(u, v), T::zero(), &fallback),
         _ => refined_normal(a, b, seed),
@@ -97,13 +92,25 @@ fn core_points<T: Scalar>(
     }
     let (p, q) = (a.support(n), b.support(&-n));
     let step = scale(n, dot(n, &(q - p)));
-    let slides = |own: &Placed<T>| matches!(own.core, Core::Line(_));
-    match source {
-        NormalSource::First(_) => [q - step, q],
-        NormalSource::Second(_) => [p, p + step],
-        NormalSource::Features if slides(a) => [q - step, q],
-        NormalSource::Features if slides(b) => [p, p + step],
-        NormalSource::Features => [p, q],
+    let is_first_known = match source {
+        NormalSource::First(_) => false,
+        NormalSource::Second(_) => true,
+        NormalSource::Features => spread(a) <= spread(b),
+    };
+    if is_first_known {
+        [p, p + step]
+    } else {
+        [q - step, q]
+    }
+}
+
+/// How far the supporting point of a core moves with the normal, in an order: that of a flat ellipsoid is not known where its normal is, that of a line not at all.
+fn spread<T>(own: &Placed<T>) -> u8 {
+    match own.core {
+        Core::Point => 0,
+        Core::Disc(..) => 1,
+        Core::Ellipsoid(_) => 2,
+        Core::Line(_) => 3,
     }
 }
 

@@ -22,6 +22,12 @@ const ROUNDING: f64 = 1e-15;
 const LAST_STEP: f64 = 1e-15;
 /// Part of the size by which gaps differ that are equal but for rounding.
 const EQUAL: f64 = 1e-14;
+/// Tilt of a normal against the axis of a rim below which its side is that of the other shape, rad.
+const UPRIGHT: f64 = 1e-3;
+/// Part of the size by which gap and distance of features differ that are not those of the normal.
+const EXACT: f64 = 1e-9;
+/// Part of the size by which the gap of the right features may be narrower.
+const NARROWER: f64 = 1e-6;
 /// Part of an edge by which a point may lie beyond its ends.
 const BEYOND: f64 = 1e-9;
 
@@ -35,9 +41,18 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Whether the gap is wider, or as wide and nearer to the distance.
-    fn is_better(&self, other: &Self, margin: f64) -> bool {
+    /// Whether the gap is wider, or as wide and nearer to the distance. Features whose distance is another than the gap give way to those that have it, unless these have a gap
+    /// that is much narrower.
+    ///
+    /// * `size` – of the differences, m
+    pub(super) fn is_better(&self, other: &Self, size: f64) -> bool {
+        let margin = EQUAL * size;
         let lack = |found: &Self| (found.distance - found.gap).abs();
+        let is_exact = |found: &Self| lack(found) <= EXACT * size;
+        let narrower = (self.gap - other.gap).abs() <= NARROWER * size;
+        if narrower && is_exact(self) != is_exact(other) {
+            return is_exact(self);
+        }
         let is_equal = (self.gap - other.gap).abs() <= margin;
         if is_equal {
             lack(self) < lack(other) - margin
@@ -57,7 +72,7 @@ pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) 
             let Some(found) = candidate(difference, n, a, b) else {
                 continue;
             };
-            if best.is_none_or(|best| found.is_better(&best, EQUAL * difference.size)) {
+            if best.is_none_or(|best| found.is_better(&best, difference.size)) {
                 best = Some(found);
             }
         }
@@ -139,7 +154,16 @@ fn free_normal(
     }
     let is_curved = p.is_curved() || q.is_curved();
     let normal = if is_curved {
-        converged(p, q, n)
+        let normal = converged(p, q, n);
+        tilted(p, q, n).map_or(normal, |start| {
+            let other = converged(p, q, &start);
+            let gap = |n: &Vector3<f64>| (q.support(&-n) - p.support(n)).dot(n);
+            if gap(&other) > gap(&normal) {
+                other
+            } else {
+                normal
+            }
+        })
     } else {
         nearest_normal(&[*p, *q], n)
     };
@@ -197,6 +221,22 @@ fn converged(p: &Placed<f64>, q: &Placed<f64>, start: &Vector3<f64>) -> Vector3<
         }
     }
     n
+}
+
+/// A normal near the axis of a rim, tilted so that the point of the rim along it is the one beneath the other shape; near the axis that is not where steps lead.
+fn tilted(p: &Placed<f64>, q: &Placed<f64>, n: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let (axis, toward) = match (&p.core, &q.core) {
+        (Core::Line(_), _) | (_, Core::Line(_)) => return None,
+        (Core::Disc(axis, _), _) => (axis, q.support(&-n) - p.center),
+        (_, Core::Disc(axis, _)) => (axis, q.center - p.support(n)),
+        _ => return None,
+    };
+    let across = |v: &Vector3<f64>| v - axis * axis.dot(v);
+    if across(n).norm() > UPRIGHT {
+        return None;
+    }
+    let toward = across(&toward).try_normalize(f64::MIN_POSITIVE)?;
+    Some((axis * axis.dot(n) + toward * UPRIGHT).normalize())
 }
 
 /// A step of Newton's method where it widens the gap, else one along its derivative; with the length of the step.

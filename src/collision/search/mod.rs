@@ -13,6 +13,7 @@ mod ellipse;
 mod gjk;
 mod options;
 mod polytope;
+mod settle;
 mod simplex;
 
 use nalgebra::Vector3;
@@ -25,6 +26,7 @@ use choose::{Found, candidate, choose};
 use difference::Difference;
 use gjk::{Gjk, gjk};
 use polytope::{Polytope, Start, tetrahedron};
+use settle::settled;
 
 /// A search for the nearest points, and the angle within which features about its normal are tried.
 #[derive(Clone, Copy)]
@@ -50,6 +52,8 @@ const CURVED: [Round; 4] = [
 ];
 /// Angle within which features count as parallel on polytopes, rad.
 const PARALLEL: f64 = 1e-9;
+/// Angle within which features of polytopes are all near, rad.
+const ALL: f64 = 2.0;
 /// Part of the size by which gap and distance may differ.
 const PROOF: f64 = 1e-13;
 /// Part of the size to which a polytope grows towards curved shapes before features are tried.
@@ -95,7 +99,7 @@ fn at_axis(difference: &Difference<'_>, axis: &Axis) -> Option<PairFeature> {
     }
     match nearest_on_faces(a, b, &found.pair) {
         Some(flat)
-            if axis.gap <= 0.0
+            if axis.gap < -rounding
                 || (flat.outside <= rounding && flat.distance <= axis.gap + rounding) =>
         {
             Some(flat.pair)
@@ -125,7 +129,7 @@ fn from_simplex(difference: &Difference<'_>, far: f64) -> Option<PairFeature> {
                 Gjk::Far => return None,
                 Gjk::Overlap(simplex) => return Some(overlapping(difference, simplex.points())),
                 Gjk::Apart(v) => {
-                    best = wider(best, choose(difference, &v.normalize(), angle));
+                    best = wider(difference, best, choose(difference, &v.normalize(), angle));
                     (start, last) = (v, v);
                 }
             }
@@ -136,7 +140,11 @@ fn from_simplex(difference: &Difference<'_>, far: f64) -> Option<PairFeature> {
             }
         }
     }
-    Some(best.map_or_else(|| at_direction(difference, &last), |found| found.pair))
+    // Slivers on which simplices have no digits: every feature that looks the right way.
+    if let Some(n) = last.try_normalize(f64::MIN_POSITIVE) {
+        best = wider(difference, best, choose(difference, &n, ALL));
+    }
+    Some(pair_of(difference, best, &last))
 }
 
 /// Whether no other features can be nearer: the gap is the distance, and a face reaches as far as it must.
@@ -155,9 +163,9 @@ fn reaches(difference: &Difference<'_>, found: &Found) -> bool {
     flat.is_some_and(|flat| flat.outside <= BEYOND * difference.size)
 }
 
-fn wider(best: Option<Found>, other: Option<Found>) -> Option<Found> {
+fn wider(difference: &Difference<'_>, best: Option<Found>, other: Option<Found>) -> Option<Found> {
     match (best, other) {
-        (Some(best), Some(other)) if other.gap <= best.gap => Some(best),
+        (Some(best), Some(other)) if !other.is_better(&best, difference.size) => Some(best),
         (best, other) => other.or(best),
     }
 }
@@ -168,15 +176,24 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
         Start::Tetrahedron(start) => start,
         Start::Flat(normal) => {
             let either = [normal, -normal].map(|n| choose(difference, &n, PARALLEL));
-            let best = wider(either[0], either[1]);
-            return best.map_or_else(|| at_direction(difference, &normal), |found| found.pair);
+            let best = wider(difference, either[0], either[1]);
+            return pair_of(difference, best, &normal);
         }
     };
     let mut polytope = Polytope::new(&start, difference.size);
     let depth = grow(difference, &mut polytope);
     let best = of_near_faces(difference, &mut polytope, depth);
     let normal = -polytope.faces()[0].normal;
-    best.map_or_else(|| at_direction(difference, &normal), |found| found.pair)
+    pair_of(difference, best, &normal)
+}
+
+/// The features found, or others near them unless they are proved the nearest; without any, those along a direction.
+fn pair_of(difference: &Difference<'_>, found: Option<Found>, n: &Vector3<f64>) -> PairFeature {
+    match found {
+        Some(found) if is_proved(difference, &found) => found.pair,
+        Some(found) => settled(difference, found).pair,
+        None => at_direction(difference, n),
+    }
 }
 
 /// Grows a polytope until its nearest face touches the rim of the differences, or nearly does where that is curved. Returns the least distance of a
@@ -215,7 +232,7 @@ fn of_near_faces(
             tried[n_tried] = face.normal;
             n_tried += 1;
             for angle in [PARALLEL, LOOSE] {
-                best = wider(best, choose(difference, &-face.normal, angle));
+                best = wider(difference, best, choose(difference, &-face.normal, angle));
                 if best.is_some_and(|best| best.gap >= -face.distance - PROOF * difference.size) {
                     return best;
                 }

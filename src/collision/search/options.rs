@@ -1,5 +1,7 @@
 //! The features of a shape that may take part where it is approached from a direction.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 
 use crate::collision::feature::{Face, Feature};
@@ -10,7 +12,7 @@ use crate::collision::solid::Solid;
 const MAX_OPTIONS: usize = 48;
 /// Most vertices of which edges and faces are made: those of a box that is thin both ways.
 const MAX_NEAR: usize = 8;
-/// Part of the reach of a shape by which a vertex may be above a face of it.
+/// Part of the reach of a shape by which a vertex may be above a face of it, and of the square of its longest side that a face must have.
 const FLAT: f64 = 1e-13;
 
 /// A feature, with the face that has its normal, if it is on one.
@@ -123,6 +125,12 @@ impl Near {
             len: 0,
         };
         let farthest = solid.support(n).point;
+        let flat = FLAT * solid.reach();
+        let is_level = |k: &u32| (farthest - solid.vertex(*k)).dot(n) <= flat;
+        if (0..solid.shape.n_vertices()).filter(is_level).count() > MAX_NEAR {
+            own.add_outermost(solid, n, is_level);
+            return own;
+        }
         for k in 0..solid.shape.n_vertices() {
             let below = farthest - solid.vertex(k);
             let depth = below.dot(n);
@@ -131,6 +139,27 @@ impl Near {
             }
         }
         own
+    }
+
+    /// Those of a large face or a needle that lie farthest along directions across its normal: which is the highest of them rounding decides.
+    fn add_outermost(
+        &mut self,
+        solid: &Solid<'_>,
+        n: &Vector3<f64>,
+        is_level: impl Fn(&u32) -> bool,
+    ) {
+        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+        let y = n.cross(&x);
+        for k in 0..MAX_NEAR {
+            let (sin, cos) = (TAU * k as f64 / MAX_NEAR as f64).sin_cos();
+            let reach = |k: &u32| solid.vertex(*k).dot(&(x * cos + y * sin));
+            let level = (0..solid.shape.n_vertices()).filter(&is_level);
+            let outermost = level.max_by(|i, j| reach(i).total_cmp(&reach(j)));
+            match outermost {
+                Some(vertex) if !self.vertices().contains(&vertex) => self.insert(vertex, 0.0),
+                _ => {}
+            }
+        }
     }
 
     fn insert(&mut self, vertex: u32, depth: f64) {
@@ -182,6 +211,11 @@ fn is_widest_of_a_face(
     flat: f64,
 ) -> bool {
     let own = area(points, corners);
+    let [i, j, k] = corners.map(|corner| points[corner]);
+    let longest = [j - i, k - i, k - j].map(|u| u.norm_squared());
+    if own.norm() <= FLAT * longest.into_iter().fold(0.0, f64::max) {
+        return false;
+    }
     let Some(normal) = own.try_normalize(f64::MIN_POSITIVE) else {
         return false;
     };

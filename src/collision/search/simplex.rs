@@ -64,12 +64,17 @@ fn on_segment(a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
     (t > 0.0 && t < square).then(|| from - u * (from.dot(&u) / square))
 }
 
+/// Part of the square of its longest side below which the area of a triangle is rounding: its sides say as much.
+const FLAT: f64 = 1e-13;
+
 /// Point nearest to the origin strictly inside a triangle.
 fn on_triangle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Option<Vector3<f64>> {
     let normal = (b - a).cross(&(c - a));
     let square = normal.norm_squared();
     let beside = |p: &Vector3<f64>, q: &Vector3<f64>| p.cross(q).dot(&normal) > 0.0;
-    let inside = square > 0.0 && beside(a, b) && beside(b, c) && beside(c, a);
+    let longest = [b - a, c - a, c - b].map(|u| u.norm_squared());
+    let longest = longest.into_iter().fold(0.0, f64::max);
+    let inside = square > (FLAT * longest).powi(2) && beside(a, b) && beside(b, c) && beside(c, a);
     inside.then(|| normal * (a.dot(&normal) / square))
 }
 
