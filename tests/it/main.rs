@@ -114,8 +114,8 @@ mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
 mod trust_boundary;
-mod urdf_commands;
 mod turning_friction;
+mod urdf_commands;
 mod weightless;
 mod worlds;
 mod yielding_constraints;
