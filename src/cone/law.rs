@@ -36,6 +36,16 @@ pub(super) enum Piece {
 }
 
 impl Piece {
+    /// The force of a piece that gives it, per bound of the interval; `None` where the force is to be found.
+    pub(super) fn given(self) -> Option<f64> {
+        match self {
+            Self::Separated => Some(0.0),
+            Self::Upper => Some(1.0),
+            Self::Lower => Some(-1.0),
+            _ => None,
+        }
+    }
+
     /// Whether it is one of the central path.
     pub(super) fn is_smoothed(self) -> bool {
         matches!(

@@ -53,10 +53,10 @@ pub(super) struct Newton {
     /// ρ and f̄ of a proximal problem, whose velocities are those of the system plus ρ (f − f̄); ρ = 0 for the system itself.
     pub(super) rho: f64,
     pub(super) center: Vec<f64>,
-    /// Rows whose forces are looked for: all but those of pieces that have none.
+    /// Rows whose forces are looked for: all but those of pieces that give them.
     rows: Vec<usize>,
-    /// By how much velocities change as the forces of the others vanish.
-    vanished: Vec<f64>,
+    /// By how much velocities change as the others get the forces that are given.
+    settled: Vec<f64>,
     /// Regularised mode: whether to keep the ridge beside the residual even where the active set seems settled.
     pub(super) regularized: bool,
     /// Whether the active set is another than at the forces before.
@@ -72,10 +72,10 @@ impl Newton {
         self.lu.reserve(rows);
         self.equations.reserve(rows);
         self.rows.reserve(rows);
-        let (best, vanished) = (&mut self.best.1, &mut self.vanished);
+        let (best, settled) = (&mut self.best.1, &mut self.settled);
         let own = [&mut self.f, &mut self.y, &mut self.step, &mut self.center];
         own.into_iter()
-            .chain([best, vanished])
+            .chain([best, settled])
             .for_each(|x| x.reserve(rows));
     }
 
@@ -85,14 +85,14 @@ impl Newton {
         (self.steps, self.rho, self.best.0) = (0, 0.0, f64::INFINITY);
         self.equations
             .resize(self.system.units.len(), UnitEquations::NONE);
-        let (best, vanished) = (&mut self.best.1, &mut self.vanished);
+        let (best, settled) = (&mut self.best.1, &mut self.settled);
         for x in [
             &mut self.f,
             &mut self.y,
             &mut self.step,
             &mut self.center,
             best,
-            vanished,
+            settled,
         ] {
             x.clear();
             x.resize(n, 0.0);
@@ -198,6 +198,11 @@ impl Newton {
         largest(&self.best.1)
     }
 
+    /// Forgets the best forces, which were those of another problem.
+    pub(super) fn forget_best(&mut self) {
+        self.best.0 = f64::INFINITY;
+    }
+
     /// Goes back to the best forces since the start.
     pub(super) fn take_best(&mut self) {
         self.f.copy_from_slice(&self.best.1);
@@ -260,16 +265,16 @@ impl Newton {
         self.fill(ridge, |_| true);
     }
 
-    /// [`assemble`](Self::assemble) for the rows of pieces with a force, the active set: where there is none, the step is known.
+    /// [`assemble`](Self::assemble) for the rows of pieces that do not give their force: of the others the step is known.
     fn assemble_forces(&mut self, ridge: f64) {
         self.linearize();
         self.rows.clear();
         for (unit, own) in self.system.units.iter().zip(&self.equations) {
-            if own.piece != Piece::Separated {
+            if own.piece.given().is_none() {
                 self.rows.extend(unit.row..unit.row + unit.rows());
             }
         }
-        self.fill(ridge, |piece| piece != Piece::Separated);
+        self.fill(ridge, |piece| piece.given().is_none());
     }
 
     fn linearize(&mut self) {
@@ -320,11 +325,11 @@ impl Newton {
         if self.has_blocks {
             return self.step_by_blocks();
         }
-        self.let_vanish();
+        self.settle_given();
         self.step.clear();
         for (unit, own) in self.system.units.iter().zip(&self.equations) {
-            if own.piece != Piece::Separated {
-                let change = product(&own.jacobian.y, of_unit(&self.vanished, unit));
+            if own.piece.given().is_none() {
+                let change = product(&own.jacobian.y, of_unit(&self.settled, unit));
                 let e = own.e.iter().zip(change).take(unit.rows());
                 self.step.extend(e.map(|(e, change)| e + change));
             }
@@ -335,20 +340,22 @@ impl Newton {
         }
     }
 
-    /// Takes the forces of separated units away, and notes what that does to velocities.
-    fn let_vanish(&mut self) {
+    /// Sets the forces that pieces give, and notes what that does to velocities.
+    fn settle_given(&mut self) {
         let n = self.system.n;
-        self.vanished.fill(0.0);
+        self.settled.fill(0.0);
         for (unit, own) in self.system.units.iter().zip(&self.equations) {
-            if own.piece != Piece::Separated {
+            let Some(share) = own.piece.given() else {
                 continue;
-            }
+            };
             for row in unit.row..unit.row + unit.rows() {
-                let f = std::mem::take(&mut self.f[row]);
-                if f != 0.0 {
+                // Zero of what is separated, also of a cone, of which μ is not its bound.
+                let given = if share == 0.0 { 0.0 } else { share * unit.mu };
+                let change = given - std::mem::replace(&mut self.f[row], given);
+                if change != 0.0 {
                     let column = self.system.w[n * row..n * (row + 1)].iter();
-                    let all = self.vanished.iter_mut().zip(column);
-                    all.for_each(|(vanished, w)| *vanished -= w * f);
+                    let all = self.settled.iter_mut().zip(column);
+                    all.for_each(|(settled, w)| *settled += w * change);
                 }
             }
         }

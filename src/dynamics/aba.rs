@@ -6,6 +6,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::articulated_factor::{ArticulatedFactor, Felt};
+use super::joint_friction::Frictions;
 use super::rnea::Motions;
 use super::tree::Tree;
 use crate::joint::{Floating, Joint, JointKind, with_joint};
@@ -16,14 +17,14 @@ use crate::spatial::{Force, Motion};
 
 /// A state and the forces under which it accelerates, (M + R) v̇ = τ − h + Σᵢ Jᵢᵀ Fᵢ.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Driven<'a, T: Scalar> {
-    pub(super) q: &'a [T],
-    pub(super) v: &'a [T],
-    pub(super) tau: &'a [T],
+pub(crate) struct Driven<'a, T: Scalar> {
+    pub(crate) q: &'a [T],
+    pub(crate) v: &'a [T],
+    pub(crate) tau: &'a [T],
     /// R; empty for none.
-    pub(super) resistance: &'a [T],
+    pub(crate) resistance: &'a [T],
     /// On each body, in the body; empty for none.
-    pub(super) external: &'a [Force<T>],
+    pub(crate) external: &'a [Force<T>],
 }
 
 /// Working memory of the algorithm, body by body.
@@ -31,14 +32,15 @@ pub(super) struct Driven<'a, T: Scalar> {
 pub(super) struct Working<T> {
     pub(super) V: Vec<Motion<T>>,
     /// Velocity-product accelerations.
-    C: Vec<Motion<T>>,
+    pub(super) C: Vec<Motion<T>>,
     /// Articulated bias forces.
     pub(super) F: Vec<Force<T>>,
     pub(super) A: Vec<Motion<T>>,
     /// Per degree of freedom: D⁻¹ u, the acceleration of the joint for a parent without acceleration; for a body on the world the actual one.
     pub(super) pushed: Vec<T>,
     /// Inertia of each coordinate, added to D: armature and implicit damping diagonal, kg·m² or kg.
-    resistance: Vec<T>,
+    pub(super) resistance: Vec<T>,
+    pub(super) friction: Frictions<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }
 
@@ -52,6 +54,7 @@ impl<T: Scalar> Working<T> {
             A: vec![Motion::zero(); n],
             pushed: vec![T::zero(); nv],
             resistance: vec![T::zero(); nv],
+            friction: Frictions::none(),
             factor: ArticulatedFactor::new(n, nq, nv),
         }
     }
@@ -222,13 +225,23 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
-    let (v, F, C) = (tree.bodies()[i].v, s.F[i], &s.C[i]);
+    let v = tree.bodies()[i].v;
     let U = s.factor.columns(i, joint);
+    let rubs = s.friction.act();
+    if rubs {
+        s.decide(i, joint, v, &U, tau);
+    }
+    let (F, C) = (s.F[i], &s.C[i]);
     let D = s.factor.factorize(joint, &U, v, &s.resistance);
     let mut u = joint.per_dof(
         #[inline(always)]
         |k| tau[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
     );
+    if rubs {
+        for k in 0..joint.nv() {
+            u.as_mut()[k] += s.friction.all[v + k].parts()[0];
+        }
+    }
     match parent {
         Some(p) => {
             let felt: Felt<J, T> = s.factor.felt(i, joint, v, &U, &D);

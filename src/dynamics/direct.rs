@@ -5,6 +5,7 @@
 use super::aba::{Driven, Working, accelerations, inward, outward};
 use super::calls::Calls;
 use super::coupled::CoupledScratch;
+use super::joint_friction::{Decision, JointFriction};
 use super::packed::PackedScratch;
 use super::packed_tree::PackedTree;
 use super::rnea::{Motions, world_acceleration};
@@ -85,6 +86,37 @@ impl<T: Scalar> DirectScratch<T> {
         if let Some(coupled) = &mut self.coupled {
             return coupled.accelerations(model, driven, a);
         }
+        self.working.friction.all.clear();
+        self.solve(model, driven, a);
+    }
+
+    /// [`accelerations`](Self::accelerations) with dry friction, of which the pieces that hold are found too. Returns by how many these differ from those that
+    /// the solution suggests, or nothing where joints follow others.
+    pub(super) fn frictional_accelerations<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        driven: &Driven<'_, T>,
+        friction: &mut [JointFriction<T>],
+        decision: Decision,
+        a: &mut [T],
+    ) -> Option<T>
+    where
+        T: Over<P>,
+    {
+        if self.coupled.is_some() {
+            return None;
+        }
+        (self.working.friction).take(friction.iter().copied(), decision);
+        self.solve(model, driven, a);
+        friction.copy_from_slice(&self.working.friction.all);
+        Some(self.working.friction.changes)
+    }
+
+    /// Along the tree, body by body or packed.
+    fn solve<P: Scalar>(&mut self, model: &Model<P>, driven: &Driven<'_, T>, a: &mut [T])
+    where
+        T: Over<P>,
+    {
         let working = &mut self.working;
         if const { may_be_f64::<T>() }
             && let Some(packed) = &mut self.packed
@@ -102,10 +134,21 @@ impl<T: Scalar> DirectScratch<T> {
                 if !model.weightless().is_empty() {
                     add_spared(model, &working.factor.X_PB, &mut working.F);
                 }
-                working.resist(model.armature(), driven.resistance);
                 let A_W = world_acceleration(model);
-                inward(&tree, driven.tau, &A_W, working);
-                accelerations(&tree, &A_W, working, a);
+                working.start_friction(&tree, &A_W);
+                for passes in 1.. {
+                    working.resist(model.armature(), driven.resistance);
+                    inward(&tree, driven.tau, &A_W, working);
+                    accelerations(&tree, &A_W, working, a);
+                    if !working.friction.act() {
+                        break;
+                    }
+                    working.review(&tree, a);
+                    if !working.friction.go_on(passes) {
+                        break;
+                    }
+                    working.restart(&tree);
+                }
             },
         );
     }

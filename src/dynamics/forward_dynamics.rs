@@ -6,6 +6,7 @@ use super::aba::Driven;
 use super::calls::Calls;
 use super::differential::DifferentialScratch;
 use super::direct::DirectScratch;
+use super::joint_friction::{Decision, JointFriction};
 use super::rnea::Motions;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -128,6 +129,29 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     resisted_forward_dynamics_into(model, q, v, tau, &[], external, scratch, a);
 }
 
+/// [`resisted_forward_dynamics_into`] with dry friction of joints, of which the pieces that hold are found too.
+///
+/// * `friction` – of all coordinates
+///
+/// Returns by how many pieces the law is broken, zero as a rule; nothing, and computes nothing, where it cannot: over numbers that are more than values, and
+/// with mimic joints.
+pub(crate) fn frictional_forward_dynamics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    driven: &Driven<'_, T>,
+    friction: &mut [JointFriction<T>],
+    decision: Decision,
+    scratch: &mut AbaScratch<T>,
+    a: &mut [T],
+) -> Option<T> {
+    check(model, driven, scratch, a);
+    match &mut scratch.way {
+        Way::Direct(direct) if const { T::HAS_VALUES && T::ORDER == 0 } => {
+            direct.frictional_accelerations(model, driven, friction, decision, a)
+        }
+        _ => None,
+    }
+}
+
 /// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal
 /// R, as if joints had additional rotor inertia. [`forward_dynamics_into`] for R = 0.
 ///
@@ -142,15 +166,6 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
     scratch: &mut AbaScratch<T>,
     a: &mut [T],
 ) {
-    model.check_q(q);
-    [v, tau, a].into_iter().for_each(|x| model.check_v(x));
-    model.check_external(external);
-    assert_eq!(
-        scratch.n_bodies,
-        model.n_bodies(),
-        "the scratch belongs to another model than \"{}\"",
-        model.name()
-    );
     let driven = Driven {
         q,
         v,
@@ -158,6 +173,7 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
         resistance,
         external,
     };
+    check(model, &driven, scratch, a);
     match &mut scratch.way {
         Way::Differential(differential) => differential.accelerations(model, &driven, a),
         Way::Direct(direct) => {
@@ -169,4 +185,23 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
             direct.accelerations(model, &driven, a);
         }
     }
+}
+
+fn check<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    driven: &Driven<'_, T>,
+    scratch: &AbaScratch<T>,
+    a: &[T],
+) {
+    model.check_q(driven.q);
+    [driven.v, driven.tau, a]
+        .into_iter()
+        .for_each(|x| model.check_v(x));
+    model.check_external(driven.external);
+    assert_eq!(
+        scratch.n_bodies,
+        model.n_bodies(),
+        "the scratch belongs to another model than \"{}\"",
+        model.name()
+    );
 }

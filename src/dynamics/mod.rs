@@ -84,6 +84,7 @@ mod energy;
 mod external;
 mod forward_dynamics;
 mod jacobian;
+mod joint_friction;
 mod kinematics;
 mod many_frames;
 mod mass_matrix_factor;
@@ -100,6 +101,7 @@ mod tree;
 mod tree_matrix;
 mod weightless;
 
+pub(crate) use aba::Driven;
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
@@ -139,9 +141,12 @@ pub use derivatives::{
 pub(crate) use energy::each_kinetic_derivative;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
-pub(crate) use forward_dynamics::resisted_forward_dynamics_into;
 pub use forward_dynamics::{AbaScratch, forward_dynamics, forward_dynamics_into};
+pub(crate) use forward_dynamics::{
+    frictional_forward_dynamics_into, resisted_forward_dynamics_into,
+};
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
+pub(crate) use joint_friction::{BEYOND, Decision, HELD, JointFriction};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,

@@ -70,33 +70,81 @@ impl PackedScratch {
             .map_or(0, |tip| tip.q + tip.joint.nq());
         outward(&bodies, &driven.q[..nq], driven.v, driven.external, prefix);
         let A_W = world_acceleration(model);
+        prefix.start_friction(&bodies, &A_W);
         Lane::vectorized(
             #[inline(always)]
             || {
                 self.gather(packed, driven);
-                self.eliminate(packed, prefix, &A_W);
+                self.start(packed, prefix, &A_W);
             },
         );
-        self.accumulate_into_prefix(packed, prefix);
-        prefix.resist(model.armature(), driven.resistance);
-        inward(&bodies, driven.tau, &A_W, prefix);
-        accelerations(&bodies, &A_W, prefix, a);
-        Lane::vectorized(
-            #[inline(always)]
-            || self.accelerate(packed, prefix, &A_W, a),
-        );
+        for passes in 1.. {
+            Lane::vectorized(
+                #[inline(always)]
+                || self.eliminate(packed, &A_W),
+            );
+            self.accumulate_into_prefix(packed, prefix);
+            prefix.resist(model.armature(), driven.resistance);
+            inward(&bodies, driven.tau, &A_W, prefix);
+            accelerations(&bodies, &A_W, prefix, a);
+            Lane::vectorized(
+                #[inline(always)]
+                || self.accelerate(packed, prefix, &A_W, a),
+            );
+            if !prefix.friction.act() {
+                return;
+            }
+            self.review(packed, &bodies, prefix, a);
+            if !prefix.friction.go_on(passes) {
+                break;
+            }
+            prefix.restart(&bodies);
+            self.working.restart(packed);
+        }
+        let pieces = self.working.friction.all.iter();
+        let pieces = pieces.flat_map(|own| own.piece.0);
+        for (&index, piece) in packed.v.iter().zip(pieces) {
+            prefix.friction.all[index].piece = T::from(piece);
+        }
     }
 
-    /// Passes outward and inward along the levels: velocities, then articulated inertias and bias forces.
+    /// Pass outward along the levels: velocities.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>, A_W: &Motion<T>) {
+    fn start<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>, A_W: &Motion<T>) {
         let working = &mut self.working;
         if let Some(tip) = packed.prefix.checked_sub(1) {
             working.V[0] = broadcast(&prefix.V[tip]);
         }
         outward(packed, &self.q, &self.v, &self.external, working);
+        working.friction.gather(&packed.v, &prefix.friction);
+        if working.friction.act() {
+            if let Some(tip) = packed.prefix.checked_sub(1) {
+                working.A[0] = broadcast(&prefix.A[tip]);
+            }
+            working.start_friction(packed, &broadcast(A_W));
+        }
+    }
+
+    /// Pass inward along the levels: articulated inertias and bias forces.
+    #[inline(always)]
+    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, A_W: &Motion<T>) {
+        let working = &mut self.working;
         working.resist(&packed.armature, &self.resistance);
         inward(packed, &self.tau, &broadcast(A_W), working);
+    }
+
+    /// Counts by how many pieces decisions about friction differ from those that the accelerations suggest.
+    fn review<P: Scalar, T: Over<P>>(
+        &mut self,
+        packed: &PackedTree,
+        bodies: &Bodies<'_, P>,
+        prefix: &mut Working<T>,
+        a: &[T],
+    ) {
+        prefix.review(bodies, a);
+        self.working.review(packed, &self.a);
+        let packed: f64 = self.working.friction.changes.0.iter().sum();
+        prefix.friction.changes += T::from(packed);
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.

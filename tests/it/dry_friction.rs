@@ -1,14 +1,18 @@
 //! Dry friction that holds: closed forms of a slider, the law itself on random robots, rows of a solver beside the active set, gradients.
 
+use dualbody::autodiff::Dual;
 use dualbody::codegen::{linearization, step};
+use dualbody::cone::Status;
+use dualbody::contact::HuntCrossley;
 use dualbody::dynamics::inverse_dynamics;
 use dualbody::joint::JointKind;
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::model::{Body, JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::{
-    Actuation, Actuator, BatchSimulator, CoulombFriction, FrictionLaw, SimulatorRemark,
+    Actuation, Actuator, BatchSimulator, CoulombFriction, FrictionLaw, PositionLimits,
+    SimulatorRemark, StepScratch,
 };
-use dualbody::{Integrator, Model, Simulator, State};
+use dualbody::{Cast, Integrator, Model, Simulator, State};
 
 use crate::common::{OTHER_ALGORITHM, random_point, with_solver};
 
@@ -226,6 +230,78 @@ fn rows_of_a_solver_find_what_the_active_set_finds() {
         let error = (one.a - two.a).amax().max((one.b - two.b).amax());
         assert!(error < 1e-8, "{error:e}");
     }
+}
+
+/// Joints without friction and with none, little, much and endless friction side by side; resting, creeping, and moving fast; some at their limits. Trees of
+/// few bodies, and bushes whose branches are packed.
+fn near_switches(seed: u64, limited: bool) -> (Simulator, State, Vec<f64>) {
+    const FRICTION: [Option<f64>; 7] = [
+        Some(0.4),
+        None,
+        Some(5.0),
+        Some(1e-3),
+        Some(0.0),
+        Some(1e6),
+        Some(60.0),
+    ];
+    const SPEED: [f64; 5] = [1.0, 0.0, 1e-3, 0.1, 1e-7];
+    let model = samples::random_tree(if seed % 2 == 0 { 7 } else { 25 }, seed);
+    let point = random_point(&model, seed);
+    let mut actuators = vec![Actuator::default(); model.nv()];
+    for body in model.bodies().iter().filter(|body| !turns(body)) {
+        for k in body.v..body.v + body.joint.nv() {
+            let friction = FRICTION[(k + seed as usize) % FRICTION.len()];
+            actuators[k].friction = friction.map(CoulombFriction::exact);
+        }
+        if limited && body.v % 3 == 0 && body.joint.nq() == 1 {
+            let q = point.q[body.q];
+            actuators[body.v].position = Some(PositionLimits {
+                lower: Some(q - 1.0),
+                upper: Some(q - 1e-3),
+                stop: HuntCrossley::linear(300.0, 2.0),
+            });
+        }
+    }
+    let v = point
+        .v
+        .map_with_location(|k, _, v| v * SPEED[(2 * k + seed as usize) % SPEED.len()]);
+    let actuation = Actuation::ideal(&model).with_actuators(&actuators);
+    let simulator = Simulator::new(model)
+        .with_actuation(actuation)
+        .with_time_step(2e-3)
+        .with_integrator(Integrator::ImplicitVelocity);
+    let u = (0..simulator.nu())
+        .map(|k| (2.0 * k as f64).sin())
+        .collect();
+    (simulator, State::new(point.q.as_slice(), v.as_slice()), u)
+}
+
+// Dual numbers and the solver decide by other rules: by rounds of whole solutions, and by the active set of its rows.
+#[test]
+fn decisions_of_forward_dynamics_are_those_of_other_ways_near_switches() {
+    let mut solutions = 0;
+    for (seed, limited) in (0..10).flat_map(|seed| [(seed, true), (seed, false)]) {
+        let (simulator, mut state, u) = near_switches(seed, limited);
+        let solved = with_solver(&simulator);
+        let mut scratch = StepScratch::new(&solved);
+        let lifted: Vec<Dual<f64, 1>> = u.iter().map(|&u| u.into()).collect();
+        for step in 0..10 {
+            let next = simulator.step(&state, &u);
+            let dual = simulator.step(&state.cast::<Dual<f64, 1>>(), &lifted);
+            let mut by_rows = state.clone();
+            solved.step_into(&state, &u, &mut scratch, &mut by_rows);
+            let scale = next.v.amax().max(1.0);
+            let error = (&next.v - dual.v.map(|v| v.re)).amax() / scale;
+            assert!(error < 1e-10, "tree {seed}, step {step}: {error:e}");
+            if scratch.solver_status(0) == Status::Converged {
+                let error = (&next.v - &by_rows.v).amax() / scale;
+                assert!(error < 1e-10, "tree {seed}, step {step}, rows: {error:e}");
+                solutions += 1;
+            }
+            state = next;
+        }
+    }
+    assert!(solutions > 150, "{solutions}");
 }
 
 #[test]

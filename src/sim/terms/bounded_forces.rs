@@ -18,7 +18,9 @@ use super::bounded_beside::Beside;
 use super::drives::Driven;
 use super::term::Term;
 use crate::dynamics::{
-    AbaScratch, RneaScratch, each_passive, inverse_dynamics_into, resisted_forward_dynamics_into,
+    AbaScratch, BEYOND, Decision, Driven as DrivenRobot, HELD, JointFriction, RneaScratch,
+    each_passive, frictional_forward_dynamics_into, inverse_dynamics_into,
+    resisted_forward_dynamics_into,
 };
 use crate::scalar::{Over, Scalar};
 use crate::sim::actuation::Actuator;
@@ -44,6 +46,10 @@ pub(crate) struct BoundedForces<T: Scalar> {
     resistance: Vec<T>,
     /// Joint forces of the motion that has been found.
     pub(super) needed: Vec<T>,
+    /// Friction of all coordinates, for forward dynamics, which of them decides about it, and whether that has settled.
+    friction: Vec<JointFriction<T>>,
+    decision: Decision,
+    friction_is_settled: bool,
     /// For robots with friction that holds.
     rnea: Option<Box<RneaScratch<T>>>,
     /// For robots with rows.
@@ -95,16 +101,11 @@ pub(super) struct Given<'a, T> {
     pub(super) bodies: &'a [Force<T>],
 }
 
-/// Implicit damping of a sticking joint, kg or kg·m²: the inertia of any robot is negligible beside it. It holds as well as an infinite value, which
-/// has no derivatives.
-const HELD: f64 = 1e25;
 /// Least resistance of a servo, kg or kg·m²: it moves nothing, and a row has it for a compliance.
 const LEAST: f64 = 1e-12;
 /// Speed up to which a joint is initially assumed to stick, rad/s or m/s. It changes the number of rounds, not the result.
 const SLOW: f64 = 1e-9;
-/// Relative tolerance of a force beyond its bound: rounding of much larger forces must not make a joint slide.
-const BEYOND: f64 = 1e-9;
-/// The same after some rounds, which rounding in single precision may need.
+/// Relative tolerance of a force beyond its bound after some rounds, which rounding in single precision may need.
 const FAR_BEYOND: f64 = 1e-5;
 /// Rounds in which all forces that break their law change at once; from then on the first of them.
 const TOGETHER: usize = 10;
@@ -285,6 +286,9 @@ impl<T: Scalar> BoundedForces<T> {
             tau: zeros(),
             resistance: zeros(),
             needed: zeros(),
+            friction: Vec::with_capacity(if holds { nv } else { 0 }),
+            decision: Decision::Own,
+            friction_is_settled: false,
             rnea: holds.then(|| Box::new(RneaScratch::new(simulator.model()))),
             beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(simulator.model())),
         }
@@ -320,23 +324,76 @@ impl<T: Scalar> BoundedForces<T> {
             let (tau, resistance) = (given.tau, given.resistance);
             return resisted_forward_dynamics_into(model, q, v, tau, resistance, bodies, aba, a);
         }
+        self.decision = Decision::Own;
         for round in 1.. {
-            self.push(given);
-            let (tau, resistance) = (&self.tau, &self.resistance);
-            resisted_forward_dynamics_into(model, q, v, tau, resistance, bodies, aba, a);
+            let changes = self.rub(at, given, aba, a);
+            if changes.is_none() {
+                self.push(given, |_| true);
+                let (tau, resistance) = (&self.tau, &self.resistance);
+                resisted_forward_dynamics_into(model, q, v, tau, resistance, bodies, aba, a);
+            }
             self.stop(a);
-            self.find_needed(at, given, a);
+            let is_settled = |changes: T| (0..T::LANES).all(|lane| changes.value(lane) == 0.0);
+            self.friction_is_settled = changes.is_some_and(is_settled);
+            if !self.friction_is_settled {
+                self.decision = Decision::Given;
+                self.find_needed(at, given, a);
+            }
             if !self.revise(a, round) {
+                self.push(given, |_| true);
                 return;
             }
         }
     }
 
-    /// Adds the forces to given ones, and their resistance.
-    fn push(&mut self, given: Given<'_, T>) {
+    /// Finds v̇ with friction whose pieces forward dynamics finds, if it can, and the servos on their pieces. Returns by how many pieces the law of friction is
+    /// broken.
+    fn rub<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        given: Given<'_, T>,
+        aba: &mut AbaScratch<T>,
+        a: &mut [T],
+    ) -> Option<T>
+    where
+        T: Over<P>,
+    {
+        self.rnea.as_ref()?;
+        self.push(given, |site| !site.holds());
+        let mut friction = std::mem::take(&mut self.friction);
+        friction.clear();
+        friction.resize(a.len(), JointFriction::none());
+        for (site, own) in self.all().filter(|(site, _)| site.holds()) {
+            friction[site.coordinate] = JointFriction {
+                stop: own.stop,
+                bound: own.line.bound,
+                piece: own.piece,
+            };
+        }
+        let driven = DrivenRobot {
+            q: at.q(),
+            v: at.v(),
+            tau: &self.tau,
+            resistance: &self.resistance,
+            external: given.bodies,
+        };
+        let decision = self.decision;
+        let (model, out) = (at.model(), &mut friction);
+        let changes = frictional_forward_dynamics_into(model, &driven, out, decision, aba, a);
+        let sites = self.sites.iter().zip(&mut self.forces);
+        for (site, own) in sites.filter(|(site, _)| site.holds()) {
+            own.piece = friction[site.coordinate].piece;
+        }
+        self.friction = friction;
+        changes
+    }
+
+    /// Adds some of the forces to given ones, and their resistance.
+    fn push(&mut self, given: Given<'_, T>, wanted: impl Fn(&Site) -> bool) {
         self.tau.copy_from_slice(given.tau);
         self.resistance.copy_from_slice(given.resistance);
-        for (site, own) in self.sites.iter().zip(&self.forces) {
+        let all = self.sites.iter().zip(&self.forces);
+        for (site, own) in all.filter(|(site, _)| wanted(site)) {
             let [push, resistance] = own.parts();
             self.tau[site.coordinate] += push;
             self.resistance[site.coordinate] += resistance;
@@ -398,7 +455,9 @@ impl<T: Scalar> BoundedForces<T> {
     pub(super) fn change(&mut self, a: &[T], only_first: bool) -> T {
         let (mut changes, half) = (T::zero(), T::constant(0.5));
         let beyond = if only_first { FAR_BEYOND } else { BEYOND };
-        for (site, own) in self.sites.iter().zip(&mut self.forces) {
+        let settled = self.friction_is_settled;
+        let all = self.sites.iter().zip(&mut self.forces);
+        for (site, own) in all.filter(|(site, _)| !(settled && site.holds())) {
             let (k, line) = (site.coordinate, &own.line);
             let force = match site.kind {
                 Kind::Friction => self.needed[k],
@@ -420,6 +479,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for BoundedForces<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, _: &mut Forces<T>) {
         self.forces.clear();
+        self.friction_is_settled = false;
         self.in_rows = T::zero();
         let actuation = at.simulator.actuation();
         let Some(actuation) = actuation.filter(|_| at.at_end.has_joints()) else {

@@ -1,0 +1,303 @@
+//! Dry friction in the articulated-body algorithm: which joints stick is decided while they are eliminated.
+//!
+//! Over a step Δt the friction τ of a coordinate, of at most b, obeys
+//!
+//! > v⁺ = 0,  or  τ = −b where v⁺ > 0,  or  τ = b where v⁺ < 0.
+//!
+//! With the articulated inertia I and bias force F of its body, and the acceleration A that the body has at the acceleration a of the coordinate, stopping
+//! it, at −v / Δt, needs
+//!
+//! > τ = Sᵀ F + Uᵀ A + R a − τ_given + D (−v / Δt − a),  U = I S,  D = Sᵀ U + R.
+//!
+//! Within ±b it sticks, beyond it slips. The first pass inward decides as it goes, with the A of a robot whose joints do not accelerate. Later ones follow
+//! the accelerations of the pass before. Where these change no decision, the solution is found; it is unique, since M is positive definite. Motions
+//! seldom need a second pass.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::aba::Working;
+use super::tree::Tree;
+use crate::joint::{Joint, JointKind};
+use crate::model::manifold::v_range;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Motion};
+
+/// Implicit damping of a sticking joint, kg or kg·m²: the inertia of any robot is negligible beside it. It holds as well as an infinite value, which
+/// has no derivatives.
+pub(crate) const HELD: f64 = 1e25;
+/// Relative tolerance of a force beyond its bound: rounding of much larger forces must not make a joint slide.
+pub(crate) const BEYOND: f64 = 1e-9;
+/// Most passes inward; 64 random states of robots of up to 35 coordinates need up to 7, mostly 1 or 2.
+const MOST_PASSES: usize = 8;
+
+/// Friction of a coordinate over a step, and the piece of its law that holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointFriction<T> {
+    /// Acceleration that stops the coordinate, −v / Δt.
+    pub(crate) stop: T,
+    /// b, N·m or N; negative where there is no friction.
+    pub(crate) bound: T,
+    /// 0 where it sticks, −1 or 1 where it slips under −b or b.
+    pub(crate) piece: T,
+}
+
+/// A coordinate as it was eliminated last.
+#[derive(Clone, Copy, Debug)]
+struct Eliminated<T> {
+    U: Force<T>,
+    /// Sᵀ F − τ.
+    bias: T,
+    /// Sᵀ U.
+    inertia: T,
+    /// R, without that of sticking.
+    resistance: T,
+    /// Acceleration of the last pass outward, and the piece that it suggests.
+    a: T,
+    next: T,
+}
+
+/// Friction of all coordinates, with working memory; empty where no joint has any.
+#[derive(Clone, Debug)]
+pub(super) struct Frictions<T> {
+    pub(super) all: Vec<JointFriction<T>>,
+    eliminated: Vec<Eliminated<T>>,
+    /// Bias forces of the bodies alone.
+    alone: Vec<Force<T>>,
+    /// Whether pieces are found, otherwise given; whether the next pass inward guesses them.
+    decide: bool,
+    guess: bool,
+    /// By how many pieces the last solution differs from those that it suggests.
+    pub(super) changes: T,
+}
+
+/// Who decides which joints stick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Decision {
+    /// The pieces are given.
+    Given,
+    /// Forward dynamics.
+    Own,
+}
+
+impl<T: Scalar> JointFriction<T> {
+    /// That of a coordinate without friction.
+    pub(crate) fn none() -> Self {
+        Self {
+            stop: T::zero(),
+            bound: -T::one(),
+            piece: T::one(),
+        }
+    }
+
+    /// One of two numbers, in each lane.
+    fn select(&self, sticking: T, slipping: T) -> T {
+        self.piece
+            .abs()
+            .select_lt(T::constant(0.5), sticking, slipping)
+    }
+
+    /// The force at a = 0 and its resistance.
+    #[inline(always)]
+    pub(super) fn parts(&self) -> [T; 2] {
+        let (zero, held) = (T::zero(), T::constant(HELD));
+        let slipping = zero.select_lt(self.bound, self.bound, zero) * self.piece;
+        let stopping = self.stop * held;
+        [self.select(stopping, slipping), self.select(held, zero)]
+    }
+
+    /// The piece for the force that stopping needs.
+    #[inline(always)]
+    fn next(&self, needed: T) -> T {
+        let (zero, one) = (T::zero(), T::one());
+        let limit = self.bound * (1.0 + BEYOND);
+        let below = needed.select_lt(-limit, -one, zero);
+        let next = limit.select_lt(needed, one, below);
+        // Without a force both directions are one piece. A negative bound is that of a coordinate without friction, also where a force is no number.
+        let next = zero.select_lt(self.bound, next, next.abs());
+        self.bound.select_lt(zero, one, next)
+    }
+
+    /// The piece on the way to another one: from one direction of slip to the other through sticking. Without this halt, decisions of joints on one another
+    /// may go in circles.
+    #[inline(always)]
+    fn neighbour(&self, next: T) -> T {
+        let (zero, apart) = (T::zero(), (next - self.piece).abs());
+        T::constant(1.5).select_lt(apart, zero, next)
+    }
+}
+
+impl<T: Scalar> Eliminated<T> {
+    /// The force that stopping needs, under the acceleration of the body.
+    #[inline(always)]
+    fn needed(&self, A: &Motion<T>, stop: T) -> T {
+        let inertial = A.power(&self.U) + self.bias + self.resistance * self.a;
+        (self.inertia + self.resistance).mul_add(stop - self.a, inertial)
+    }
+}
+
+impl<T: Scalar> Frictions<T> {
+    pub(super) fn none() -> Self {
+        Self {
+            all: Vec::new(),
+            eliminated: Vec::new(),
+            alone: Vec::new(),
+            decide: true,
+            guess: true,
+            changes: T::zero(),
+        }
+    }
+
+    /// Takes friction of all coordinates.
+    pub(super) fn take(&mut self, all: impl Iterator<Item = JointFriction<T>>, decision: Decision) {
+        self.all.clear();
+        self.all.extend(all);
+        self.decide = decision == Decision::Own;
+        self.guess = self.decide;
+        self.changes = T::zero();
+    }
+
+    /// Takes friction of a robot in plain numbers, each lane that of the coordinate that `map` names for it.
+    #[inline(always)]
+    pub(super) fn gather<S: Scalar>(&mut self, map: &[usize], from: &Frictions<S>) {
+        self.all.clear();
+        if !from.act() {
+            return;
+        }
+        let value = |index: usize, of: fn(&JointFriction<S>) -> S| of(&from.all[index]).value(0);
+        let each = |own: &[usize], of| T::from_values(|lane| value(own[lane], of));
+        let all = map.chunks_exact(T::LANES).map(|own| JointFriction {
+            stop: each(own, |of| of.stop),
+            bound: each(own, |of| of.bound),
+            piece: each(own, |of| of.piece),
+        });
+        self.all.extend(all);
+        (self.decide, self.guess) = (from.decide, from.guess);
+    }
+
+    /// Whether there is any: never for numbers that are more than values, of which forward dynamics knows no friction.
+    #[inline(always)]
+    pub(super) fn act(&self) -> bool {
+        !self.all.is_empty() && const { T::HAS_VALUES && T::ORDER == 0 }
+    }
+
+    /// Whether another pass inward is wanted after so many.
+    #[inline(always)]
+    pub(super) fn go_on(&self, passes: usize) -> bool {
+        let is_open = || (0..T::LANES).any(|lane| self.changes.value(lane) > 0.0);
+        self.decide && passes < MOST_PASSES && is_open()
+    }
+}
+
+impl<T: Scalar> Working<T> {
+    /// Keeps what passes inward change, and finds accelerations of bodies whose joints do not accelerate: of robots with friction, after the pass outward.
+    #[inline(always)]
+    pub(super) fn start_friction<P: Scalar>(&mut self, tree: &impl Tree<P, T>, A_W: &Motion<T>)
+    where
+        T: Over<P>,
+    {
+        if !self.friction.act() {
+            return;
+        }
+        let Self {
+            friction,
+            F,
+            A,
+            C,
+            factor,
+            ..
+        } = self;
+        friction.alone.clone_from(F);
+        let still = Eliminated {
+            U: Force::zero(),
+            bias: T::zero(),
+            inertia: T::zero(),
+            resistance: T::zero(),
+            a: T::zero(),
+            next: T::zero(),
+        };
+        friction.eliminated.clear();
+        friction.eliminated.resize(friction.all.len(), still);
+        for i in tree.range() {
+            let body = &tree.bodies()[i];
+            A[i] = match (body.parent, body.joint) {
+                (Some(p), _) => {
+                    let A_P = tree.parent_motion(i, p, A);
+                    factor.X_PB[i].motion_inverse_plus(&A_P, &C[i])
+                }
+                // Falls freely.
+                (None, JointKind::Floating) => C[i],
+                (None, _) => factor.X_PB[i].motion_inverse_plus(A_W, &C[i]),
+            };
+        }
+    }
+
+    /// Forgets the last pass inward, except for the pieces that it suggests.
+    #[inline(always)]
+    pub(super) fn restart<P: Scalar>(&mut self, tree: &impl Tree<P, T>)
+    where
+        T: Over<P>,
+    {
+        for i in tree.range() {
+            self.F[i] = self.friction.alone[i];
+            self.factor.I[i].set_rigid(&tree.bodies()[i].inertia);
+        }
+        let Frictions {
+            all,
+            eliminated,
+            guess,
+            ..
+        } = &mut self.friction;
+        *guess = false;
+        for (friction, own) in all.iter_mut().zip(eliminated) {
+            friction.piece = own.next;
+        }
+    }
+
+    /// Guesses which coordinates of body i stick in the first pass, before its joint is eliminated, and adds the resistance of those that stick.
+    #[inline(always)]
+    pub(super) fn decide<J: Joint>(
+        &mut self,
+        i: usize,
+        joint: J,
+        v: usize,
+        U: &J::PerDof<Force<T>>,
+        tau: &[T],
+    ) {
+        let (F, A) = (&self.F[i], &self.A[i]);
+        for k in 0..joint.nv() {
+            let (own, axis) = (&mut self.friction.eliminated[v + k], joint.axis(k));
+            own.U = U.as_ref()[k];
+            own.bias = axis.project(F) - tau[v + k];
+            own.inertia = axis.project(&own.U);
+            own.resistance = self.resistance[v + k];
+            let friction = &mut self.friction.all[v + k];
+            if self.friction.guess {
+                friction.piece = friction.next(own.needed(A, friction.stop));
+            }
+            self.resistance[v + k] += friction.parts()[1];
+        }
+    }
+
+    /// Finds the pieces that the accelerations of the last pass outward suggest, and counts by how many they differ from those of this pass.
+    #[inline(always)]
+    pub(super) fn review<P: Scalar>(&mut self, tree: &impl Tree<P, T>, a: &[T])
+    where
+        T: Over<P>,
+    {
+        let (mut changes, guessed) = (T::zero(), self.friction.guess);
+        for i in tree.range() {
+            for k in v_range(&tree.bodies()[i]) {
+                let (own, friction) = (&mut self.friction.eliminated[k], &self.friction.all[k]);
+                own.a = a[k];
+                let next = friction.next(own.needed(&self.A[i], friction.stop));
+                own.next = if guessed {
+                    next
+                } else {
+                    friction.neighbour(next)
+                };
+                changes += (own.next - friction.piece).abs();
+            }
+        }
+        self.friction.changes = changes;
+    }
+}
