@@ -245,7 +245,7 @@ fn near_switches(seed: u64, limited: bool) -> (Simulator, State, Vec<f64>) {
         Some(60.0),
     ];
     const SPEED: [f64; 5] = [1.0, 0.0, 1e-3, 0.1, 1e-7];
-    let model = samples::random_tree(if seed % 2 == 0 { 7 } else { 25 }, seed);
+    let model = samples::random_tree(if seed.is_multiple_of(2) { 7 } else { 25 }, seed);
     let point = random_point(&model, seed);
     let mut actuators = vec![Actuator::default(); model.nv()];
     for body in model.bodies().iter().filter(|body| !turns(body)) {
