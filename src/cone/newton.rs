@@ -198,11 +198,6 @@ impl Newton {
         largest(&self.best.1)
     }
 
-    /// Forgets the best forces, which were those of another problem.
-    pub(super) fn forget_best(&mut self) {
-        self.best.0 = f64::INFINITY;
-    }
-
     /// Goes back to the best forces since the start.
     pub(super) fn take_best(&mut self) {
         self.f.copy_from_slice(&self.best.1);

@@ -6,7 +6,7 @@ use super::descent::Descent;
 use super::interior::{Interior, PathTarget};
 use super::interval::clamped;
 use super::newton::Newton;
-use super::system::{Kind, Unit, of_unit};
+use super::system::{Kind, of_unit};
 use super::{ConeOptions, ConeProblem, REGULARIZATION};
 use crate::scalar::Scalar;
 
@@ -42,8 +42,6 @@ pub(super) struct Search {
     /// Forces of the regularised problem.
     regularized: Vec<f64>,
     g: Vec<f64>,
-    /// Bounds that are left out for a while.
-    bounds: Vec<f64>,
     /// Matrices that may be factorised.
     pub(super) allowed: usize,
     /// The residual at which a search that takes long may end.
@@ -57,7 +55,6 @@ impl Search {
         self.interior.reserve(rows);
         self.regularized.reserve(rows);
         self.g.reserve(rows);
-        self.bounds.reserve(rows);
     }
 
     /// Reads one lane of a problem and the forces to start from. `false` if a number is not finite.
@@ -218,7 +215,6 @@ impl Search {
         if self.newton.has_blocks {
             return self.by_descent(tolerance);
         }
-        self.start_without_bounded(tolerance);
         if self.may_start_here() && self.solve_active_set(NEWTON_STEPS, tolerance) {
             return true;
         }
@@ -231,31 +227,6 @@ impl Search {
         self.newton.regularized = true;
         self.along_the_path(tolerance)
             || (self.newton.system.law == Law::Coulomb && self.by_convex_problems(tolerance))
-    }
-
-    /// From no forces, those of contacts and bilateral rows without forces within bounds, which are a tenth of the work: they show where these hold. The first
-    /// velocities do not, since they are those of a robot that falls.
-    fn start_without_bounded(&mut self, tolerance: f64) {
-        let newton = &mut self.newton;
-        let is_bounded = |unit: &Unit| unit.kind == Kind::Interval;
-        let count = newton.system.units.iter().filter(|u| is_bounded(u)).count();
-        let is_mixed = count > 0 && count < newton.system.units.len();
-        if !is_mixed || newton.kappa > 0.0 || newton.f.iter().any(|f| *f != 0.0) {
-            return;
-        }
-        let bounds = &mut self.bounds;
-        bounds.clear();
-        let all = newton.system.units.iter_mut().filter(|u| is_bounded(u));
-        bounds.extend(all.map(|unit| std::mem::take(&mut unit.mu)));
-        let found = self.solve_active_set(NEWTON_STEPS, tolerance);
-        let newton = &mut self.newton;
-        let all = newton.system.units.iter_mut().filter(|u| is_bounded(u));
-        all.zip(&self.bounds)
-            .for_each(|(unit, &bound)| unit.mu = bound);
-        if !found {
-            newton.f.fill(0.0);
-        }
-        newton.forget_best();
     }
 
     /// On the central path, Newton's method only works from inside the cones.
