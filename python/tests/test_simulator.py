@@ -635,7 +635,7 @@ def test_simulator_of_a_urdf_has_the_inputs_of_its_command_interfaces() -> None:
 
 
 def test_servo_of_a_frame_holds_it_under_gains_that_no_explicit_step_bears() -> None:
-    box = db.samples.load("box") if hasattr(db.samples, "load") else db.Model.from_urdf(ASSETS / "box.urdf", base="floating")
+    box = db.Model.from_urdf(ASSETS / "box.urdf", base="floating")
     box = box.with_gravity((0.0, 0.0, 0.0))
     place = db.sim.Anchor(box.link_names[0])
     servo = db.sim.FrameActuator("x", place, (1, 0, 0, 0, 0, 0), "mixed", servo=(1.0, 1e4, 0.0, 1e4, 100.0), force_range=(-50.0, 50.0))
