@@ -50,7 +50,7 @@ fn main() {
 
 /// * `random` – states and inputs of *slide* and *stop*; of *hold* without velocities
 fn print_row(clock: Clock, name: &str, plain: &Simulator, random: &[Point<f64>]) {
-    let rest = random.iter().map(|point| at_rest(point));
+    let rest = random.iter().map(at_rest);
     let rest: Vec<_> = rest.collect();
     let motion = motion(plain, &random[0].state);
     let [slide, stop, hold] = FRICTION;

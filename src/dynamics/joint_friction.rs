@@ -1,4 +1,4 @@
-//! Dry friction in the articulated-body algorithm: which joints stick is decided while they are eliminated.
+//! Dry friction of joints in the articulated-body algorithm: which of them stick.
 //!
 //! Over a step Δt the friction τ of a coordinate, of at most b, obeys
 //!
@@ -15,11 +15,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::aba::Working;
-use super::tree::Tree;
-use crate::joint::{Joint, JointKind};
-use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::Scalar;
 use crate::spatial::{Force, Motion};
 
 /// Implicit damping of a sticking joint, kg or kg·m²: the inertia of any robot is negligible beside it. It holds as well as an infinite value, which
@@ -43,29 +39,29 @@ pub(crate) struct JointFriction<T> {
 
 /// A coordinate as it was eliminated last.
 #[derive(Clone, Copy, Debug)]
-struct Eliminated<T> {
-    U: Force<T>,
+pub(super) struct Eliminated<T> {
+    pub(super) U: Force<T>,
     /// Sᵀ F − τ.
-    bias: T,
+    pub(super) bias: T,
     /// Sᵀ U.
-    inertia: T,
+    pub(super) inertia: T,
     /// R, without that of sticking.
-    resistance: T,
+    pub(super) resistance: T,
     /// Acceleration of the last pass outward, and the piece that it suggests.
-    a: T,
-    next: T,
+    pub(super) a: T,
+    pub(super) next: T,
 }
 
 /// Friction of all coordinates, with working memory; empty where no joint has any.
 #[derive(Clone, Debug)]
 pub(super) struct Frictions<T> {
     pub(super) all: Vec<JointFriction<T>>,
-    eliminated: Vec<Eliminated<T>>,
+    pub(super) eliminated: Vec<Eliminated<T>>,
     /// Bias forces of the bodies alone.
-    alone: Vec<Force<T>>,
+    pub(super) alone: Vec<Force<T>>,
     /// Whether pieces are found, otherwise given; whether the next pass inward guesses them.
     decide: bool,
-    guess: bool,
+    pub(super) guess: bool,
     /// By how many pieces the last solution differs from those that it suggests.
     pub(super) changes: T,
 }
@@ -107,7 +103,7 @@ impl<T: Scalar> JointFriction<T> {
 
     /// The piece for the force that stopping needs.
     #[inline(always)]
-    fn next(&self, needed: T) -> T {
+    pub(super) fn next(&self, needed: T) -> T {
         let (zero, one) = (T::zero(), T::one());
         let limit = self.bound * (1.0 + BEYOND);
         let below = needed.select_lt(-limit, -one, zero);
@@ -120,7 +116,7 @@ impl<T: Scalar> JointFriction<T> {
     /// The piece on the way to another one: from one direction of slip to the other through sticking. Without this halt, decisions of joints on one another
     /// may go in circles.
     #[inline(always)]
-    fn neighbour(&self, next: T) -> T {
+    pub(super) fn neighbour(&self, next: T) -> T {
         let (zero, apart) = (T::zero(), (next - self.piece).abs());
         T::constant(1.5).select_lt(apart, zero, next)
     }
@@ -129,7 +125,7 @@ impl<T: Scalar> JointFriction<T> {
 impl<T: Scalar> Eliminated<T> {
     /// The force that stopping needs, under the acceleration of the body.
     #[inline(always)]
-    fn needed(&self, A: &Motion<T>, stop: T) -> T {
+    pub(super) fn needed(&self, A: &Motion<T>, stop: T) -> T {
         let inertial = A.power(&self.U) + self.bias + self.resistance * self.a;
         (self.inertia + self.resistance).mul_add(stop - self.a, inertial)
     }
@@ -185,119 +181,5 @@ impl<T: Scalar> Frictions<T> {
     pub(super) fn go_on(&self, passes: usize) -> bool {
         let is_open = || (0..T::LANES).any(|lane| self.changes.value(lane) > 0.0);
         self.decide && passes < MOST_PASSES && is_open()
-    }
-}
-
-impl<T: Scalar> Working<T> {
-    /// Keeps what passes inward change, and finds accelerations of bodies whose joints do not accelerate: of robots with friction, after the pass outward.
-    #[inline(always)]
-    pub(super) fn start_friction<P: Scalar>(&mut self, tree: &impl Tree<P, T>, A_W: &Motion<T>)
-    where
-        T: Over<P>,
-    {
-        if !self.friction.act() {
-            return;
-        }
-        let Self {
-            friction,
-            F,
-            A,
-            C,
-            factor,
-            ..
-        } = self;
-        friction.alone.clone_from(F);
-        let still = Eliminated {
-            U: Force::zero(),
-            bias: T::zero(),
-            inertia: T::zero(),
-            resistance: T::zero(),
-            a: T::zero(),
-            next: T::zero(),
-        };
-        friction.eliminated.clear();
-        friction.eliminated.resize(friction.all.len(), still);
-        for i in tree.range() {
-            let body = &tree.bodies()[i];
-            A[i] = match (body.parent, body.joint) {
-                (Some(p), _) => {
-                    let A_P = tree.parent_motion(i, p, A);
-                    factor.X_PB[i].motion_inverse_plus(&A_P, &C[i])
-                }
-                // Falls freely.
-                (None, JointKind::Floating) => C[i],
-                (None, _) => factor.X_PB[i].motion_inverse_plus(A_W, &C[i]),
-            };
-        }
-    }
-
-    /// Forgets the last pass inward, except for the pieces that it suggests.
-    #[inline(always)]
-    pub(super) fn restart<P: Scalar>(&mut self, tree: &impl Tree<P, T>)
-    where
-        T: Over<P>,
-    {
-        for i in tree.range() {
-            self.F[i] = self.friction.alone[i];
-            self.factor.I[i].set_rigid(&tree.bodies()[i].inertia);
-        }
-        let Frictions {
-            all,
-            eliminated,
-            guess,
-            ..
-        } = &mut self.friction;
-        *guess = false;
-        for (friction, own) in all.iter_mut().zip(eliminated) {
-            friction.piece = own.next;
-        }
-    }
-
-    /// Guesses which coordinates of body i stick in the first pass, before its joint is eliminated, and adds the resistance of those that stick.
-    #[inline(always)]
-    pub(super) fn decide<J: Joint>(
-        &mut self,
-        i: usize,
-        joint: J,
-        v: usize,
-        U: &J::PerDof<Force<T>>,
-        tau: &[T],
-    ) {
-        let (F, A) = (&self.F[i], &self.A[i]);
-        for k in 0..joint.nv() {
-            let (own, axis) = (&mut self.friction.eliminated[v + k], joint.axis(k));
-            own.U = U.as_ref()[k];
-            own.bias = axis.project(F) - tau[v + k];
-            own.inertia = axis.project(&own.U);
-            own.resistance = self.resistance[v + k];
-            let friction = &mut self.friction.all[v + k];
-            if self.friction.guess {
-                friction.piece = friction.next(own.needed(A, friction.stop));
-            }
-            self.resistance[v + k] += friction.parts()[1];
-        }
-    }
-
-    /// Finds the pieces that the accelerations of the last pass outward suggest, and counts by how many they differ from those of this pass.
-    #[inline(always)]
-    pub(super) fn review<P: Scalar>(&mut self, tree: &impl Tree<P, T>, a: &[T])
-    where
-        T: Over<P>,
-    {
-        let (mut changes, guessed) = (T::zero(), self.friction.guess);
-        for i in tree.range() {
-            for k in v_range(&tree.bodies()[i]) {
-                let (own, friction) = (&mut self.friction.eliminated[k], &self.friction.all[k]);
-                own.a = a[k];
-                let next = friction.next(own.needed(&self.A[i], friction.stop));
-                own.next = if guessed {
-                    next
-                } else {
-                    friction.neighbour(next)
-                };
-                changes += (own.next - friction.piece).abs();
-            }
-        }
-        self.friction.changes = changes;
     }
 }

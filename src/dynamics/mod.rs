@@ -97,6 +97,7 @@ mod passive;
 mod regressor;
 mod rnea;
 mod singular;
+mod sticking;
 mod tree;
 mod tree_matrix;
 mod weightless;
