@@ -408,8 +408,8 @@ class Contacts:
     >>> contacts = db.contact.Contacts(turning={"ball": (0.005, 0.0)})
     >>> simulator = db.Simulator(world.build(), time_step=1e-3, contacts=contacts)
     >>> q, v = [0, 0, 0.1, 1, 0, 0, 0], [0, 0, 0, 0, 0, 5.0]
-    >>> state = simulator.step(simulator.state(q, v))
-    >>> round(float(state.v[5]), 6)  # 5 - 0.001 * 0.005 * 1 * 9.81 / 0.004
+    >>> rollout = simulator.rollout(q, v, 1)
+    >>> round(float(rollout.v[-1][5]), 6)  # 5 - 0.001 * 0.005 * 1 * 9.81 / 0.004
     4.987738
     """
 
