@@ -7,7 +7,7 @@ use dualbody::contact::{
 use dualbody::model::{Mass, Object, World};
 use dualbody::sim::StepScratch;
 use dualbody::spatial::Transform;
-use dualbody::{Contacts, Simulator, State};
+use dualbody::{Contacts, Lanes, Scalar, Simulator, State};
 use nalgebra::DVector;
 
 use crate::common::ground::difference;
@@ -237,5 +237,37 @@ fn bodies_in_one_place_end_in_a_status() {
     }
     for law in [rigid(), relaxed()] {
         let _ = run(&simulator(&world, law, 1e-3), 20);
+    }
+}
+
+/// Bodies touch in some lanes and are apart in others.
+#[test]
+fn boxes_in_lanes_step_as_single_ones() {
+    type L = Lanes<4>;
+    let simulator = simulator(
+        &stack(2, 0.0),
+        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+        1e-3,
+    );
+    let start = simulator.neutral_state();
+    let (nq, nv) = (start.q.len(), start.v.len());
+    let lifted = |lane: usize| {
+        let mut q = start.q.clone();
+        // The height of the upper box.
+        q[nq / 2 + 2] += [0.0, -1e-3, 0.01, 0.3][lane];
+        q
+    };
+    let q: Vec<L> = (0..nq)
+        .map(|k| L::from_values(|lane| lifted(lane)[k]))
+        .collect();
+    let still = vec![L::from(0.0); nv];
+    let together = simulator.step(&State::new(&q, &still), &[]);
+    for lane in 0..4 {
+        let state = State::new(lifted(lane).as_slice(), &vec![0.0; nv]);
+        let single = simulator.step(&state, &[]);
+        for (together, single) in together.v.iter().zip(&single.v) {
+            let error = (together.value(lane) - single).abs();
+            assert!(error < 1e-9, "lane {lane}: {error:e}");
+        }
     }
 }

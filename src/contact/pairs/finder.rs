@@ -61,8 +61,8 @@ impl PairFinder {
         let mut fits = true;
         for lane in 0..T::LANES {
             let margin = ActivationMargin {
-                duration: margin.duration.value(lane),
-                approach: margin.approach.value(lane),
+                duration: T::from(margin.duration).value(lane),
+                approach: T::from(margin.approach).value(lane),
                 reach: margin.reach,
             };
             self.place(pairs, plain, kinematics, &margin, lane);
@@ -76,7 +76,7 @@ impl PairFinder {
         fits
     }
 
-    fn place<P: Scalar, T: Scalar>(
+    fn place<P: Scalar, T: Over<P>>(
         &mut self,
         pairs: &ShapePairs<P>,
         plain: &LinkShapes,
@@ -89,7 +89,7 @@ impl PairFinder {
         let solids = &plain.shapes()[..pairs.surfaces.first];
         for (own, sized) in solids.iter().zip(&pairs.shapes) {
             // Sizes are parameters: those of now count.
-            let shape: Shape = sized.shape.map_numbers(&mut |x| x.value(lane));
+            let shape: Shape = sized.shape.map_numbers(&mut |x| T::from(x).value(lane));
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
             let V = kinematics.velocity(own.body).to_array();
             let V = Motion::from_array(V.map(|x| x.value(lane)));
