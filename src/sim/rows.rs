@@ -174,10 +174,12 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn form_delassus(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
         match &mut self.sparse {
             None => (self.dense).form(factor, self.count, tau, &mut self.offset),
-            Some(sparse) => sparse.form(factor, tau, &mut self.offset),
+            Some(sparse) => {
+                sparse.form(factor, tau, &mut self.offset);
+                self.turned.clear();
+                self.turned.resize(self.nv, T::zero());
+            }
         }
-        self.turned.clear();
-        self.turned.resize(self.nv, T::zero());
     }
 
     /// Number of rows.

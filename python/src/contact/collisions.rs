@@ -82,12 +82,14 @@ pub(super) fn with_turning(
     value: &Bound<'_, PyAny>,
 ) -> PyResult<Contacts> {
     let all = value.getattr("turning")?;
-    all.cast::<PyDict>()?.iter().try_fold(contacts, |contacts, (link, own)| {
-        let link: String = link.extract()?;
-        let (torsional, rolling) = own.extract()?;
-        let turning = TurningFriction { torsional, rolling };
-        guarded(|| contacts.with_turning_friction(model, &link, turning))?.or_raise()
-    })
+    all.cast::<PyDict>()?
+        .iter()
+        .try_fold(contacts, |contacts, (link, own)| {
+            let link: String = link.extract()?;
+            let (torsional, rolling) = own.extract()?;
+            let turning = TurningFriction { torsional, rolling };
+            guarded(|| contacts.with_turning_friction(model, &link, turning))?.or_raise()
+        })
 }
 
 fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
