@@ -5,7 +5,7 @@
 use nalgebra::DMatrix;
 
 use super::columns::{Columns, Payload};
-use super::tree_matrix::TreeMatrix;
+use super::tree_matrix::{Block, TreeMatrix};
 use crate::joint::{Axis, with_joint};
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
@@ -18,8 +18,6 @@ pub struct CrbaScratch<T> {
     X_PB: Vec<Transform<T>>,
     composite: Vec<Inertia<T>>,
     columns: Columns<T>,
-    /// Index of the first entry of each column of a matrix that has all of them.
-    starts: Vec<usize>,
 }
 
 impl<T: Scalar> CrbaScratch<T> {
@@ -31,7 +29,6 @@ impl<T: Scalar> CrbaScratch<T> {
             X_PB: vec![Transform::identity(); n],
             composite: vec![Inertia::zero(); n],
             columns: Columns::new(model),
-            starts: (0..model.nv()).map(|k| k * model.nv()).collect(),
         }
     }
 }
@@ -86,9 +83,9 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    let starts = std::mem::take(&mut scratch.starts);
-    fill(model, q, scratch, (out.as_mut_slice(), &starts));
-    scratch.starts = starts;
+    let size = model.nv();
+    let all = |_| Block { size, offset: 0 };
+    fill(model, q, scratch, (out.as_mut_slice(), all));
 }
 
 /// [`mass_matrix_into`] of the trees alone.
@@ -122,7 +119,7 @@ fn fill<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     scratch: &mut CrbaScratch<T>,
-    out: (&mut [T], &[usize]),
+    out: (&mut [T], impl Fn(usize) -> Block),
 ) {
     let CrbaScratch {
         sin_cos,
@@ -158,7 +155,7 @@ fn inward<P: Scalar, T: Over<P>>(
     X_PB: &[Transform<T>],
     composite: &mut [Inertia<T>],
     columns: &mut Columns<T>,
-    (out, starts): (&mut [T], &[usize]),
+    (out, block): (&mut [T], impl Fn(usize) -> Block),
 ) {
     out.fill(T::zero());
     for (I, body) in composite.iter_mut().zip(model.bodies()) {
@@ -168,11 +165,13 @@ fn inward<P: Scalar, T: Over<P>>(
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let (X, I) = (&X_PB[j], &composite[j]);
         let in_parent = body.parent.map(|_| X);
+        // A joint without coordinates has no entries.
+        let block = (body.joint.nv() > 0).then(|| block(body.v));
         let mut entries = Entries {
             body,
             I,
             out: &mut *out,
-            starts,
+            block: block.unwrap_or(Block { size: 0, offset: 0 }),
         };
         with_joint!(body.joint, joint => columns.propagate::<P, T, _>(j, body, joint, in_parent, &mut entries),
             else pass_rare(j, in_parent, columns, &mut entries));
@@ -183,7 +182,7 @@ fn inward<P: Scalar, T: Over<P>>(
     }
     // Rotors rotate with their own coordinate only.
     for (k, &armature) in model.armature().iter().enumerate() {
-        let entry = &mut out[starts[k] + k];
+        let entry = &mut out[block(k).index(k, k)];
         *entry = *entry + armature;
     }
 }
@@ -208,8 +207,7 @@ struct Entries<'a, P, T> {
     body: &'a Body<P>,
     I: &'a Inertia<T>,
     out: &'a mut [T],
-    /// Index that the entry of each column in row zero has, or would have.
-    starts: &'a [usize],
+    block: Block,
 }
 
 impl<P: Scalar, T: Over<P>> Payload<T> for Entries<'_, P, T> {
@@ -224,14 +222,14 @@ impl<P: Scalar, T: Over<P>> Payload<T> for Entries<'_, P, T> {
 
     #[inline(always)]
     fn own(&mut self, row: usize, column: usize, entry: T) {
-        self.out[self.starts[column] + row] += self.body.scaled(entry);
+        self.out[self.block.index(row, column)] += self.body.scaled(entry);
     }
 
     #[inline(always)]
     fn carried(&mut self, _: usize, row: usize, column: usize, entry: T, _: &Force<T>) {
         let entry = self.body.scaled(entry);
-        self.out[self.starts[column] + row] += entry;
-        self.out[self.starts[row] + column] += entry;
+        self.out[self.block.index(row, column)] += entry;
+        self.out[self.block.index(column, row)] += entry;
     }
 
     #[inline(always)]

