@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::laws::{ContactRow, ROWS};
-use super::turning::TurningFriction;
+use super::turning::{LEAST, TurningFriction};
 use crate::cone::Block;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
@@ -43,7 +43,7 @@ impl<P: Scalar, T: Over<P>> Turning<P, T> {
             let (c, absent) = (self.coefficient(k), T::constant(f64::INFINITY));
             ContactRow {
                 reference: -(back * dot(&axes[k], &self.rate)),
-                compliance: T::zero().select_lt(c, compliance / (c * c), absent),
+                compliance: T::constant(LEAST).select_lt(c, compliance / (c * c), absent),
             }
         })
     }

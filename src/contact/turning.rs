@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 
 /// Coefficients of torsional and rolling friction of a surface, or between two surfaces; zero by default.
 ///
-/// A coefficient is a length: the moment is at most that length times the normal force. A coefficient of zero adds nothing to a step, and has no derivative.
+/// A coefficient is a length: the moment is at most that length times the normal force. A coefficient up to 10 nm adds nothing to a step, and has no derivative.
 /// Between two surfaces each coefficient is the larger one of both, as in `MuJoCo`: the softer surface makes the patch.
 ///
 /// | contact model | moment |
@@ -65,9 +65,13 @@ numbers! { pub struct TurningFriction {
     rolling: NotNegative("rolling friction"),
 } }
 
+/// Coefficient up to which there is no moment, m: smaller than that of any contact. Regularised rows have the compliance Rₜ / c², with which the solver
+/// finds no forces for smaller ones.
+pub(super) const LEAST: f64 = 1e-8;
+
 /// Whether a coefficient acts, in some lane.
 fn acts<P: Scalar>(x: &P) -> bool {
-    !x.has_value() || (0..P::LANES).any(|lane| x.value(lane) > 0.0)
+    !x.has_value() || (0..P::LANES).any(|lane| x.value(lane) > LEAST)
 }
 
 impl<P: Scalar> TurningFriction<P> {

@@ -269,6 +269,10 @@ fn broken_sensors_name_line_and_value() {
             "fast",
         ),
         (
+            "\n<sensor name='s' type='imu'><update_rate>1e-320</update_rate></sensor>",
+            "period is finite",
+        ),
+        (
             "\n<sensor name='s' type='lidar'><lidar><range><max>0</max></range></lidar></sensor>",
             "\"0\"",
         ),

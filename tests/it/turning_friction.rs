@@ -466,6 +466,32 @@ fn none_is_the_same_to_the_last_bit_and_has_no_parameters() {
     }
 }
 
+/// Also those whose squares are zero, and those that count as none.
+#[test]
+fn tiny_coefficients_change_next_to_nothing() {
+    let v = [1.0, 0.0, 0.0, 0.0, 10.0, 5.0];
+    for (law, integrator, dt) in all() {
+        // Explicit soft contact amplifies rounding at long steps.
+        let dt = dt.min(1e-3);
+        let after = |c: f64| {
+            let simulator = ball(law, turning(c, c), dt).with_integrator(integrator);
+            advance(&simulator, &resting(&simulator, v), 20)
+        };
+        let none = after(0.0);
+        for c in [1e-300, 1e-155, 1e-20, 1e-9, 1.1e-8, 1e-7] {
+            let tiny = after(c);
+            let error = (&tiny.q - &none.q).norm() + (&tiny.v - &none.v).norm();
+            // Under the weight, and while the ball is pushed out of the ground at less than 1 cm/s.
+            let impulse = MASS * (G * 20.0 * dt + 0.01);
+            let largest = if c > 1e-8 { c * impulse / INERTIA } else { 0.0 };
+            assert!(
+                error <= 2.0 * largest,
+                "{law:?} {c:e}: {error:e}, {largest:e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn lanes_of_a_batch_have_the_bits_of_each_alone() {
     for law in [rigid(), relaxed(), soft()] {

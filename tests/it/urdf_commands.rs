@@ -272,6 +272,24 @@ fn broken_elements_are_remarks_and_no_panics() {
     }
 }
 
+/// Its square is infinite, and so would be what the motor gives against a motion.
+#[test]
+fn a_reduction_whose_square_is_infinite_is_a_remark() {
+    let parts = "<transmission><type>SimpleTransmission</type><joint name='x'><hardwareInterface>EffortJointInterface</hardwareInterface></joint>
+      <actuator name='m'><mechanicalReduction>1e300</mechanicalReduction></actuator></transmission>";
+    let told = remarks(parts);
+    assert!(
+        told.iter().any(|(_, reason)| reason.contains("reduction")),
+        "{told:?}"
+    );
+    let simulator = simulator(parts);
+    let next = simulator.step(&simulator.neutral_state(), &[5.0]);
+    assert!(
+        (next.v[0] - simulator.time_step()).abs() < 1e-12,
+        "{next:?}"
+    );
+}
+
 #[test]
 fn locked_joints_have_no_input_and_independent_mimic_joints_may() {
     let parts = control(

@@ -112,8 +112,13 @@ pub(in crate::io) fn read(
         "altimeter" => altimeter(context, described)?,
         _ => ray(context, node, described)?,
     };
+    let period = if rate > 0.0 { 1.0 / rate } else { 0.0 };
+    if period.is_infinite() {
+        let reason = "expected a rate whose period is finite";
+        return Err(context.malformed_value(node, "update_rate", &rate.to_string(), reason));
+    }
     for part in &mut out.parts {
-        part.noise.period = if rate > 0.0 { 1.0 / rate } else { 0.0 };
+        part.noise.period = period;
     }
     Ok(out)
 }

@@ -77,7 +77,7 @@ pub(super) fn magnitude(
     match x >= 0.0 {
         true => Ok(x),
         false => {
-            let reason = "is negative: expected a number that is not";
+            let reason = "expected a number that is not negative";
             Err(context.malformed_value(node, name, &x.to_string(), reason))
         }
     }

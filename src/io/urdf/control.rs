@@ -285,7 +285,12 @@ impl Command<'_> {
             velocity_gain: own.velocity_gain / (n * n),
             ..own
         };
-        let gains = [geared.gain, geared.position_gain, geared.velocity_gain];
+        let gains = [
+            geared.gain,
+            geared.position_gain,
+            geared.velocity_gain,
+            n * n,
+        ];
         if gains.iter().all(|x| x.is_finite()) {
             return Some(geared);
         }
