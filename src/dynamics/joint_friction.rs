@@ -75,6 +75,14 @@ pub(crate) enum Decision {
     Own,
 }
 
+/// The piece of a bounded force: 0 within ±`bound`, −1 below and 1 above.
+#[inline(always)]
+pub(crate) fn side_of<T: Scalar>(force: T, bound: T) -> T {
+    let (zero, one) = (T::zero(), T::one());
+    let below = force.select_lt(-bound, -one, zero);
+    bound.select_lt(force, one, below)
+}
+
 impl<T: Scalar> JointFriction<T> {
     /// That of a coordinate without friction.
     pub(crate) fn none() -> Self {
@@ -105,9 +113,7 @@ impl<T: Scalar> JointFriction<T> {
     #[inline(always)]
     pub(super) fn next(&self, needed: T) -> T {
         let (zero, one) = (T::zero(), T::one());
-        let limit = self.bound * (1.0 + BEYOND);
-        let below = needed.select_lt(-limit, -one, zero);
-        let next = limit.select_lt(needed, one, below);
+        let next = side_of(needed, self.bound * (1.0 + BEYOND));
         // Without a force both directions are one piece. A negative bound is that of a coordinate without friction, also where a force is no number.
         let next = zero.select_lt(self.bound, next, next.abs());
         self.bound.select_lt(zero, one, next)

@@ -147,7 +147,7 @@ pub(crate) use forward_dynamics::{
     frictional_forward_dynamics_into, resisted_forward_dynamics_into,
 };
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
-pub(crate) use joint_friction::{BEYOND, Decision, HELD, JointFriction};
+pub(crate) use joint_friction::{BEYOND, Decision, HELD, JointFriction, side_of};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,

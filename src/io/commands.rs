@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{ImportReport, ModelOptions};
 use crate::error::LoadError;
 use crate::model::Model;
-use crate::sim::{Actuation, Actuator, Simulator};
+use crate::sim::{Actuation, Simulator};
 
 impl ImportReport {
     /// Makes a simulator of the model of this report: with limits and friction of its joints, as by [`Actuation::from_model`], and with the inputs of
@@ -43,34 +43,24 @@ impl ImportReport {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn simulator(&self, model: Model) -> Simulator {
-        let mut actuation = Actuation::from_model(&model);
+        let actuation = Actuation::from_model(&model);
+        let mut actuators = actuation.actuators().to_vec();
         let mut actuated = Vec::new();
         for (joint, servo) in self.commands.iter().flatten() {
             // Options may have locked it.
-            let Some(id) = model
-                .joint(joint)
-                .filter(|&id| model.joint_v(id).len() == 1)
-            else {
-                continue;
-            };
-            let own = actuation.actuators()[model.joint_v(id).start];
-            let own = Actuator {
-                servo: *servo,
-                ..own
-            };
-            actuated.push(joint.as_str());
-            if let Ok(with_servo) = actuation.clone().with_actuator(&model, joint, own) {
-                actuation = with_servo;
+            let own = model.joint(joint).map(|id| model.joint_v(id));
+            if let Some(own) = own.filter(|own| own.len() == 1) {
+                actuators[own.start].servo = *servo;
+                actuated.push(joint.as_str());
             }
         }
-        let simulator = Simulator::new(model).with_actuation(actuation);
+        let simulator = Simulator::new(model).with_actuation(actuation.with_actuators(&actuators));
         if self.commands.is_none() {
             return simulator;
         }
-        match simulator.clone().with_actuated_joints(&actuated) {
-            Ok(simulator) => simulator,
-            Err(_) => simulator,
-        }
+        // The model has all of these joints.
+        let all = simulator.clone();
+        all.with_actuated_joints(&actuated).unwrap_or(simulator)
     }
 }
 

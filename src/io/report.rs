@@ -7,8 +7,7 @@ use super::place::ImportNote;
 use super::sensors::{self, ImportedSensor};
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
-use crate::sim::Sensors;
-use crate::sim::Servo;
+use crate::sim::{Sensors, Servo};
 
 /// Report on a loaded file.
 ///

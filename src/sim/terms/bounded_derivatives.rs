@@ -101,9 +101,7 @@ impl<T: Scalar> Found<'_, T> {
             zero,
         ) = (*self.site, self.own, T::zero());
         if let Some(SolvedRow { row, force, .. }) = self.solved {
-            let (reference, compliance) = line.row();
-            let y = compliance.each(|x| x * force) - reference;
-            return out.coordinate_row(row, coordinate, input, y);
+            return out.coordinate_row(row, coordinate, input, line.at_force(force));
         }
         let at_bound = line.bound.each(|x| own.select(zero, x * own.piece));
         let push = line.push.each(|x| own.select(x, zero)) + at_bound;

@@ -20,9 +20,9 @@ use super::term::Term;
 use crate::dynamics::{
     AbaScratch, BEYOND, Decision, Driven as DrivenRobot, HELD, JointFriction, RneaScratch,
     each_passive, frictional_forward_dynamics_into, inverse_dynamics_into,
-    resisted_forward_dynamics_into,
+    resisted_forward_dynamics_into, side_of,
 };
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::Actuator;
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -207,6 +207,14 @@ impl<L: Scalar> Line<L> {
     }
 }
 
+impl<const N: usize, T: Scalar> Line<Dual<T, N>> {
+    /// y of the row at a force, R f − reference.
+    pub(super) fn at_force(&self, force: T) -> Dual<T, N> {
+        let (reference, compliance) = self.row();
+        compliance.each(|x| x * force) - reference
+    }
+}
+
 impl<T: Scalar> Bounded<T> {
     /// A force that is first taken to be where it is if nothing accelerates.
     fn new(site: &Site, line: Line<T>, v: T, dt: T) -> Self {
@@ -216,10 +224,7 @@ impl<T: Scalar> Bounded<T> {
                 let against = v.select_lt(zero, one, -one);
                 v.abs().select_lt(T::constant(SLOW), zero, against)
             }
-            Kind::Servo => {
-                let below = line.push.select_lt(-line.bound, -one, zero);
-                line.bound.select_lt(line.push, one, below)
-            }
+            Kind::Servo => side_of(line.push, line.bound),
         };
         Self {
             line,
@@ -260,12 +265,10 @@ impl<T: Scalar> Bounded<T> {
     /// * `force` – the force on its line
     /// * `beyond` – what that may be beyond its bound, as a part of it
     fn next(&self, a: T, force: T, beyond: f64) -> T {
-        let (zero, one, bound) = (T::zero(), T::one(), self.line.bound);
-        let limit = bound * (1.0 + beyond);
-        let below = force.select_lt(-limit, -one, zero);
-        let from_line = limit.select_lt(force, one, below);
+        let bound = self.line.bound;
+        let from_line = side_of(force, bound * (1.0 + beyond));
         let outward = (self.line.push - self.line.resistance * a) * self.piece;
-        self.select(from_line, outward.select_lt(bound, zero, self.piece))
+        self.select(from_line, outward.select_lt(bound, T::zero(), self.piece))
     }
 }
 

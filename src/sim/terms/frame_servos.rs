@@ -6,7 +6,7 @@
 
 use std::marker::PhantomData;
 
-use super::bounded_forces::{Line, servo_line};
+use super::bounded_forces::servo_line;
 use super::drives::Driven;
 use super::local::{
     FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, TIME_STEP, constant_motion,
@@ -158,12 +158,6 @@ fn found<'a, T: Scalar>(
     })
 }
 
-/// y of a row at its force but for ℓ̈, R f − reference.
-fn rest<const N: usize, T: Scalar>(line: &Line<Dual<T, N>>, force: T) -> Dual<T, N> {
-    let (reference, compliance) = line.row();
-    compliance.each(|x| x * force) - reference
-}
-
 impl<T: Scalar> Found<'_, T> {
     /// The row on its body and y, over numbers of that.
     fn y(
@@ -178,7 +172,7 @@ impl<T: Scalar> Found<'_, T> {
         let u = Dual::variable(self.u, FURTHER);
         let x = driven(self.own, carried.row.error, carried.row.rate, u);
         let line = servo_line(&self.own.actuator(), x, OfBody::from(dt));
-        let without_seen = carried.row.bias + rest(&line, self.force);
+        let without_seen = carried.row.bias + line.at_force(self.force);
         (carried, carried.along_seen + without_seen, without_seen)
     }
 
@@ -264,7 +258,7 @@ impl<T: Scalar> Found<'_, T> {
             let u = OfBody::constant_of(self.u);
             let x = driven(self.own, carried.row.error, carried.row.rate, u);
             let line = servo_line(&self.own.actuator(), x, dt);
-            carried.row.bias += rest(&line, self.force);
+            carried.row.bias += line.at_force(self.force);
             let row = BodyRow {
                 row: self.row,
                 y: carried.along_seen + carried.row.bias,
@@ -301,7 +295,7 @@ impl<T: Scalar> Found<'_, T> {
             v: Dual::variable(row.rate, RATE),
             u: Dual::variable(self.own.bounded(self.u), INPUT),
         };
-        let y = rest(&servo_line(&self.own.actuator(), moving, dt), self.force);
+        let y = servo_line(&self.own.actuator(), moving, dt).at_force(self.force);
         out.add_time_step(y.eps[TIME_STEP] * weight);
         for share in self.own.limit_shares(self.u) {
             out.add(&(slot..slot + 1), &[y.eps[INPUT] * share * weight]);
@@ -310,7 +304,7 @@ impl<T: Scalar> Found<'_, T> {
         let fixed = moving.map(|x| OfActuator::constant_of(x.re));
         let seeded = self.own.actuator().seeded::<T>();
         let line = servo_line(&seeded, fixed, OfActuator::from(at.point.dt()));
-        let mut own = rest(&line, self.force).each(|x| x * weight);
+        let mut own = line.at_force(self.force).each(|x| x * weight);
         own += line.bound.each(|x| x * by_bound);
         let count = self.own.servo_numbers();
         out.add(&(slot..slot + count), &own.eps[..count]);

@@ -5,7 +5,7 @@
 
 use std::marker::PhantomData;
 
-use super::bounded_forces::{Line, servo_line};
+use super::bounded_forces::servo_line;
 use super::drives::Driven;
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
@@ -157,23 +157,16 @@ impl<'a, T: Scalar> Found<'a, T> {
         }
     }
 
-    /// y of the row at its force without L̈, R F − reference, over numbers with derivatives.
-    fn rest<const N: usize>(line: &Line<Dual<T, N>>, force: T) -> Dual<T, N> {
-        let (reference, compliance) = line.row();
-        compliance.each(|x| x * force) - reference
-    }
-
     /// Force of the state, over length, rate and input.
     fn force(&self) -> OfCoordinate<T> {
         let x = self.moving();
         self.own.actuator().motor(x.q, x.v, x.u)
     }
 
-    /// The row, over length, rate, input and the time step.
+    /// y of the row at its force, without L̈, over length, rate, input and the time step.
     fn row_slopes(&self, at: &DerivativePoint<'_, T>, force: T) -> OfCoordinate<T> {
         let dt = Dual::variable(T::constant(at.point.dt()), TIME_STEP);
-        let line = servo_line(self.own.actuator(), self.moving(), dt);
-        Self::rest(&line, force)
+        servo_line(self.own.actuator(), self.moving(), dt).at_force(force)
     }
 }
 
@@ -332,7 +325,7 @@ impl<T: Scalar> Found<'_, T> {
         };
         let (weight, by_bound) = (out.row_weight(row), out.block_weight(block));
         let line = servo_line(&seeded, x, OfActuator::from(at.point.dt()));
-        weighted.own += Self::rest(&line, force).each(|x| x * weight);
+        weighted.own += line.at_force(force).each(|x| x * weight);
         weighted.own += line.bound.each(|x| x * by_bound);
         let moving = self.row_slopes(at, force);
         out.add_time_step(moving.eps[TIME_STEP] * weight);

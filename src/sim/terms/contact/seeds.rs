@@ -44,13 +44,11 @@ pub(super) fn add_pair_numbers<T: Scalar>(
     let slots = out.slots().0;
     let (own, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
     let material = if has_material { MATERIAL_NUMBERS } else { 0 };
-    let turning = if has_material && has_turning {
-        TURNING_NUMBERS
-    } else {
-        0
+    let end = match has_material && has_turning {
+        true => last_of(&own, TURNING_NUMBERS).start,
+        false => own.end,
     };
-    let end = own.end.saturating_sub(turning).max(own.start);
-    let sizes_end = end.saturating_sub(material).max(own.start);
+    let sizes_end = last_of(&(own.start..end), material).start;
     out.add(&(own.start..sizes_end), &x.eps[..LAW]);
     out.add(&(sizes_end..end), &x.eps[TERRAIN..]);
     if with_law {
@@ -60,24 +58,14 @@ pub(super) fn add_pair_numbers<T: Scalar>(
 
 /// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its own.
 pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
-    let mut out = contacts.cast::<OfBody<T>>();
     let is_curved = contacts.terrain().is_curved();
-    let (mut direction, mut last) = (0, None);
-    out.each_number(&mut |part, _, x| {
-        if part.is_turning() || (is_curved && part == ContactPart::Terrain) {
-            return;
-        }
-        if last.replace(part) != Some(part) {
-            direction = match part {
-                ContactPart::Point(_) | ContactPart::Shape(_) => 0,
-                ContactPart::Law(_) | ContactPart::PairLaw => LAW,
-                _ => TERRAIN,
-            };
-        }
-        x.eps[direction] = T::one();
-        direction += 1;
-    });
-    out
+    seeded_from(contacts, |part| match part {
+        part if part.is_turning() => None,
+        ContactPart::Terrain if is_curved => None,
+        ContactPart::Point(_) | ContactPart::Shape(_) => Some(0),
+        ContactPart::Law(_) | ContactPart::PairLaw => Some(LAW),
+        _ => Some(TERRAIN),
+    })
 }
 
 /// First directions of torsional and rolling friction of a point or of a shape, and of pairs of shapes without materials.
@@ -86,17 +74,23 @@ const PAIR_TURNING: usize = TURNING_NUMBERS;
 
 /// Contacts with the derivatives of torsional and rolling friction in themselves.
 pub(super) fn seeded_turning<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
+    seeded_from(contacts, |part| match part {
+        ContactPart::PairTurning => Some(PAIR_TURNING),
+        part => part.is_turning().then_some(OWN_TURNING),
+    })
+}
+
+/// Contacts with the derivatives of the numbers of some parts, each part's from a direction on.
+fn seeded_from<T: Scalar>(
+    contacts: &Contacts,
+    first: impl Fn(ContactPart) -> Option<usize>,
+) -> Contacts<OfBody<T>> {
     let mut out = contacts.cast::<OfBody<T>>();
     let (mut direction, mut last) = (0, None);
     out.each_number(&mut |part, _, x| {
-        if !part.is_turning() {
-            return;
-        }
+        let Some(first) = first(part) else { return };
         if last.replace(part) != Some(part) {
-            direction = match part {
-                ContactPart::PairTurning => PAIR_TURNING,
-                _ => OWN_TURNING,
-            };
+            direction = first;
         }
         x.eps[direction] = T::one();
         direction += 1;
@@ -104,9 +98,9 @@ pub(super) fn seeded_turning<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<
     out
 }
 
-/// The last parameters of a part, which are torsional and rolling friction.
-fn last_of(part: &Range<usize>) -> Range<usize> {
-    part.end.saturating_sub(TURNING_NUMBERS).max(part.start)..part.end
+/// So many last parameters of a part: of one with torsional and rolling friction those.
+fn last_of(part: &Range<usize>, count: usize) -> Range<usize> {
+    part.end.saturating_sub(count).max(part.start)..part.end
 }
 
 /// Adds derivatives in torsional and rolling friction of a point.
@@ -115,7 +109,7 @@ pub(super) fn add_turning_numbers<T: Scalar>(
     index: usize,
     out: &mut Numbers<'_, T>,
 ) {
-    let own = last_of(&out.slots().0.laws[index]);
+    let own = last_of(&out.slots().0.laws[index], TURNING_NUMBERS);
     out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
 }
 
@@ -127,11 +121,11 @@ pub(super) fn add_pair_turning_numbers<T: Scalar>(
     out: &mut Numbers<'_, T>,
 ) {
     if let Some(shape) = shape {
-        let own = last_of(&out.slots().0.shapes[shape]);
+        let own = last_of(&out.slots().0.shapes[shape], TURNING_NUMBERS);
         out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
     }
     if with_law {
-        let own = last_of(&out.slots().0.pair_law);
+        let own = last_of(&out.slots().0.pair_law, TURNING_NUMBERS);
         out.add(&own, &x.eps[PAIR_TURNING..]);
     }
 }
