@@ -5,13 +5,25 @@ with one row for each state. Ctrl-C ends compilation before the next kernel: NVR
 
     MATURIN_PEP517_ARGS="--features cuda" pip install ./python
 
-and, where it runs, NVIDIA's driver and NVRTC (`pip install nvidia-cuda-nvrtc-cu12`). Neither is needed to build it. It was written without a GPU at hand:
-errors and texts of kernels are tested, launches are not.
+and, where it runs, NVIDIA's driver and NVRTC (`pip install nvidia-cuda-nvrtc-cu12`). Neither is needed to build it.
+
+States can also stay on the GPU, under a policy of PyTorch, CuPy or JAX that is there too; arrays are exchanged by DLPack, without a way over the host:
+
+    gpu = dualbody.cuda.Simulator(simulator, 4096, precision="single")
+    states = gpu.states(q, v)
+    while training:
+        x = torch.from_dlpack(states)               # (nq + nv + contact, 4096), a copy
+        u = policy(x.T).T.contiguous()              # (nu, 4096)
+        states.advance(u, steps=4)
+        states.copy_from(torch.where(done, start, x))   # where episodes begin anew
 """
 
 from __future__ import annotations
 
+import ctypes
+import importlib.util
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +31,22 @@ import numpy as np
 from ._make import Stopped, _statuses
 from .sim import Status
 
+
+def _load_nvrtc() -> None:
+    """Loads the NVRTC of its package of PyPI, if that is installed: its folder is not one in which the system looks."""
+    try:
+        found = importlib.util.find_spec("nvidia.cuda_nvrtc")
+    except ModuleNotFoundError:
+        return
+    for folder in (found and found.submodule_search_locations) or ():
+        for path in Path(folder, "lib").glob("libnvrtc.so.12"):
+            ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+
+
+_load_nvrtc()
 try:
     from ._dualbody import CudaSimulator as Simulator
+    from ._dualbody import CudaStates as States
 except ImportError:
     raise ImportError(
         "dualbody was built without CUDA; MATURIN_PEP517_ARGS=\"--features cuda\" pip install ./python, in its repository, builds it with"
@@ -30,7 +56,7 @@ if TYPE_CHECKING:
     from . import Simulator as Own
     from ._dualbody import Array
 
-__all__ = ["Rollout", "Simulator"]
+__all__ = ["Rollout", "Simulator", "States"]
 
 
 @dataclass(frozen=True)

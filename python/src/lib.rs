@@ -65,7 +65,7 @@ mod _dualbody {
     use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};
     #[cfg(feature = "cuda")]
     #[pymodule_export]
-    use super::cuda::PyCudaSimulator;
+    use super::cuda::{PyCudaSimulator, PyCudaStates};
     #[pymodule_export]
     use super::dynamics::check_mass_matrix;
     #[pymodule_export]

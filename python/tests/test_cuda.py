@@ -108,3 +108,60 @@ def test_variants_have_their_own_numbers() -> None:
     models = [POLE.model.with_damping(1, float(d)) for d in damping]
     expected = POLE.rollout(q, v, inputs=u[:, None, :], models=models)
     np.testing.assert_allclose(gpu.step(q, v, u)[1], expected.v[:, 1], atol=DOUBLE)
+
+
+@built
+@pytest.mark.parametrize(("precision", "tolerance"), [("double", DOUBLE), ("single", SINGLE)])
+def test_states_stay_on_the_gpu(precision, tolerance) -> None:  # type: ignore[no-untyped-def]
+    gpu, (q, v, u) = on_gpu(precision=precision), states()
+    torch = pytest.importorskip("torch")
+    held = gpu.states(q, v)
+    np.testing.assert_allclose(held.numbers(), np.hstack([q, v]), atol=tolerance)
+    inputs = torch.tensor(u.T, dtype=torch.float64 if precision == "double" else torch.float32, device="cuda").contiguous()
+    held.advance(inputs, steps=3)
+    expected = POLE.rollout(q, v, inputs=np.repeat(u[:, None, :], 3, axis=1))
+    own = np.hstack([expected.q[:, -1], expected.v[:, -1]])
+    np.testing.assert_allclose(held.numbers(), own, atol=tolerance)
+    # a copy, which later steps do not change; work that is under way when it is asked for comes first
+    x = torch.from_dlpack(held)
+    assert x.shape == (4, COUNT) and x.dtype == inputs.dtype and x.is_cuda
+    held.advance()
+    np.testing.assert_allclose(x.cpu().numpy().T, own, atol=tolerance)
+    done = torch.arange(COUNT, device="cuda") % 2 == 0
+    held.copy_from(torch.where(done, torch.zeros_like(x), x))
+    np.testing.assert_allclose(held.numbers(), np.where(np.arange(COUNT)[:, None] % 2 == 0, 0.0, own), atol=tolerance)
+    assert all(status.is_completed for status in held.status)
+
+
+@built
+def test_arrays_that_do_not_fit_on_the_gpu_are_refused() -> None:
+    gpu, (q, v, u) = on_gpu(), states()
+    torch = pytest.importorskip("torch")
+    held = gpu.states(q, v)
+    for wrong, error, text in [
+        (u.T, ValueError, "u is not on a GPU"),
+        ([0.0], TypeError, "__dlpack__"),
+        (torch.zeros((COUNT, 2), dtype=torch.float64, device="cuda"), ValueError, r"the shape \[5, 2\], not \[2, 5\]"),
+        (torch.zeros((2, COUNT), dtype=torch.float32, device="cuda"), ValueError, "numbers"),
+        (torch.zeros((COUNT, 2), dtype=torch.float64, device="cuda").T, ValueError, "gaps"),
+    ]:
+        with pytest.raises(error, match=text):
+            held.advance(wrong)
+    with pytest.raises(ValueError, match=r"expected \(5,\)"):
+        gpu.states(q[:2], v[:2])
+    np.testing.assert_allclose(held.numbers(), np.hstack([q, v]))
+
+
+@built
+def test_a_motion_that_diverges_stops_until_it_begins_anew() -> None:
+    gpu, (q, v, _) = on_gpu(), states()
+    torch = pytest.importorskip("torch")
+    held = gpu.states(q, v)
+    bad = torch.zeros((2, COUNT), dtype=torch.float64, device="cuda")
+    bad[0, 1] = float("nan")
+    held.advance(bad, steps=2)
+    assert [k for k, status in enumerate(held.status) if not status.is_completed] == [1]
+    assert np.isfinite(held.numbers()).all()
+    held.copy_from(torch.from_dlpack(held))
+    held.advance()
+    assert all(status.is_completed for status in held.status)

@@ -70,9 +70,18 @@ impl Device {
     }
 
     /// Its number as other libraries count.
+    ///
+    /// # Errors
+    /// If it is larger than they can say.
     #[cfg(feature = "dlpack")]
-    pub(crate) fn number(&self) -> Result<i32, CudaError> {
+    pub fn number(&self) -> Result<i32, CudaError> {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
+    }
+
+    /// The address of its stream (a `CUstream`), which producers of tensors are asked to wait for.
+    #[cfg(feature = "dlpack")]
+    pub fn stream_address(&self) -> usize {
+        self.stream.cu_stream() as usize
     }
 
     /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB by default. Batches

@@ -4,8 +4,9 @@ use dlpark::ffi::DLDevice;
 use dlpark::{DlpackElement, TensorRef};
 
 use crate::error::CudaError;
-use crate::numbers::Numbers;
+use crate::numbers::{Numbers, Status};
 use crate::real::Real;
+use crate::states::CudaStates;
 use crate::tensor::{self, Dlpack};
 
 impl<R: Real + DlpackElement> Numbers<R> {
@@ -29,6 +30,29 @@ impl<R: Real + DlpackElement> Numbers<R> {
         let shape = [self.rows(), self.count()];
         check_dlpack::<R>(tensor, shape, device)?;
         tensor::import(self, tensor)
+    }
+}
+
+impl<R: Real + DlpackElement> CudaStates<R> {
+    /// A copy of all numbers as a tensor on the device: a row for each number of a state (q, v, the state of contact), a column for each state.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn to_dlpack(&self) -> Result<Dlpack, CudaError> {
+        let own = &self.numbers;
+        let mut copy = Numbers::zeros(own.device(), own.rows(), own.count())?;
+        copy.copy_from(own)?;
+        copy.into_dlpack()
+    }
+
+    /// Replaces all states by those of a tensor, as [`to_dlpack`](Self::to_dlpack) makes it. Their endings are forgotten: all go on.
+    ///
+    /// # Errors
+    /// As [`Numbers::copy_from_dlpack`].
+    pub fn copy_from_dlpack(&mut self, tensor: &Dlpack) -> Result<(), CudaError> {
+        self.numbers.copy_from_dlpack(tensor)?;
+        self.status = Status::new(self.numbers.device(), self.len())?;
+        Ok(())
     }
 }
 

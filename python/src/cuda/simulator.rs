@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use dlpark::DlpackElement;
 use dualbody::State;
+use dualbody_cuda::{CudaSimulator, Real};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
@@ -11,6 +13,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
 use super::precision::{Gpu, Wanted, on_either, on_gpu};
+use super::states::{Held, OfEither, PyCudaStates};
 use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
@@ -25,7 +28,7 @@ use crate::threads::stopped;
 /// values, as rigid contact does. Ctrl-C ends it before the next kernel: NVRTC cannot be interrupted within one, which may take minutes for a humanoid.
 #[pyclass(frozen, name = "CudaSimulator", module = "dualbody._dualbody")]
 pub(crate) struct PyCudaSimulator {
-    gpu: Gpu,
+    pub(super) gpu: Gpu,
     simulator: Py<PySimulator>,
 }
 
@@ -64,7 +67,7 @@ impl PyCudaSimulator {
         on_either!(&self.gpu, gpu => gpu.parameter_names())
     }
 
-    fn __len__(&self) -> usize {
+    pub(super) fn __len__(&self) -> usize {
         on_either!(&self.gpu, gpu => gpu.len())
     }
 
@@ -78,6 +81,23 @@ impl PyCudaSimulator {
         Ok(format!(
             "cuda.Simulator({simulator}, {count} states, precision=\"{precision}\")"
         ))
+    }
+
+    /// Puts states on the GPU, where they stay: a cuda.States. Arguments as in step.
+    #[pyo3(signature = (q, v, *, contact=None))]
+    fn states(
+        slf: Bound<'_, Self>,
+        q: &Bound<'_, PyAny>,
+        v: &Bound<'_, PyAny>,
+        contact: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyCudaStates> {
+        let (py, own) = (q.py(), slf.get());
+        let (_, states, _) = own.read(q, v, None, contact)?;
+        let held = match &own.gpu {
+            Gpu::Double(gpu) => put(py, gpu, &states).map(OfEither::Double),
+            Gpu::Single(gpu) => put(py, gpu, &states).map(OfEither::Single),
+        };
+        Ok(PyCudaStates::new(slf.unbind(), held?))
     }
 
     /// Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
@@ -251,6 +271,15 @@ impl PyCudaSimulator {
             "{what} of a batch of shape {batch:?}, expected ({count},)"
         )))
     }
+}
+
+/// Puts states on the device of a simulator.
+fn put<R: Real + DlpackElement>(
+    py: Python<'_>,
+    gpu: &CudaSimulator<R>,
+    states: &[State],
+) -> PyResult<Held<R>> {
+    py.detach(|| guarded(|| Held::new(gpu, states)))?.or_raise()
 }
 
 /// Numbers for each state: those of its row, or of the only one; zeros without rows.
