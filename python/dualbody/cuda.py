@@ -49,7 +49,8 @@ try:
     from ._dualbody import CudaStates as States
 except ImportError:
     raise ImportError(
-        "dualbody was built without CUDA; MATURIN_PEP517_ARGS=\"--features cuda\" pip install ./python, in its repository, builds it with"
+        "dualbody was built without CUDA; MATURIN_PEP517_ARGS=\"--features cuda\" pip install ./python, in its repository, builds it with",
+        name=__name__,
     ) from None
 
 if TYPE_CHECKING:

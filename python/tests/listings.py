@@ -15,8 +15,9 @@ OPTIONAL = {"gymnasium", "jax", "ray", "torch"}
 
 
 def is_of_optional(error: ImportError) -> bool:
-    """Whether a listing failed since an optional package is not installed."""
-    return (error.name or "").split(".")[0] in OPTIONAL
+    """Whether a listing failed since an optional package, or part of this one, is not installed."""
+    name = error.name or ""
+    return name == "dualbody.cuda" or name.split(".")[0] in OPTIONAL
 
 
 class Listing(NamedTuple):
