@@ -28,11 +28,12 @@ pub(super) fn place(device: &Device) -> PyResult<DLDevice> {
 
 /// The tensor of an argument, which work of the device after this call may read.
 pub(super) fn read(name: &str, array: &Bound<'_, PyAny>, device: &Device) -> PyResult<Dlpack> {
-    let request = ImportRequest::new(array.as_borrowed()).map_err(|_| {
-        PyTypeError::new_err(format!(
-            "{name} is no array that another package can read: it has no __dlpack__"
-        ))
-    })?;
+    if !array.hasattr("__dlpack__")? {
+        return Err(PyTypeError::new_err(format!(
+            "{name} is no array that other packages can read: it has no __dlpack__"
+        )));
+    }
+    let request = ImportRequest::new(array.as_borrowed())?;
     // What is not on a GPU knows no streams, and would say only that.
     let here = place(device)?.device_type;
     if request
