@@ -10,7 +10,7 @@
 //! | any graph for many states? | [`CudaFunction`]; of a step, with the loop over time in the kernel, [`CudaStepper`] |
 //! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
 //! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
-//! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, with the feature `dlpack` |
+//! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, the same of `CudaStates`, with the feature `dlpack` |
 //! | what is compiled, with which flags, kept where, carried to machines without NVRTC? | [`Compiler`], which needs no GPU |
 //! | how long did it take on the device? | [`Device::moment`] |
 //!
