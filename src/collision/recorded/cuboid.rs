@@ -121,6 +121,17 @@ impl<T: Scalar> Cuboid<T> {
     }
 }
 
+impl<T: Scalar> When<T> {
+    /// One box where the condition holds, else another one.
+    pub(super) fn pick_box(self, a: &Cuboid<T>, b: &Cuboid<T>) -> Cuboid<T> {
+        Cuboid {
+            center: self.pick_vector(&a.center, &b.center),
+            axes: std::array::from_fn(|k| self.pick_vector(&a.axes[k], &b.axes[k])),
+            half: std::array::from_fn(|k| self.pick(a.half[k], b.half[k])),
+        }
+    }
+}
+
 /// Whether the second, and whether the third of three numbers is the largest.
 pub(super) fn is_largest<T: Scalar>(x: &[T; 3]) -> [When<T>; 2] {
     let first = x[0].max(x[1]);

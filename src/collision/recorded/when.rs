@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::FAR;
-use super::cuboid::Cuboid;
 use crate::collision::feature::Witness;
 use crate::scalar::Scalar;
 
@@ -55,14 +54,6 @@ impl<T: Scalar> When<T> {
             distance: self.pick(a.distance, b.distance),
             points: [0, 1].map(|k| self.pick_vector(&a.points[k], &b.points[k])),
             normal: self.pick_vector(&a.normal, &b.normal),
-        }
-    }
-
-    pub(super) fn pick_box(self, a: &Cuboid<T>, b: &Cuboid<T>) -> Cuboid<T> {
-        Cuboid {
-            center: self.pick_vector(&a.center, &b.center),
-            axes: std::array::from_fn(|k| self.pick_vector(&a.axes[k], &b.axes[k])),
-            half: std::array::from_fn(|k| self.pick(a.half[k], b.half[k])),
         }
     }
 
