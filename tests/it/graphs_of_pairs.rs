@@ -359,6 +359,32 @@ fn shapes_that_cannot_be_recorded_are_named() {
     let _ = codegen::step(&simulator(model, soft(), shapes, &options));
 }
 
+// Nine boxes: 36 pairs of eight points.
+#[test]
+#[should_panic(expected = "together have 288 points, but a graph has at most 32")]
+fn graphs_with_too_many_points_are_refused() {
+    let mut builder = ModelBuilder::new("boxes").with_base(Base::Fixed);
+    builder.add_link(LinkSpec::new("world"));
+    for k in 0..9 {
+        let name = format!("box {k}");
+        builder.add_link(link(&name, Cuboid, 1.0));
+        builder.add_joint(JointSpec::new(
+            format!("to {k}"),
+            JointKind::Floating,
+            "world",
+            &name,
+        ));
+    }
+    let model = builder.build().expect("a model");
+    let shapes = LinkShapes::without_meshes(&model);
+    let _ = codegen::step(&simulator(
+        model,
+        relaxed(),
+        shapes,
+        &CollisionOptions::default(),
+    ));
+}
+
 #[test]
 #[should_panic(expected = "with smoothing or speculative contact")]
 fn smoothed_pairs_are_refused() {

@@ -2,9 +2,15 @@
 
 use crate::collision::{PairFeature, Shape, recorded_feature, recorded_points};
 use crate::contact::shape_pairs::ShapePairs;
-use crate::contact::{Contacts, LinkShapes};
+use crate::contact::{ContactLaw, Contacts, LinkShapes};
 use crate::model::Model;
 use crate::scalar::Scalar;
+
+/// Most points between bodies in a graph whose forces follow from the state: some five million operations.
+const MOST_POINTS: usize = 4096;
+
+/// Most points between bodies in a graph whose forces a solver finds: some ten million operations, which grow with the cube.
+const MOST_SOLVED: usize = 32;
 
 impl<P: Scalar> ShapePairs<P> {
     /// The pairs of shapes that may touch, of which one moves, the one that moves first.
@@ -42,10 +48,14 @@ impl<P: Scalar> Contacts<P> {
     /// Checks that all pairs of shapes that may touch can be recorded in a graph.
     ///
     /// # Panics
-    /// If a pair cannot; the message names shapes and links.
+    /// If a pair cannot; the message names shapes and links. If there are too many points.
     pub(crate) fn check_recordable<Q: Scalar>(&self, model: &Model<Q>) {
         let pairs = self.shape_pairs();
         let Some(plain) = &pairs.plain else { return };
+        let (most, mut count) = match self.law_of_pairs() {
+            ContactLaw::Soft(_) => (MOST_POINTS, 0),
+            _ => (MOST_SOLVED, 0),
+        };
         let is_wide = pairs.speculative || self.smoothing().is_some();
         pairs.each_pair(plain, |shapes| {
             let [a, b] = shapes.map(|k| &pairs.shapes[k].shape);
@@ -54,8 +64,10 @@ impl<P: Scalar> Contacts<P> {
                 format!("{} of link \"{link}\"", kind(&pairs.shapes[k].shape))
             };
             let [first, second] = shapes.map(describe);
+            let points = recorded_points(a, b);
+            count += points.unwrap_or(0);
             assert!(
-                recorded_points(a, b).is_some(),
+                points.is_some(),
                 "contact between the {first} and the {second} cannot be recorded in a graph, because their features are selected on values; \
                  exclude this pair of links, or use spheres, capsules, boxes and half-spaces"
             );
@@ -65,6 +77,11 @@ impl<P: Scalar> Contacts<P> {
                  because a graph has only points that touch"
             );
         });
+        assert!(
+            count <= most,
+            "contact between bodies cannot be recorded in a graph: all pairs of shapes together have {count} points, but a graph has at most {most}; \
+             exclude pairs of links that never meet"
+        );
     }
 }
 
