@@ -91,6 +91,38 @@ def test_the_text_compiles_and_gives_the_same_numbers(tmp_path: Path) -> None:
     close(out, np.concatenate(POLE.step(x[:2], x[2:4], x[4:])))
 
 
+def stack() -> tuple[db.Simulator, np.ndarray]:
+    """A ball over a box, with a state in which it is one millimetre deep."""
+    world = db.World()
+    world.add_box("box", (0.3, 0.2, 0.4), mass=2.0, position=(0, 0, 0))
+    world.add_sphere("ball", 0.15, mass=1.0, position=(0.02, 0.01, 0.349))
+    model = world.build()
+    law = db.contact.SoftContact.estimate(1.0, 1, 1e-3)
+    contacts = db.contact.Contacts(db.contact.Terrain.flat(-5.0), law, collisions=True)
+    simulator = db.Simulator(model, time_step=1e-3, contacts=contacts)
+    return simulator, random(4, model.nv)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_bodies_that_touch_in_c_move_as_those_of_the_simulator(tmp_path: Path) -> None:
+    simulator, v = stack()
+    q = simulator.model.neutral()
+    assert len(simulator.contact_report(q, v).pairs) == 1
+    graph = codegen.step(simulator)
+    contact = np.zeros(simulator.n_contact)
+    expected = np.concatenate(simulator.step(q, v, contact=contact))
+    state = np.concatenate([q, v, contact, np.zeros(simulator.nu)])
+    close(graph.evaluate(state), expected)
+    graph.to_c("stack").save(tmp_path)
+    library = tmp_path / "stack.so"
+    subprocess.run(["cc", "-O1", "-shared", "-fPIC", tmp_path / "stack.c", "-o", library, "-lm"], check=True)
+    function = ctypes.CDLL(str(library)).stack
+    own = np.zeros(len(expected))
+    pointers = [x.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for x in (state, own)]
+    assert function(*pointers) == 0
+    close(own, expected)
+
+
 def test_names_that_are_no_names_in_c_are_errors() -> None:
     graph = codegen.mass_matrix(db.samples.pendulum())
     with pytest.raises(ValueError, match="not an identifier of C"):

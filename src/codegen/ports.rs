@@ -35,7 +35,13 @@ pub(super) fn state_and_input<P: Scalar>(
 }
 
 /// Declares a state: `q`, `v`, `contact` and `activation` where it has such numbers.
+///
+/// # Panics
+/// If bodies can touch each other with shapes that cannot be recorded; the message names shapes and links.
 pub(super) fn state<P: Scalar>(t: &mut Tracer, simulator: &Simulator<P>) -> State<Traced> {
+    if let Some(contacts) = simulator.contacts() {
+        contacts.check_recordable(simulator.model());
+    }
     let [q, v] = motion(t, simulator.model());
     let mut state = simulator.state(&q, &v);
     if simulator.n_contact() > 0 {

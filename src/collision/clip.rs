@@ -11,13 +11,13 @@ use super::witness::witness;
 /// Angle within which flat parts count as parallel where one nearest pair is looked for, rad.
 const PARALLEL: f64 = 1e-9;
 /// Angle within which they may touch at several points, rad: some three degrees.
-const TOUCHING: f64 = 0.05;
+pub(super) const TOUCHING: f64 = 0.05;
 /// Part of the size by which a corner may be outside of a polygon.
-const SLACK: f64 = 1e-12;
+pub(super) const SLACK: f64 = 1e-12;
 /// Part of the size within which points are one: corners that coincide are found more than once or not by rounding, and each point is a spring of its own.
-const SAME: f64 = 1e-6;
+pub(super) const SAME: f64 = 1e-6;
 /// Sine of the angle between sides that lie along one another: their ends say as much as a crossing would.
-const ALONG: f64 = 1e-4;
+pub(super) const ALONG: f64 = 1e-4;
 /// Most pairs among which those of a manifold are chosen: corners of both, crossings of convex polygons.
 const MAX_PAIRS: usize = 4 * MAX_CORNERS;
 

@@ -59,7 +59,7 @@ impl<T: Scalar> PointState<T> {
     /// has no derivatives.
     pub(crate) fn axes_of_any_normal(&self) -> [Vector3<T>; 3] {
         let n = &self.normal;
-        let up = T::from_values(|lane| if n.z.value(lane) < 0.0 { -1.0 } else { 1.0 });
+        let up = (n.z.detached()).select_lt(T::zero(), -T::one(), T::one());
         let upwards = Self {
             normal: scale(n, up),
             ..*self

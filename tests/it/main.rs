@@ -46,6 +46,7 @@ mod frame_servos;
 mod free_bodies;
 mod generic_scalar;
 mod golden;
+mod graphs_of_pairs;
 mod graphs_of_steps;
 mod guide;
 mod hardware;

@@ -7,9 +7,12 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Terrain};
+use dualbody::contact::{
+    CollisionOptions, ContactLaw, Contacts, LinkShapes, RelaxedRigid, SoftContact, Terrain,
+};
+use dualbody::joint::JointKind;
 use dualbody::linearize::Linearization;
-use dualbody::model::samples;
+use dualbody::model::{Base, JointSpec, LinkSpec, Mass, ModelBuilder, samples};
 use dualbody::sim::RolloutStatus;
 use dualbody::trajopt::{
     Activation, Cost, Ddp, InputError, Problem, Robot, StateError, Trajectory,
@@ -196,6 +199,59 @@ fn compiled_steps_of_a_quadruped_on_its_feet_equal_those_of_the_library() {
     println!("quadruped: {worst:e}, {touching} steps in contact");
     assert!(touching > 150, "{touching}");
     assert!(worst < ERROR_OF_CONTACT, "{worst:e}");
+}
+
+/// A box on a larger one, which is fixed, and a ball that falls on it.
+fn stack() -> Simulator {
+    let mass = Mass::Kilograms(1.0);
+    let mut builder = ModelBuilder::new("stack").with_base(Base::Fixed);
+    builder.add_link(LinkSpec::solid_box("table", [1.0, 1.0, 0.1], mass));
+    builder.add_link(LinkSpec::solid_box("box", [0.3, 0.2, 0.1], mass));
+    builder.add_link(LinkSpec::solid_sphere("ball", 0.1, mass));
+    for name in ["box", "ball"] {
+        builder.add_joint(JointSpec::new(name, JointKind::Floating, "table", name));
+    }
+    let model = builder.build().expect("a model");
+    let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 2e-3));
+    let options = CollisionOptions::default().with_self_collision();
+    let contacts = Contacts::new(&model, Terrain::flat(-10.0), law)
+        .with_links(&model, &[])
+        .expect("no links")
+        .with_link_shapes(&model, law, LinkShapes::without_meshes(&model), &options);
+    Simulator::new(model)
+        .with_actuated_joints(&[])
+        .expect("joints")
+        .with_contacts(contacts.expect("links"))
+        .with_time_step(5e-4)
+}
+
+#[test]
+fn compiled_steps_of_bodies_that_touch_each_other_equal_those_of_the_library() {
+    let folder = Folder::new("bodies");
+    let Some(compiler) = folder.compiler_if_any() else {
+        return;
+    };
+    let simulator = stack();
+    let graph = codegen::step(&simulator);
+    let compiler = compiler.with_flags(&["-O1"]);
+    let step = NativeFunction::<f64>::new(&graph, "stack", &compiler).expect("a step");
+    let mut state = simulator.neutral_state();
+    state.q[2] = 0.101;
+    state.q.rows_mut(7, 3).copy_from_slice(&[0.06, 0.03, 0.26]);
+    state.v.rows_mut(3, 3).copy_from_slice(&[0.1, -0.2, 0.4]);
+    let (mut own, mut touching) = (vec![0.0; step.n_outputs()], 0);
+    for k in 0..600 {
+        let given: Vec<f64> = state.numbers().copied().collect();
+        step.call(&given, &mut own).expect("slow motion");
+        let next = simulator.step(&state, &[]);
+        let report = simulator.contact_report(&state, &[]);
+        touching += usize::from(report.pairs.len() > 4);
+        let off = next.numbers().zip(&own).map(|(a, b)| (a - b).abs());
+        let off = off.fold(0.0, f64::max);
+        assert!(off < 1e-10, "step {k}: {off:e}");
+        state = next;
+    }
+    assert!(touching > 100, "{touching}");
 }
 
 #[test]

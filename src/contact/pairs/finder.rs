@@ -53,10 +53,12 @@ impl PairFinder {
         let Some(plain) = &pairs.plain else {
             return true;
         };
-        assert!(
-            T::HAS_VALUES,
-            "contact between bodies cannot be recorded: which features touch is decided on values"
-        );
+        if const { !T::HAS_VALUES } {
+            pairs.each_recorded(plain, |shapes, feature| {
+                out.push(PairPoint { shapes, feature });
+            });
+            return true;
+        }
         let margin = contacts.pair_margin(dt);
         let mut fits = true;
         for lane in 0..T::LANES {

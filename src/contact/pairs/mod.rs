@@ -4,6 +4,7 @@
 
 mod choice;
 mod finder;
+mod recorded;
 
 use nalgebra::Vector3;
 
@@ -18,7 +19,7 @@ use super::point::velocity_at;
 use super::point_state::PointState;
 use super::shape_pairs::BodyShape;
 use super::turning::TurningFriction;
-use crate::collision::{BroadPhase, PairFeature, Shape, witness};
+use crate::collision::{BroadPhase, PairFeature, Shape, recorded_witness, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
@@ -187,7 +188,12 @@ fn state_of_shapes<P: Scalar, T: Over<P>>(
     V: &[Motion<T>; 2],
 ) -> PairState<T> {
     let (X_WA, X_WB) = (X[0] * a.X_BS.lift(), X[1] * b.X_BS.lift());
-    let found = witness(feature, &a.shape, &X_WA, &b.shape, &X_WB);
+    let found = if const { T::HAS_VALUES } {
+        witness(feature, &a.shape, &X_WA, &b.shape, &X_WB)
+    } else {
+        let [first, second] = [a, b].map(|own| own.shape.lift());
+        recorded_witness(feature, [&first, &second], [&X_WA, &X_WB])
+    };
     let position = (found.points[0] + found.points[1]) * T::constant(0.5);
     let [in_first, in_second] = [0, 1].map(|side| X[side].inverse().point(&position));
     let velocity = |side: usize, at| rotate(&X[side].rotation, &velocity_at(&V[side], at));

@@ -28,7 +28,8 @@
 //! | joint limits | yes; without contact or constraints, semi-implicit Euler releases pulling limits once, see below |
 //! | [height fields](crate::contact::HeightField) of up to 4096 nodes, under corners | yes: the cell is found by comparisons with all nodes, four for each node and point |
 //! | rigid contact, soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity), smoothed contact together with joint limits or bounded forces, [implicit midpoint](crate::Integrator::ImplicitMidpoint) | no: a solver searches on values |
-//! | [contact between bodies](crate::Contacts::with_collisions) | no: features are selected on values |
+//! | [contact between bodies](crate::Contacts::with_collisions): spheres, capsules, boxes and half-spaces against each other | yes, see below |
+//! | contact between bodies with cylinders, ellipsoids, meshes, surfaces or distance fields, with smoothing or speculative contact | no: features are selected on values; the message names both shapes and links |
 //! | [terrain](crate::contact::TerrainFunction) under corners and [forces](crate::sim::ForceFunction), given as functions | yes: the operations of the function, with all derivatives |
 //! | shapes that roll on curved ground | no: the contact point is found on values |
 //! | [`rollout`](crate::Simulator::rollout) | no, because it tests for divergence; a loop over steps can be traced |
@@ -40,6 +41,12 @@
 //! ([`cone`](crate::cone)). All points take part; those above the ground have no force. The condition is that the steps have converged. Derivatives
 //! use only the last step, so A and B do not grow with the number of steps. If a condition is violated, evaluation of the graph is an error, and
 //! generated code returns a status.
+//!
+//! Two shapes that may touch have a fixed number of points: one for spheres and for two capsules, two for a capsule with a box or a half-space, four
+//! for a box with a half-space, eight for two boxes. Distance, points and normal of every feature that could be the nearest are recorded, and selects
+//! choose between them. So a step has the operations of all pairs of shapes, also of those that are far apart: exclude the pairs that never meet
+//! ([`CollisionOptions::without`](crate::contact::CollisionOptions::without)). Points equal those of the library except where features are equally near, such as parallel capsules, and where a
+//! box twenty times wider than high is so deep that its upper corners touch too.
 //!
 //! Traced numbers have no value, so parameters are not checked while they are traced. A square root of a negative number is then NaN.
 //!
