@@ -19,6 +19,9 @@ pub(crate) const DERIVATIVE: f64 = 1e-7;
 /// Part of the distance by which the points of a proof may be off.
 const CERTAIN: f64 = 0.2 * DISTANCE;
 
+/// Distance of cores whose normal is one, m.
+const APART: f64 = 1e-3;
+
 /// What is wrong with a pair, by how much; zero where nothing is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Errors {
@@ -30,7 +33,7 @@ pub(crate) struct Errors {
     pub(crate) gradient: f64,
     /// Gradient along a motion against differences, where features stay and the differences converge.
     pub(crate) difference: f64,
-    /// Where features switch: by how much the gradient is not between the slopes of both sides.
+    /// Where features of cores that are apart switch: by how much the gradient is not between the slopes of both sides.
     pub(crate) beyond: f64,
     /// One-sided difference along the normal against one.
     pub(crate) one_sided: f64,
@@ -87,7 +90,10 @@ pub(crate) fn check(pair: &Pair, rng: &mut Random) -> Errors {
         Slope::Smooth(slope) => errors.difference = (slope - along).abs(),
         Slope::Switch(least, most) => {
             errors.switches = true;
-            errors.beyond = (least - along).max(along - most).max(0.0);
+            // Where cores overlap, normals and points may both be several: a slope is that of one of each, and the one along the normal is known.
+            if at.distance + radii(pair) > APART {
+                errors.beyond = (least - along).max(along - most).max(0.0);
+            }
         }
         Slope::Unknown => errors.unknown = true,
     }

@@ -11,14 +11,16 @@ pub(crate) const DIRECTIONS: usize = 12;
 /// A motion of both shapes.
 pub(crate) type Motion = [f64; DIRECTIONS];
 
-/// Steps of differences: the longest that tells most is not the same everywhere.
-const STEPS: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+/// Steps of differences: longer ones have more digits, and agree where features all but switch.
+const STEPS: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Step from either side where features switch.
 const SHORT: f64 = 1e-6;
+/// Slopes from both sides that differ by no more are one.
+const SAME: f64 = 1e-7;
 /// Differences of two steps that agree to this have converged.
 const CONVERGED: f64 = 2e-8;
 /// Distance by which a point moves with such a step only where the nearest point is another one, m.
-const JUMP: f64 = 0.05;
+const JUMP: f64 = 0.01;
 
 /// Features and their distance.
 pub(crate) type Found = (FeatureId, Witness<f64>);
@@ -50,19 +52,26 @@ pub(crate) fn random_motion(rng: &mut Random) -> Motion {
 pub(crate) fn slope(pair: &Pair, here: &Found, motion: &Motion) -> Slope {
     let mut last: Option<f64> = None;
     for h in STEPS {
-        let own = central(pair, here, motion, h);
-        if let (Some(a), Some(b)) = (last, own)
-            && (a - b).abs() <= CONVERGED
-        {
-            return Slope::Smooth(a);
+        let Some(own) = central(pair, here, motion, h) else {
+            break;
+        };
+        if last.is_some_and(|last| (own - last).abs() <= CONVERGED) {
+            return Slope::Smooth(own);
         }
-        last = own;
+        last = Some(own);
     }
-    let sides = [1.0, -1.0].map(|side| one_sided(pair, here, motion, side * SHORT));
-    match sides {
-        [Some(a), Some(b)] => Slope::Switch(a.min(b), a.max(b)),
-        _ => Slope::Unknown,
+    let [Some(a), Some(b)] = [SHORT, -SHORT].map(|h| one_sided(pair, here, motion, h)) else {
+        return Slope::Unknown;
+    };
+    if (a[2] - b[2]).abs() <= SAME {
+        return Slope::Smooth((a[2] + b[2]) / 2.0);
     }
+    let all = || a.into_iter().chain(b);
+    let [least, most] = [
+        all().fold(f64::MAX, f64::min),
+        all().fold(f64::MIN, f64::max),
+    ];
+    Slope::Switch(least, most)
 }
 
 /// The central difference, without its error of second order; `None` where features switch.
@@ -77,13 +86,14 @@ fn central(pair: &Pair, here: &Found, motion: &Motion, h: f64) -> Option<f64> {
     Some((4.0 * central(h / 2.0)? - central(h)?) / 3.0)
 }
 
-/// The difference to one side, without its error of first order.
-fn one_sided(pair: &Pair, here: &Found, motion: &Motion, h: f64) -> Option<f64> {
+/// The differences of a step to one side, of half of it, and without their error of first order.
+fn one_sided(pair: &Pair, here: &Found, motion: &Motion, h: f64) -> Option<[f64; 3]> {
     let slope = |h: f64| {
         let (_, w) = found(&moved(pair, motion, h))?;
         Some((w.distance - here.1.distance) / h)
     };
-    Some(2.0 * slope(h / 2.0)? - slope(h)?)
+    let [whole, half] = [slope(h)?, slope(h / 2.0)?];
+    Some([whole, half, 2.0 * half - whole])
 }
 
 fn moved(pair: &Pair, motion: &Motion, h: f64) -> Pair {

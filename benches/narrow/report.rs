@@ -159,7 +159,15 @@ impl fmt::Display for Row {
         ];
         let worst = worst.map(|x| format!("{x:>9.1e}")).concat();
         let time = self.nanoseconds / self.pairs as f64 * 1e-3;
-        let Self { name, pairs, unproved, switches, unknown, broken, .. } = self;
+        let Self {
+            name,
+            pairs,
+            unproved,
+            switches,
+            unknown,
+            broken,
+            ..
+        } = self;
         write!(
             f,
             "{name:<22}{pairs:>9}{by_regime}{unproved:>9}{switches:>9}{unknown:>9}{broken:>5} |{worst} |{time:>6.2}"

@@ -11,7 +11,8 @@ use nalgebra::{Matrix3, Vector3};
 
 fn main() {
     if std::env::args().any(|argument| argument == "--test") {
-        let answer = answer("sphere 1 0.5 0 0 0 1 0 0 0 1 0 0 0 1 sphere 1 0.5 2 0 0 1 0 0 0 1 0 0 0 1");
+        let answer =
+            answer("sphere 1 0.5 0 0 0 1 0 0 0 1 0 0 0 1 sphere 1 0.5 2 0 0 1 0 0 0 1 0 0 0 1");
         assert_eq!(answer, "1 0.5 0 0 1.5 0 0 1 0 0");
         return;
     }

@@ -31,6 +31,7 @@ mod default_step;
 mod dense_jacobians;
 mod derivatives;
 mod derivatives_over;
+mod degenerate_distances;
 mod distance_fields;
 mod dry_friction;
 mod dynamics_derivatives;
