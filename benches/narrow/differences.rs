@@ -15,12 +15,10 @@ pub(crate) type Motion = [f64; DIRECTIONS];
 const STEPS: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Step from either side where features switch.
 const SHORT: f64 = 1e-6;
-/// Slopes from both sides that differ by no more are one.
-const SAME: f64 = 1e-7;
 /// Differences of two steps that agree to this have converged.
 const CONVERGED: f64 = 2e-8;
 /// Distance by which a point moves with such a step only where the nearest point is another one, m.
-const JUMP: f64 = 0.01;
+const JUMP: f64 = 0.1;
 
 /// Features and their distance.
 pub(crate) type Found = (FeatureId, Witness<f64>);
@@ -63,9 +61,6 @@ pub(crate) fn slope(pair: &Pair, here: &Found, motion: &Motion) -> Slope {
     let [Some(a), Some(b)] = [SHORT, -SHORT].map(|h| one_sided(pair, here, motion, h)) else {
         return Slope::Unknown;
     };
-    if (a[2] - b[2]).abs() <= SAME {
-        return Slope::Smooth((a[2] + b[2]) / 2.0);
-    }
     let all = || a.into_iter().chain(b);
     let [least, most] = [
         all().fold(f64::MAX, f64::min),

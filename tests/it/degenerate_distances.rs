@@ -39,7 +39,10 @@ fn assert_slopes_are_those_of_the_normal(a: &Shape, x: &Pose, b: &Shape, y: &Pos
     let turn = arm.cross(&found.normal);
     let expected = found.normal.iter().chain(turn.iter());
     for (slope, expected) in slopes(a, x, b, y).iter().zip(expected) {
-        assert!((slope - expected).abs() <= most, "{a:?} {b:?} {slope} {expected}");
+        assert!(
+            (slope - expected).abs() <= most,
+            "{a:?} {b:?} {slope} {expected}"
+        );
     }
 }
 
@@ -101,7 +104,10 @@ fn capsule_along_an_edge_of_a_hull_has_points_on_both() {
     assert!((found.distance - 0.5).abs() < 1e-15);
     assert!((q - p).norm() - 0.5 < 1e-15, "{found:?}");
     // The edge on top is y = 0, z = 0, x from -0.75 to -0.25; the capsule's axis x from -1 to 0.
-    assert!(p.x >= -0.75 && p.x <= -0.25 && p.y.abs() + p.z.abs() < 1e-15, "{found:?}");
+    assert!(
+        p.x >= -0.75 && p.x <= -0.25 && p.y.abs() + p.z.abs() < 1e-15,
+        "{found:?}"
+    );
 }
 
 // The deepest point of the ellipsoid lies above the middle of the cap: the normal is the cap's, and turns with it.
@@ -116,19 +122,43 @@ fn ellipsoid_deep_behind_a_cap_has_the_derivatives_of_the_cap() {
     };
     let x = pose(
         [
-            [0.30572636658289776, 0.9501204909624956, 0.061663939455778194],
-            [-0.1287261005218323, -0.022922992368147543, 0.9914152144612937],
+            [
+                0.30572636658289776,
+                0.9501204909624956,
+                0.061663939455778194,
+            ],
+            [
+                -0.1287261005218323,
+                -0.022922992368147543,
+                0.9914152144612937,
+            ],
             [0.943377432325187, -0.3110395297612124, 0.1152971426595697],
         ],
-        [-0.2920685683530967, -0.2882507737004143, -0.23386324746015952],
+        [
+            -0.2920685683530967,
+            -0.2882507737004143,
+            -0.23386324746015952,
+        ],
     );
     let y = pose(
         [
-            [-0.5871914756381913, 0.7765307857711381, -0.22848656347256502],
-            [-0.4382913637950656, -0.06770255305305461, 0.8962795572435868],
+            [
+                -0.5871914756381913,
+                0.7765307857711381,
+                -0.22848656347256502,
+            ],
+            [
+                -0.4382913637950656,
+                -0.06770255305305461,
+                0.8962795572435868,
+            ],
             [0.6805195451715587, 0.6264314033154447, 0.38010109915618195],
         ],
-        [-0.0623500713227938, 0.11430684717533585, -0.18932135706601988],
+        [
+            -0.0623500713227938,
+            0.11430684717533585,
+            -0.18932135706601988,
+        ],
     );
     assert_slopes_are_those_of_the_normal(&ellipsoid, &x, &cylinder, &y, 1e-12);
     let found = nearest(&ellipsoid, &x, &cylinder, &y);
@@ -251,9 +281,18 @@ fn sizes_of_any_ratio_have_finite_distances_with_a_unit_normal_and_finite_slopes
         };
         let found = nearest(&a, &x, &b, &y);
         let numbers = found.points.iter().flat_map(|p| p.iter());
-        assert!(numbers.chain([&found.distance]).all(|x| x.is_finite()), "{k}: {a:?} {b:?} {found:?}");
-        assert!((found.normal.norm() - 1.0).abs() < 1e-12, "{k}: {a:?} {b:?} {found:?}");
+        assert!(
+            numbers.chain([&found.distance]).all(|x| x.is_finite()),
+            "{k}: {a:?} {b:?} {found:?}"
+        );
+        assert!(
+            (found.normal.norm() - 1.0).abs() < 1e-12,
+            "{k}: {a:?} {b:?} {found:?}"
+        );
         let slopes = slopes(&a, &x, &b, &y);
-        assert!(slopes.iter().all(|x| x.is_finite()), "{k}: {a:?} {b:?} {slopes:?}");
+        assert!(
+            slopes.iter().all(|x| x.is_finite()),
+            "{k}: {a:?} {b:?} {slopes:?}"
+        );
     }
 }
