@@ -2,11 +2,12 @@
 
 use dualbody::Cast;
 use dualbody::autodiff::Dual;
-use dualbody::collision::{FeatureId, Shape, Witness, nearest_features, witness};
+use dualbody::collision::{Shape, Witness, nearest_features, witness};
 use dualbody::spatial::{Quaternion, Transform};
 
-use super::pairs::{Pair, Pose, V};
-use super::sphere::{Verdict, climb, widest};
+use super::differences::{DIRECTIONS, Motion, Slope, found, random_motion, slope};
+use super::pairs::{Pair, Pose, Random};
+use super::proof::{Verdict, climb, widest};
 use super::support::{gap, outside, radii};
 
 /// Distances by other formulas, m.
@@ -15,14 +16,11 @@ pub(crate) const DISTANCE: f64 = 1e-9;
 const POINT: f64 = 1e-7;
 /// Derivatives by differences.
 pub(crate) const DERIVATIVE: f64 = 1e-7;
-/// Steps of differences, m and rad: the longest that tells most is not the same everywhere.
-const STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
-/// Differences of two steps that agree to this have converged.
-const CONVERGED: f64 = 2e-8;
-/// Distance by which a point moves with such a step only where the nearest point is another one, m.
-const JUMP: f64 = 0.05;
-/// Directions of a pair: three of translation and three of rotation, of each shape.
-const DIRECTIONS: usize = 12;
+/// Part of the distance by which the points of a proof may be off.
+const CERTAIN: f64 = 0.2 * DISTANCE;
+
+/// Distance of cores whose normal is one, m.
+const APART: f64 = 1e-3;
 
 /// What is wrong with a pair, by how much; zero where nothing is.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,11 +31,17 @@ pub(crate) struct Errors {
     pub(crate) points: f64,
     /// Gradient against the one that normal and points imply.
     pub(crate) gradient: f64,
-    /// Gradient against differences, where features stay and the differences converge.
+    /// Gradient along a motion against differences, where features stay and the differences converge.
     pub(crate) difference: f64,
+    /// Where features of cores that are apart switch: by how much the gradient is not between the slopes of both sides.
+    pub(crate) beyond: f64,
     /// One-sided difference along the normal against one.
     pub(crate) one_sided: f64,
-    /// Whether branch and bound ended without a proof.
+    /// Whether features switch within the shortest step.
+    pub(crate) switches: bool,
+    /// Whether differences told nothing.
+    pub(crate) unknown: bool,
+    /// Whether the search for a wider gap ended without a proof.
     pub(crate) unproved: bool,
     /// Whether something was NaN or missing.
     pub(crate) broken: bool,
@@ -51,7 +55,7 @@ impl Errors {
 
     pub(crate) fn is_miss(&self) -> bool {
         let lengths = [self.distance, self.one_sided];
-        let slopes = [self.gradient, self.difference];
+        let slopes = [self.gradient, self.difference, self.beyond];
         self.broken
             || self.points.is_nan()
             || self.points > POINT
@@ -60,17 +64,9 @@ impl Errors {
     }
 }
 
-/// Features and their distance.
-type Found = (FeatureId, Witness<f64>);
-
-fn found(pair: &Pair) -> Option<Found> {
-    let ([a, b], [x, y]) = (&pair.shapes, &pair.at);
-    let found = nearest_features(a, x, b, y)?;
-    Some((found.id, witness(&found, a, x, b, y)))
-}
-
-/// Compares all of a pair; differences only if asked for, since they cost most.
-pub(crate) fn check(pair: &Pair, with_differences: bool) -> Errors {
+/// Compares all of a pair.
+pub(crate) fn check(pair: &Pair, rng: &mut Random) -> Errors {
+    let motion = random_motion(rng);
     let broken = Errors {
         broken: true,
         ..Errors::default()
@@ -88,17 +84,26 @@ pub(crate) fn check(pair: &Pair, with_differences: bool) -> Errors {
         one_sided: one_sided(pair, &at),
         ..Errors::default()
     };
-    (errors.distance, errors.unproved) = distance(pair, &at);
-    if with_differences {
-        let all =
-            (0..DIRECTIONS).filter_map(|k| Some((difference(pair, &here, k)? - gradient[k]).abs()));
-        errors.difference = all.fold(0.0, f64::max);
+    (errors.distance, errors.unproved) = distance(pair, &at, errors.points);
+    let along: f64 = gradient.iter().zip(&motion).map(|(x, y)| x * y).sum();
+    match slope(pair, &here, &motion) {
+        Slope::Smooth(slope) => errors.difference = (slope - along).abs(),
+        Slope::Switch(least, most) => {
+            errors.switches = true;
+            // Where cores overlap, normals and points may both be several: a slope is that of one of each, and the one along the normal is known.
+            if at.distance + radii(pair) > APART {
+                errors.beyond = (least - along).max(along - most).max(0.0);
+            }
+        }
+        Slope::Unknown => errors.unknown = true,
     }
     errors
 }
 
 /// By how much the distance is not the widest gap, and whether that is without a proof.
-fn distance(pair: &Pair, at: &Witness<f64>) -> (f64, bool) {
+///
+/// * `off` – by how much the points may be off the shapes
+fn distance(pair: &Pair, at: &Witness<f64>, off: f64) -> (f64, bool) {
     let plane = [0, 1]
         .into_iter()
         .find(|&k| matches!(pair.shapes[k], Shape::HalfSpace));
@@ -107,13 +112,15 @@ fn distance(pair: &Pair, at: &Witness<f64>) -> (f64, bool) {
         let n = if k == 0 { axis } else { -axis };
         return ((gap(pair, &n) - at.distance).abs(), false);
     }
-    // A normal between points that all but coincide has few digits; the distance has all.
-    let lack = (climb(pair, &at.normal).min(at.distance) - at.distance).abs();
-    // Of a hull it is not known whether its point is on it.
-    let is_hull = |shape: &Shape| matches!(shape, Shape::Hull { .. });
-    let known = !pair.shapes.iter().any(is_hull) && points(pair, at) <= DISTANCE / 10.0;
+    let mut widest_near = gap(pair, &at.normal);
+    if widest_near < at.distance - CERTAIN {
+        // A normal between points that all but coincide has few digits; the distance has all.
+        widest_near = climb(pair, &at.normal).min(at.distance);
+    }
+    let lack = (widest_near - at.distance).abs();
     let core = at.points[1] - at.points[0] + at.normal * radii(pair);
-    match widest(pair, at.distance, known.then_some(core), DISTANCE) {
+    let known = (off <= CERTAIN).then_some(core);
+    match widest(pair, at.distance, &at.normal, known, DISTANCE - CERTAIN) {
         Verdict::Proved => (lack, false),
         Verdict::NotFound => (lack, true),
         Verdict::Wider(by) => (lack.max(by), false),
@@ -124,7 +131,10 @@ fn distance(pair: &Pair, at: &Witness<f64>) -> (f64, bool) {
 fn points(pair: &Pair, at: &Witness<f64>) -> f64 {
     let [p, q] = at.points;
     let apart = (q - p - at.normal * at.distance).norm();
-    let off = [0, 1].map(|k| outside(&pair.shapes[k], &pair.at[k], &at.points[k]));
+    let off = [0, 1].map(|k| {
+        let n = if k == 0 { at.normal } else { -at.normal };
+        outside(&pair.shapes[k], &pair.at[k], &at.points[k], &n)
+    });
     let lack = match gap(pair, &at.normal) {
         gap if gap.is_finite() => (gap - at.distance).abs(),
         _ => 0.0,
@@ -137,7 +147,7 @@ fn points(pair: &Pair, at: &Witness<f64>) -> f64 {
 }
 
 /// The gradient in twelve directions; `None` where it is not finite, or belongs to another distance.
-fn gradient(pair: &Pair, at: &Witness<f64>) -> Option<[f64; DIRECTIONS]> {
+fn gradient(pair: &Pair, at: &Witness<f64>) -> Option<Motion> {
     type D = Dual<f64, DIRECTIONS>;
     let seeded = |at: &Pose, first: usize| -> Transform<D> {
         let variable = |k: usize| D::variable(0.0, first + k);
@@ -157,7 +167,7 @@ fn gradient(pair: &Pair, at: &Witness<f64>) -> Option<[f64; DIRECTIONS]> {
 }
 
 /// ∂d = n · (δq − δp), with points that move with their shapes.
-fn implied(pair: &Pair, at: &Witness<f64>) -> [f64; DIRECTIONS] {
+fn implied(pair: &Pair, at: &Witness<f64>) -> Motion {
     let n = at.normal;
     let arm = |k: usize| at.points[k] - pair.at[k].translation;
     let turns = [-arm(0).cross(&n), arm(1).cross(&n)];
@@ -184,42 +194,4 @@ fn one_sided(pair: &Pair, at: &Witness<f64>) -> f64 {
     found(&moved).map_or(f64::NAN, |(_, next)| {
         (next.distance - at.distance - H).abs()
     })
-}
-
-/// The central difference in a direction; `None` where features switch, or differences of no two steps agree.
-fn difference(pair: &Pair, here: &Found, k: usize) -> Option<f64> {
-    let mut last: Option<f64> = None;
-    for h in STEPS {
-        let own = extrapolated(pair, here, k, h);
-        if let (Some(a), Some(b)) = (last, own)
-            && (a - b).abs() <= CONVERGED
-        {
-            return Some(a);
-        }
-        last = own;
-    }
-    None
-}
-
-fn extrapolated(pair: &Pair, here: &Found, k: usize, h: f64) -> Option<f64> {
-    let at = |h: f64| {
-        let (next, w) = found(&nudged(pair, k, h))?;
-        let jump = (0..2).map(|k| (w.points[k] - here.1.points[k]).norm());
-        let stays = next == here.0 && jump.fold(0.0, f64::max) < JUMP;
-        stays.then_some(w.distance)
-    };
-    let central = |h: f64| Some((at(h)? - at(-h)?) / (2.0 * h));
-    Some((4.0 * central(h / 2.0)? - central(h)?) / 3.0)
-}
-
-fn nudged(pair: &Pair, k: usize, h: f64) -> Pair {
-    let mut moved = pair.clone();
-    let at = &mut moved.at[k / 6];
-    let along = V::ith(k % 3, h);
-    if k % 6 < 3 {
-        at.translation += along;
-    } else {
-        at.rotation = Quaternion::exp(&along).to_matrix() * at.rotation;
-    }
-    moved
 }

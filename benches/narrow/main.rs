@@ -1,13 +1,14 @@
-//! Distances of random pairs of shapes of every two kinds against a proof by branch and bound, with their derivatives, and the time of each.
+//! Distances of random pairs of shapes of every two kinds against a proof that no gap is wider, with their derivatives, and the time of each.
 //!
 //! ```sh
-//! cargo bench --bench narrow -- COUNT [SEED [KIND KIND]]   # COUNT pairs of each two kinds and each regime; 5714 make a million
+//! cargo bench --bench narrow -- COUNT [SEED [KIND [KIND]]]   # COUNT pairs of each two kinds and each regime; 5715 make a million
 //! ```
 
 mod check;
+mod differences;
 mod pairs;
+mod proof;
 mod report;
-mod sphere;
 mod support;
 
 use pairs::KINDS;

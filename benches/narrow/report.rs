@@ -1,5 +1,6 @@
 //! The table of kinds: pairs, misses, worst errors, times.
 
+use std::fmt;
 use std::time::Instant;
 
 use dualbody::collision::nearest_features;
@@ -8,8 +9,6 @@ use rand::SeedableRng;
 use super::check::{Errors, check};
 use super::pairs::{KINDS, Pair, REGIMES, Random, kinds};
 
-/// One of so many pairs is compared with differences, which cost a hundred distances each.
-const WITH_DIFFERENCES: usize = 4;
 /// Most misses that are printed.
 const MAX_PRINTED: usize = 12;
 
@@ -19,46 +18,47 @@ const TRIES: usize = 3;
 /// What was found of two kinds.
 #[derive(Default)]
 struct Row {
+    name: String,
     pairs: usize,
     misses: [usize; REGIMES.len()],
     /// Misses in the distance.
     wrong: usize,
     unproved: usize,
+    /// Pairs whose features switch where they are, and those of which differences told nothing.
+    switches: usize,
+    unknown: usize,
+    broken: usize,
     worst: Errors,
     nanoseconds: f64,
 }
 
-/// Prints the table of so many pairs of each two kinds and each regime, of two kinds only if these are named; returns the number of wrong distances.
+/// Prints the table of so many pairs of each two kinds and each regime, of the kinds named only; returns the number of wrong distances.
 pub(crate) fn report(count: usize, seed: u64, only: &[usize]) -> usize {
     let columns = REGIMES.map(|name| format!("{name:>8}")).concat();
     println!(
-        "misses by regime{:6}{:>9}{columns}{:>10} |distance   points gradient differen onesided |  µs",
-        "", "pairs", "unproved"
+        "misses by regime{:6}{:>9}{columns}{:>9}{:>9}{:>9}{:>5} |distance   points gradient differen   beyond onesided |  µs",
+        "", "pairs", "unproved", "switches", "unknown", "NaN"
     );
-    let chosen = kinds().filter(|pair| only.is_empty() || only == pair);
-    let (mut pairs, mut misses, mut wrong) = (0, 0, 0);
-    for [a, b] in chosen {
-        let row = row([a, b], count, seed);
-        let by_regime = row.misses.map(|n| format!("{n:>8}")).concat();
-        let name = format!("{}–{}", KINDS[a], KINDS[b]);
-        let w = row.worst;
-        let worst = [w.distance, w.points, w.gradient, w.difference, w.one_sided];
-        let worst = worst.map(|x| format!("{x:>9.1e}")).concat();
-        let time = row.nanoseconds / row.pairs as f64 * 1e-3;
-        println!(
-            "{name:<22}{:>9}{by_regime}{:>10} |{worst} |{time:>6.2}",
-            row.pairs, row.unproved
-        );
-        pairs += row.pairs;
-        misses += row.misses.iter().sum::<usize>();
-        wrong += row.wrong;
+    let is_chosen = |[a, b]: &[usize; 2]| match only {
+        [] => true,
+        [one] => one == a || one == b,
+        both => both == [*a, *b] || both == [*b, *a],
+    };
+    let mut all = Row::default();
+    for pair in kinds().filter(is_chosen) {
+        let row = row(pair, count, seed);
+        println!("{row}");
+        all.add_row(&row);
     }
-    println!("{misses} misses of {pairs} pairs, {wrong} of them in the distance");
-    wrong
+    println!("{all}");
+    all.wrong
 }
 
 fn row(kinds: [usize; 2], count: usize, seed: u64) -> Row {
-    let mut row = Row::default();
+    let mut row = Row {
+        name: kinds.map(|kind| KINDS[kind]).join("–"),
+        ..Row::default()
+    };
     for regime in 0..REGIMES.len() {
         let mut rng = Random::seed_from_u64(
             seed.wrapping_mul(1000)
@@ -76,8 +76,8 @@ fn row(kinds: [usize; 2], count: usize, seed: u64) -> Row {
             })
             .collect();
         row.nanoseconds += time(&pairs);
-        for (k, pair) in pairs.iter().enumerate() {
-            row.add(pair, regime, check(pair, k % WITH_DIFFERENCES == 0));
+        for pair in &pairs {
+            row.add(pair, regime, check(pair, &mut rng));
         }
     }
     row
@@ -103,26 +103,83 @@ impl Row {
         self.pairs += 1;
         self.wrong += usize::from(errors.is_wrong());
         self.unproved += usize::from(errors.unproved);
+        self.switches += usize::from(errors.switches);
+        self.unknown += usize::from(errors.unknown);
+        self.broken += usize::from(errors.broken);
         if errors.is_miss() {
             if self.misses.iter().sum::<usize>() < MAX_PRINTED {
-                let Pair {
-                    shapes: [a, b],
-                    at: [x, y],
-                } = pair;
-                let found = nearest_features(a, x, b, y);
-                eprintln!("{}: {errors:?}\n  {pair:?}\n  {found:?}", REGIMES[regime]);
+                print(pair, regime, &errors);
             }
             self.misses[regime] += 1;
         }
+        self.note_worst(&errors);
+    }
+
+    fn note_worst(&mut self, errors: &Errors) {
         let w = &mut self.worst;
         for (most, own) in [
             (&mut w.distance, errors.distance),
             (&mut w.points, errors.points),
             (&mut w.gradient, errors.gradient),
             (&mut w.difference, errors.difference),
+            (&mut w.beyond, errors.beyond),
             (&mut w.one_sided, errors.one_sided),
         ] {
             *most = most.max(own);
         }
     }
+
+    fn add_row(&mut self, row: &Self) {
+        self.name = "all".to_owned();
+        self.pairs += row.pairs;
+        self.wrong += row.wrong;
+        self.unproved += row.unproved;
+        self.switches += row.switches;
+        self.unknown += row.unknown;
+        self.broken += row.broken;
+        self.nanoseconds += row.nanoseconds;
+        for (all, own) in self.misses.iter_mut().zip(row.misses) {
+            *all += own;
+        }
+        self.note_worst(&row.worst);
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let by_regime = self.misses.map(|n| format!("{n:>8}")).concat();
+        let w = self.worst;
+        let worst = [
+            w.distance,
+            w.points,
+            w.gradient,
+            w.difference,
+            w.beyond,
+            w.one_sided,
+        ];
+        let worst = worst.map(|x| format!("{x:>9.1e}")).concat();
+        let time = self.nanoseconds / self.pairs as f64 * 1e-3;
+        let Self {
+            name,
+            pairs,
+            unproved,
+            switches,
+            unknown,
+            broken,
+            ..
+        } = self;
+        write!(
+            f,
+            "{name:<22}{pairs:>9}{by_regime}{unproved:>9}{switches:>9}{unknown:>9}{broken:>5} |{worst} |{time:>6.2}"
+        )
+    }
+}
+
+fn print(pair: &Pair, regime: usize, errors: &Errors) {
+    let Pair {
+        shapes: [a, b],
+        at: [x, y],
+    } = pair;
+    let found = nearest_features(a, x, b, y);
+    eprintln!("{}: {errors:?}\n  {pair:?}\n  {found:?}", REGIMES[regime]);
 }

@@ -4,7 +4,12 @@ use dualbody::collision::Shape;
 
 use super::pairs::{Pair, Pose, V};
 
-/// The point of a shape that lies farthest along a direction, without the radius around a sphere or a capsule, in the world.
+/// Difference of heights of vertices on one face, m: more only takes longer.
+const LEVEL: f64 = 1e-6;
+/// Length that is rounding, m.
+const ROUNDING: f64 = 1e-14;
+
+/// The point of a shape that lies farthest along a direction, without the radius around a ball or a capsule, in the world.
 pub(crate) fn farthest(shape: &Shape, at: &Pose, n: &V) -> V {
     let m = at.rotation.transpose() * n;
     let sign = |x: f64| 1_f64.copysign(x);
@@ -19,7 +24,7 @@ pub(crate) fn farthest(shape: &Shape, at: &Pose, n: &V) -> V {
             let rim = across.try_normalize(0.0).unwrap_or_else(V::zeros);
             rim * *radius + V::z() * (half_length * sign(m.z))
         }
-        Shape::Ellipsoid { semi_axes } => {
+        Shape::Ellipsoid { semi_axes } if ball(semi_axes).is_none() => {
             let s = V::from(*semi_axes);
             let unit = s.component_mul(&m).try_normalize(0.0);
             s.component_mul(&unit.unwrap_or_else(V::zeros))
@@ -43,8 +48,14 @@ fn best(points: impl Iterator<Item = V>, m: &V) -> V {
 pub(crate) fn radius(shape: &Shape) -> f64 {
     match shape {
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,
+        Shape::Ellipsoid { semi_axes } => ball(semi_axes).unwrap_or(0.0),
         _ => 0.0,
     }
+}
+
+/// The radius of an ellipsoid that is a ball.
+fn ball([a, b, c]: &[f64; 3]) -> Option<f64> {
+    (a == b && b == c).then_some(*a)
 }
 
 /// Gap between planes across a unit direction with the shapes on either side, m. That of a half-space is finite along its normal only.
@@ -69,8 +80,10 @@ pub(crate) fn radii(pair: &Pair) -> f64 {
     radius(&pair.shapes[0]) + radius(&pair.shapes[1])
 }
 
-/// How far a point is outside of a shape, m; of a hull nothing is said.
-pub(crate) fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
+/// How far a point on the surface of a shape is outside of it, m.
+///
+/// * `n` – normal out of the shape there: a hull is searched at the vertices that lie farthest along it
+pub(crate) fn outside(shape: &Shape, at: &Pose, p: &V, n: &V) -> f64 {
     let x = at.rotation.transpose() * (p - at.translation);
     match shape {
         Shape::Sphere { radius } => x.norm() - radius,
@@ -88,6 +101,11 @@ pub(crate) fn outside(shape: &Shape, at: &Pose, p: &V) -> f64 {
         Shape::Ellipsoid { semi_axes: s } => outside_ellipsoid(&x, s),
         Shape::Triangle { vertices } => outside_triangle(&x, vertices),
         Shape::HalfSpace => x.z,
+        Shape::Hull { hull, scale } => {
+            let s = V::from(*scale);
+            let vertices = hull.vertices().iter().map(|v| v.component_mul(&s));
+            outside_hull(&x, vertices.collect(), &(at.rotation.transpose() * n))
+        }
         _ => f64::NEG_INFINITY,
     }
 }
@@ -105,6 +123,23 @@ fn outside_ellipsoid(x: &V, s: &[f64; 3]) -> f64 {
     let beyond = (0..3).filter(|&k| !flat(k)).map(|k| (x[k] / s[k]).powi(2));
     let factor = beyond.sum::<f64>().sqrt().max(1.0);
     (inside / factor - x).norm()
+}
+
+/// Distance from the triangles between the vertices that lie farthest along a direction: a bound of that from the hull.
+fn outside_hull(x: &V, mut vertices: Vec<V>, n: &V) -> f64 {
+    let farthest = vertices.iter().map(|v| v.dot(n)).fold(f64::MIN, f64::max);
+    vertices.retain(|v| v.dot(n) >= farthest - LEVEL);
+    let mut least = f64::INFINITY;
+    for (k, c) in vertices.iter().enumerate() {
+        for (j, b) in vertices[..=k].iter().enumerate() {
+            for a in &vertices[..=j] {
+                if least > ROUNDING {
+                    least = least.min(outside_triangle(x, &[*a, *b, *c]));
+                }
+            }
+        }
+    }
+    least
 }
 
 /// Distance from a triangle, by its plane and its sides.

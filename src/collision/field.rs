@@ -88,25 +88,23 @@ impl DistanceField {
             T::ORDER <= 1,
             "a signed distance given as a function has first derivatives only"
         );
-        let jet = |lane: usize| self.jet::<T>(&x.map(|x| x.value(lane)));
-        let first = jet(0);
-        let part = |of: &dyn Fn(&Jet) -> f64| {
-            T::from_values(|lane| {
-                if lane == 0 {
-                    of(&first)
-                } else {
-                    of(&jet(lane))
-                }
-            })
-        };
-        let mut distance = part(&|jet| jet.slope.distance);
-        let mut gradient = Vector3::from_fn(|k, _| part(&|jet| jet.slope.gradient[k]));
+        // Each lane's jet once: a lane after the other is put into the parts.
+        let mut parts = [T::zero(); Jet::PARTS];
+        for lane in 0..T::LANES {
+            let jet = self.jet::<T>(&x.map(|x| x.value(lane))).parts();
+            for (part, own) in parts.iter_mut().zip(jet) {
+                let known = *part;
+                *part = T::from_values(|k| if k == lane { own } else { known.value(k) });
+            }
+        }
+        let (mut distance, slope) = (parts[0], [parts[1], parts[2], parts[3]]);
+        let mut gradient = Vector3::from(slope);
         if is_more_than_values::<T>() {
             for i in 0..3 {
                 let moved = x[i] - T::from_values(|lane| x[i].value(lane));
-                distance += moved * part(&|jet| jet.slope.gradient[i]);
+                distance += moved * slope[i];
                 for k in 0..3 {
-                    gradient[k] += moved * part(&|jet| jet.hessian[k][i]);
+                    gradient[k] += moved * parts[4 + 3 * k + i];
                 }
             }
         }
@@ -167,6 +165,18 @@ pub(super) struct Slope {
 struct Jet {
     slope: Slope,
     hessian: [[f64; 3]; 3],
+}
+
+impl Jet {
+    const PARTS: usize = 13;
+
+    /// Distance, gradient and the rows of the second derivatives.
+    fn parts(&self) -> [f64; Self::PARTS] {
+        let mut all = [self.slope.distance; Self::PARTS];
+        all[1..4].copy_from_slice(&self.slope.gradient);
+        all[4..].copy_from_slice(self.hessian.as_flattened());
+        all
+    }
 }
 
 /// Distance function with its type erased.

@@ -21,7 +21,13 @@ pub(super) fn safe_norm<T: Scalar>(v: &Vector3<T>) -> T {
 
 /// 1 / x; zero where x vanishes.
 pub(super) fn reciprocal_or_zero<T: Scalar>(x: T) -> T {
-    let (square, nothing) = (x * x, T::constant(SQUARE_OF_NOTHING));
+    reciprocal_above(x, T::zero())
+}
+
+/// 1 / x; zero where the magnitude of x is not above a bound, or vanishes.
+pub(super) fn reciprocal_above<T: Scalar>(x: T, least: T) -> T {
+    let square = x * x;
+    let nothing = least * least + SQUARE_OF_NOTHING;
     let safe = square.select_lt(nothing, T::one(), x);
     square.select_lt(nothing, T::zero(), T::one() / safe)
 }

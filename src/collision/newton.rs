@@ -9,7 +9,7 @@
 
 use nalgebra::Vector3;
 
-use super::guard::{normalized_or, reciprocal_or_zero, rejected};
+use super::guard::{ROUNDING, normalized_or, reciprocal_above, rejected};
 use super::placed::{Core, Placed};
 use crate::scalar::Scalar;
 use crate::spatial::linear::{cross, dot, scale};
@@ -73,7 +73,7 @@ fn line<'a, T>(a: &'a Placed<T>, b: &'a Placed<T>) -> Option<&'a Vector3<T>> {
     }
 }
 
-/// Change of the normal n, across it, by a step of Newton's method; zero where the step has no bound.
+/// Change of the normal n, across it, by a step of Newton's method; zero where the stiffness is rounding: there normals of a whole arc are as good.
 ///
 /// * `seed` – near n; chooses the axes across it
 pub(super) fn newton_step<T: Scalar>(
@@ -88,7 +88,8 @@ pub(super) fn newton_step<T: Scalar>(
     if let Some(u) = line(a, b) {
         let e = normalized_or(&cross(u, n), T::zero(), n);
         let stiffness = dot(&e, &curvature(&e));
-        return scale(&e, dot(&e, &w) * reciprocal_or_zero(stiffness));
+        let inverse = reciprocal_above(stiffness, g.abs() * ROUNDING);
+        return scale(&e, dot(&e, &w) * inverse);
     }
     let helper = Vector3::ith(seed.iamin(), T::one());
     let x = normalized_or(&cross(n, &helper), T::zero(), &helper);
@@ -96,6 +97,7 @@ pub(super) fn newton_step<T: Scalar>(
     let (kx, ky) = (curvature(&x), curvature(&y));
     let (xx, xy, yy) = (dot(&x, &kx), dot(&x, &ky), dot(&y, &ky));
     let (fx, fy) = (dot(&x, &w), dot(&y, &w));
-    let inverse = reciprocal_or_zero(xx * yy - xy * xy);
+    let terms = g.abs() * (xx.abs() + yy.abs());
+    let inverse = reciprocal_above(xx * yy - xy * xy, terms * ROUNDING);
     scale(&x, (yy * fx - xy * fy) * inverse) + scale(&y, (xx * fy - xy * fx) * inverse)
 }

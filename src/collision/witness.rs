@@ -103,7 +103,12 @@ fn core_points<T: Scalar>(
     if let (Core::Line(u), Core::Line(v)) = (&a.core, &b.core) {
         return crossing([&a.center, &b.center], [u, v], n);
     }
-    let (p, q) = (a.support(n), b.support(&-n));
+    let (mut p, mut q) = (a.support(n), b.support(&-n));
+    if source == NormalSource::Features {
+        // From elsewhere on a line, rounding of the normal between points that all but coincide would count.
+        p += part_along(a, &(q - p));
+        q += part_along(b, &(p - q));
+    }
     let step = scale(n, dot(n, &(q - p)));
     let is_first_known = match source {
         NormalSource::First(_) => false,
@@ -114,6 +119,14 @@ fn core_points<T: Scalar>(
         [p, p + step]
     } else {
         [q - step, q]
+    }
+}
+
+/// The part of a vector along a line; zero for other cores.
+fn part_along<T: Scalar>(own: &Placed<T>, v: &Vector3<T>) -> Vector3<T> {
+    match &own.core {
+        Core::Line(u) => v - rejected(v, u),
+        _ => Vector3::from_element(T::zero()),
     }
 }
 

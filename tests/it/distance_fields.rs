@@ -1,5 +1,8 @@
 //! Shapes by a user's signed distance against balls, planes and finite differences, and bodies that rest on one.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use dualbody::autodiff::Dual;
 use dualbody::collision::{
     DistanceField, DistanceFunction, Manifold, Shape, Witness, features, nearest_features, witness,
@@ -10,7 +13,7 @@ use dualbody::contact::{
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mass, ModelBuilder};
 use dualbody::spatial::{Quaternion, Transform};
-use dualbody::{Cast, Scalar, Simulator};
+use dualbody::{Cast, Lanes, Scalar, Simulator};
 use nalgebra::Vector3;
 
 type Pose = Transform<f64>;
@@ -39,6 +42,16 @@ struct Torn;
 impl DistanceFunction for Torn {
     fn distance<T: Scalar>(&self, [x, _, z]: [T; 3]) -> T {
         z + (-x + 1.0).sqrt() * 0.0
+    }
+}
+
+/// A ball that counts how often it is asked.
+struct Counted(Ball, Arc<AtomicUsize>);
+
+impl DistanceFunction for Counted {
+    fn distance<T: Scalar>(&self, point: [T; 3]) -> T {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.distance(point)
     }
 }
 
@@ -116,6 +129,47 @@ fn ball_by_a_function_equals_the_ball() {
         (ours.distance, ours.normal),
         (theirs.distance, -theirs.normal)
     );
+}
+
+// A distance and a gradient for each lane, with their derivatives if there are any.
+#[test]
+fn each_lane_has_its_own_distance_and_asks_the_function_once() {
+    type L = Lanes<4>;
+    let count = Arc::new(AtomicUsize::new(0));
+    let ball = field(Counted(Ball(0.3), count.clone()), 0.3);
+    let other = Shape::Sphere { radius: 0.1 };
+    let places = [0.5, 1.0, 2.0, 4.0];
+    let (x, y) = (pose([0.0; 3], [0.0; 3]), pose([0.0; 3], [0.5, 0.0, 0.0]));
+    let pair = nearest_features(&ball, &x, &other, &y).expect("a pair");
+    let [x, y] =
+        [x, y].map(|at| Transform::<L>::new(at.rotation.map(L::from), at.translation.map(L::from)));
+    let y = Transform::new(
+        y.rotation,
+        Vector3::new(Lanes(places), L::from(0.0), L::from(0.0)),
+    );
+    count.store(0, Ordering::Relaxed);
+    let plain = witness(&pair, &ball, &x, &other, &y);
+    assert_eq!(count.swap(0, Ordering::Relaxed), 4);
+    for (k, place) in places.into_iter().enumerate() {
+        assert!((plain.distance.0[k] - (place - 0.4)).abs() < 1e-15);
+    }
+
+    type D = Dual<L, 1>;
+    let [x, mut y] = [x, y].map(|at| {
+        Transform::<D>::new(
+            at.rotation.map(|v| D::new(v, [L::from(0.0)])),
+            at.translation.map(|v| D::new(v, [L::from(0.0)])),
+        )
+    });
+    y.translation.y.eps = [L::from(1.0)];
+    let ball = ball.cast::<L>();
+    let over = witness(&pair, &ball, &x, &other.cast::<L>(), &y);
+    assert_eq!(count.load(Ordering::Relaxed), 8);
+    // The normal turns with the place: by 1 / distance of the centres.
+    for (k, place) in places.into_iter().enumerate() {
+        assert_eq!(over.distance.eps[0].0[k], 0.0);
+        assert!((over.normal.y.eps[0].0[k] - 1.0 / place).abs() < 1e-15);
+    }
 }
 
 #[test]

@@ -28,6 +28,7 @@ mod control;
 mod conventions;
 mod coupling;
 mod default_step;
+mod degenerate_distances;
 mod dense_jacobians;
 mod derivatives;
 mod derivatives_over;

@@ -24,6 +24,8 @@ const LAST_STEP: f64 = 1e-15;
 const EQUAL: f64 = 1e-14;
 /// Tilt of a normal against the axis of a rim below which its side is that of the other shape, rad.
 const UPRIGHT: f64 = 1e-3;
+/// Tilt below which a normal is across a disc, rad.
+const ACROSS: f64 = 1e-9;
 /// Part of the size by which gap and distance of features differ that are not those of the normal.
 const EXACT: f64 = 1e-9;
 /// Part of the size by which the gap of the right features may be narrower.
@@ -64,11 +66,29 @@ impl Found {
 
 /// The best pair of features about a unit normal that is right to an angle (rad).
 pub(super) fn choose(difference: &Difference<'_>, n: &Vector3<f64>, angle: f64) -> Option<Found> {
+    best_of(difference, n, angle, |_| true)
+}
+
+/// Likewise, without those that have the normal of a face.
+pub(super) fn choose_without_faces(
+    difference: &Difference<'_>,
+    n: &Vector3<f64>,
+    angle: f64,
+) -> Option<Found> {
+    best_of(difference, n, angle, |choice| choice.face.is_none())
+}
+
+fn best_of(
+    difference: &Difference<'_>,
+    n: &Vector3<f64>,
+    angle: f64,
+    counts: fn(&Choice) -> bool,
+) -> Option<Found> {
     let first = Options::new(&difference.a, n, angle);
     let second = Options::new(&difference.b, &-n, angle);
     let mut best: Option<Found> = None;
-    for a in first.choices() {
-        for b in second.choices() {
+    for a in first.choices().iter().filter(|a| counts(a)) {
+        for b in second.choices().iter().filter(|b| counts(b)) {
             let Some(found) = candidate(difference, n, a, b) else {
                 continue;
             };
@@ -167,8 +187,25 @@ fn free_normal(
     } else {
         nearest_normal(&[*p, *q], n)
     };
+    if is_across(p, &normal) || is_across(q, &normal) {
+        return None;
+    }
     let (x, y) = (p.support(&normal), q.support(&-normal));
     (is_on(p, &y, &normal) && is_on(q, &x, &normal)).then_some(normal)
+}
+
+/// Whether a normal is across a disc or a flat ellipsoid, no point of whose rim lies farthest there: the face does.
+fn is_across(own: &Placed<f64>, normal: &Vector3<f64>) -> bool {
+    match &own.core {
+        Core::Disc(axis, _) => axis.cross(normal).norm() <= ACROSS,
+        Core::Ellipsoid(map) => (0..3).any(|flat| {
+            let [u, v] = [1, 2].map(|k| map.column((flat + k) % 3));
+            let axis = u.cross(&v);
+            let is_flat = map.column(flat).norm_squared() == 0.0;
+            is_flat && axis.cross(normal).norm() <= ACROSS * axis.norm()
+        }),
+        _ => false,
+    }
 }
 
 fn turn(feature: &mut Feature) {

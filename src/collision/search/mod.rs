@@ -22,7 +22,7 @@ use super::clip::nearest_on_faces;
 use super::feature::{Feature, FeatureId, NormalSource, PairFeature};
 use super::solid::Solid;
 use axes::{Axis, widest};
-use choose::{Found, candidate, choose};
+use choose::{Found, candidate, choose, choose_without_faces};
 use difference::Difference;
 use gjk::{Gjk, gjk};
 use polytope::{Polytope, Start, tetrahedron};
@@ -60,6 +60,8 @@ const PROOF: f64 = 1e-13;
 const GROWN: f64 = 1e-4;
 /// Part of the size by which planes differ that are equal up to rounding.
 const SLACK: f64 = 1e-12;
+/// Part of the size by which the nearest face of a growing polytope comes nearer only where rounding turned it.
+const TURNED: f64 = 1e-6;
 /// Angle by which the normal of a face of the polytope may be wrong, rad.
 const LOOSE: f64 = 0.05;
 /// Cosine of the angle between normals that are tried once.
@@ -83,7 +85,17 @@ pub(super) fn search(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFe
         }
     }
     let pair = from_simplex(&difference, far)?;
-    Some(nearest_on_faces(a, b, &pair).map_or(pair, |found| found.pair))
+    let Some(flat) = nearest_on_faces(a, b, &pair) else {
+        return Some(pair);
+    };
+    if flat.outside > BEYOND * difference.size
+        && let Some(beside) = choose_without_faces(&difference, &pair.seed, PARALLEL)
+        && beside.gap >= flat.distance - PROOF * difference.size
+        && is_proved(&difference, &beside)
+    {
+        return Some(beside.pair);
+    }
+    Some(flat.pair)
 }
 
 /// The features about the normal of the widest gap, where they are the nearest: up to rounding, always where shapes overlap.
@@ -181,9 +193,14 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
         }
     };
     let mut polytope = Polytope::new(&start, difference.size);
-    let depth = grow(difference, &mut polytope);
-    let best = of_near_faces(difference, &mut polytope, depth);
-    let normal = -polytope.faces()[0].normal;
+    let grown = grow(difference, &mut polytope);
+    let normal = -grown.normal;
+    let mut best = of_near_faces(difference, &mut polytope, grown.depth);
+    if !grown.is_whole {
+        for angle in [PARALLEL, LOOSE] {
+            best = wider(difference, best, choose(difference, &normal, angle));
+        }
+    }
     pair_of(difference, best, &normal)
 }
 
@@ -196,23 +213,44 @@ fn pair_of(difference: &Difference<'_>, found: Option<Found>, n: &Vector3<f64>) 
     }
 }
 
-/// Grows a polytope until its nearest face touches the rim of the differences, or nearly does where that is curved. Returns the least distance of a
-/// supporting plane from the origin, which the depth does not exceed.
-fn grow(difference: &Difference<'_>, polytope: &mut Polytope) -> f64 {
-    let mut depth = f64::INFINITY;
+/// End of the growth of a polytope.
+struct Grown {
+    /// Least distance of a supporting plane from the origin, which the depth does not exceed.
+    depth: f64,
+    /// Outward unit normal of that plane.
+    normal: Vector3<f64>,
+    /// Whether all faces are those of a convex polytope: where points all but coincide, rounding turns some inside out.
+    is_whole: bool,
+}
+
+/// Grows a polytope until its nearest face touches the rim of the differences, or nearly does where that is curved.
+fn grow(difference: &Difference<'_>, polytope: &mut Polytope) -> Grown {
+    let mut own = Grown {
+        depth: f64::INFINITY,
+        normal: polytope.faces()[polytope.nearest()].normal,
+        is_whole: true,
+    };
+    let mut least = f64::NEG_INFINITY;
     let grown = if difference.is_curved() { GROWN } else { SLACK };
     while polytope.has_room() {
         let nearest = polytope.nearest();
         let face = polytope.faces()[nearest];
+        if least > 0.0 && face.distance < least - TURNED * difference.size {
+            own.is_whole = false;
+            break;
+        }
+        least = face.distance;
         let point = difference.support(&face.normal);
         let reach = point.dot(&face.normal);
-        depth = depth.min(reach);
-        let is_reached = depth - face.distance <= grown * difference.size;
+        if reach < own.depth {
+            (own.depth, own.normal) = (reach, face.normal);
+        }
+        let is_reached = own.depth - face.distance <= grown * difference.size;
         if is_reached || !polytope.add_vertex(point, nearest) {
             break;
         }
     }
-    depth
+    own
 }
 
 /// The best features about the faces that may be the nearest, these first.

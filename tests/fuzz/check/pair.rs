@@ -1,11 +1,13 @@
-//! Pairs of convex shapes: distances that are numbers, the same both ways, and normals of length one.
+//! Pairs of convex shapes, and of these with a ring given as a function: distances that are numbers, the same both ways, and normals of length one.
 
 use std::sync::Arc;
 
-use dualbody::Cast;
 use dualbody::autodiff::Dual;
-use dualbody::collision::{Hull, Manifold, Shape, features, nearest_features, witness};
+use dualbody::collision::{
+    DistanceField, DistanceFunction, Hull, Manifold, Shape, features, nearest_features, witness,
+};
 use dualbody::spatial::{Quaternion, Transform};
+use dualbody::{Cast, Scalar};
 use nalgebra::Vector3;
 
 use crate::input::Case;
@@ -16,6 +18,16 @@ type Placed = (Shape, Transform<f64>);
 const LARGE: f64 = 1e6;
 /// Part of the size by which distances both ways may differ, for sizes and places of any ratio.
 const ALIKE: f64 = 1e-6;
+
+/// A torus about z, of a radius and a thickness.
+struct Ring(f64, f64);
+
+impl DistanceFunction for Ring {
+    fn distance<T: Scalar>(&self, [x, y, z]: [T; 3]) -> T {
+        let beyond = (x * x + y * y).sqrt() - self.0;
+        (beyond * beyond + z * z).sqrt() - self.1
+    }
+}
 
 /// Each two shapes that follow each other, a line each: kind, sizes, place, rotation vector.
 pub(super) fn check(case: &Case) -> Result<bool, String> {
@@ -65,6 +77,7 @@ fn shape_of(line: &str) -> Option<Placed> {
                 scale: three(rest)?,
             }
         }
+        "field" => ring(rest.next()?, rest.next()?)?,
         _ => Shape::HalfSpace,
     };
     let (at, turn) = (vector(three(rest)?), vector(three(rest)?));
@@ -77,6 +90,15 @@ fn shape_of(line: &str) -> Option<Placed> {
         shape,
         Transform::new(Quaternion::exp(&turn).to_matrix(), at),
     ))
+}
+
+/// A field's box must be finite and not negative.
+fn ring(radius: f64, thickness: f64) -> Option<Shape> {
+    let half = radius + thickness;
+    let is_allowed = radius >= 0.0 && thickness >= 0.0 && half.is_finite();
+    is_allowed.then(|| Shape::Field {
+        field: DistanceField::new(Ring(radius, thickness), [half, half, thickness]),
+    })
 }
 
 fn three(rest: &mut impl Iterator<Item = f64>) -> Option<[f64; 3]> {
@@ -151,6 +173,7 @@ fn size_of(shape: &Shape) -> f64 {
         | Shape::Ellipsoid { semi_axes: x }
         | Shape::Hull { scale: x, .. } => x.iter().map(|x| x.abs()).sum(),
         Shape::Triangle { vertices } => vertices.iter().map(|v| v.norm()).sum(),
+        Shape::Field { field } => field.half_extents().iter().sum(),
         _ => 0.0,
     }
 }
