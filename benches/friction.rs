@@ -1,4 +1,5 @@
-//! Time of a step with dry friction in every joint, beside that of the same robot in the same states without: µs without, and the ratios.
+//! Time of a step with dry friction in every joint, beside that of the same robot in the same states without: µs without, and the ratios. In a first line without
+//! other actuation, in a second one with the limits of efforts, positions and speeds of the description on both sides.
 //!
 //! ```sh
 //! cargo bench --bench friction
@@ -50,6 +51,13 @@ fn main() {
 
 /// * `random` – states and inputs of *slide* and *stop*; of *hold* without velocities
 fn print_row(clock: Clock, name: &str, plain: &Simulator, random: &[Point<f64>]) {
+    let actuation = without_friction(Actuation::from_model(plain.model()));
+    let limited = plain.clone().with_actuation(actuation);
+    print_ratios(clock, name, plain, random);
+    print_ratios(clock, "  with its limits", &limited, random);
+}
+
+fn print_ratios(clock: Clock, name: &str, plain: &Simulator, random: &[Point<f64>]) {
     let rest = random.iter().map(at_rest);
     let rest: Vec<_> = rest.collect();
     let motion = motion(plain, &random[0].state);
@@ -112,7 +120,9 @@ fn motion(plain: &Simulator, start: &State) -> Vec<Point<f64>> {
 /// Friction that holds in every joint.
 fn with_friction(plain: &Simulator, force: f64) -> Simulator {
     let model: &Model = plain.model();
-    let mut actuators = vec![Actuator::default(); model.nv()];
+    let own = plain.actuation().cloned();
+    let actuation = own.unwrap_or_else(|| Actuation::ideal(model));
+    let mut actuators = actuation.actuators().to_vec();
     for body in model
         .bodies()
         .iter()
@@ -122,6 +132,17 @@ fn with_friction(plain: &Simulator, force: f64) -> Simulator {
             own.friction = Some(CoulombFriction::exact(force));
         }
     }
-    let actuation = Actuation::ideal(model).with_actuators(&actuators);
+    let actuation = actuation.with_actuators(&actuators);
     plain.clone().with_actuation(actuation)
+}
+
+fn without_friction(actuation: Actuation) -> Actuation {
+    let own = actuation.actuators().iter();
+    let actuators: Vec<_> = own
+        .map(|own| Actuator {
+            friction: None,
+            ..*own
+        })
+        .collect();
+    actuation.with_actuators(&actuators)
 }

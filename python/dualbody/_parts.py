@@ -244,8 +244,9 @@ class Sensor:
 
     kind: "joint_position" (rad, m), "joint_velocity", "joint_force" (the force that the joint transmits along its axes, N·m, N); on a link or frame "gyro" (3),
     "accelerometer" (3), "magnetometer" (3) of a `field` in the world, "frame_pose" (7: position, quaternion w, x, y, z), "frame_velocity" (6),
-    "frame_acceleration" (6) in a `representation`, "range_finder" along a `direction`, up to a `range`, m; on a link "wrench" (6: the force and torque that
-    hold the link, on it), "touch" (sum of normal forces, N), "contact_force" (6); on nothing "center_of_mass" (3), "center_of_mass_velocity" (3) and
+    "frame_acceleration" (6) in a `representation`, "range_finder" along a `direction`, up to a `range`, m, "lidar" along several directions: `horizontal`
+    about z from x, and for each of these `vertical` above the xy-plane, each as number of rays, first and last angle (rad), vertical ones outermost; on a
+    link "wrench" (6: the force and torque that hold the link, on it), "touch" (sum of normal forces, N), "contact_force" (6); on nothing "center_of_mass" (3), "center_of_mass_velocity" (3) and
     "momentum" (6), in the world.
     """
 
@@ -263,6 +264,7 @@ class Sensor:
         "touch",
         "contact_force",
         "range_finder",
+        "lidar",
         "center_of_mass",
         "center_of_mass_velocity",
         "momentum",
@@ -272,6 +274,8 @@ class Sensor:
     direction: Sequence[float] = (0.0, 0.0, 1.0)
     range: float = 10.0
     representation: RepresentationName = "body"
+    horizontal: tuple[int, float, float] = (1, 0.0, 0.0)
+    vertical: tuple[int, float, float] = (1, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,16 @@ def test_readings_equal_the_closed_forms() -> None:
     np.testing.assert_allclose(of["com"], [0.0, 0.5 * np.sin(q), -0.5 * np.cos(q)], atol=1e-12)
 
 
+def test_a_lidar_has_a_reading_for_each_ray() -> None:
+    simulator, _ = pendulum()
+    scan = Sensor("lidar", "rod", range=7.0, horizontal=(3, -0.5, 0.5), vertical=(2, 0.0, 0.1))
+    sensors = Sensors(simulator.model, {"scan": scan})
+    assert sensors.names == [f"scan.{k}" for k in range(6)] and sensors.units == ["m"] * 6
+    np.testing.assert_array_equal(sensors.read(simulator, [0.3], [0.0], [0.0]), [7.0] * 6)
+    with pytest.raises(ValueError, match="horizontal is not a number of rays"):
+        Sensors(simulator.model, {"scan": Sensor("lidar", "rod", horizontal=(-1, 0.0, 0.0))})
+
+
 def test_batches_give_the_readings_of_single_states(quadruped: db.Model) -> None:
     model = quadruped
     simulator = Simulator(model, contacts=Contacts(Terrain.flat(), Rigid()))

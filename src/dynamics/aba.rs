@@ -13,7 +13,10 @@ use crate::joint::{Floating, Joint, JointKind, with_joint};
 use crate::linalg::small_matrix::solve;
 use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Force, Motion};
+use crate::spatial::{Force, Inertia, Motion};
+
+/// In place of the last body that is eliminated otherwise than before, where all are.
+pub(super) const ALL: usize = usize::MAX;
 
 /// A state and the forces under which it accelerates, (M + R) v̇ = τ − h + Σᵢ Jᵢᵀ Fᵢ.
 #[derive(Clone, Copy, Debug)]
@@ -139,28 +142,45 @@ fn move_body<P: Scalar, T: Over<P>, J: Joint>(
     };
     joint.add_motion(v, &mut V);
     s.C[i] = joint.velocity_product(&V, v);
-    let F = V.cross_force(&body.inertia.times(&V));
-    s.F[i] = match external.get(i) {
+    s.F[i] = alone(&body.inertia, &V, external.get(i));
+    s.V[i] = V;
+}
+
+/// The bias force of a body alone, V ×* I V − `F_ext`.
+#[inline(always)]
+pub(super) fn alone<P: Scalar, T: Over<P>>(
+    inertia: &Inertia<P>,
+    V: &Motion<T>,
+    external: Option<&Force<T>>,
+) -> Force<T> {
+    let F = V.cross_force(&inertia.times(V));
+    match external {
         Some(&F_ext) => F - F_ext,
         None => F,
-    };
-    s.V[i] = V;
+    }
 }
 
 /// Inward, with the acceleration of the world: eliminates one joint after the other, against the resistance that has been
 /// [set](Working::resist).
+///
+/// * `last` – the last body that is eliminated otherwise than before, after a [restart](Working::restart); [`ALL`] for all
 #[inline(always)]
 pub(super) fn inward<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     tau: &[T],
     A_W: &Motion<T>,
+    last: usize,
     s: &mut Working<T>,
 ) {
+    let rubs = s.friction.act();
     for i in tree.range().rev() {
+        if i > last && !tree.repeats(i, last) {
+            continue;
+        }
         tree.add_children(i, &mut s.F, &mut s.factor.I);
         let (joint, parent) = (tree.bodies()[i].joint, tree.bodies()[i].parent);
-        with_joint!(joint, joint => eliminate(tree, i, joint, parent, tau, A_W, s),
-            else eliminate_rare(tree, i, joint, parent, tau, A_W, s));
+        with_joint!(joint, joint => eliminate(tree, i, joint, parent, tau, A_W, rubs, s),
+            else eliminate_rare(tree, i, joint, parent, tau, A_W, rubs, s));
     }
 }
 
@@ -172,12 +192,13 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
     parent: Option<BodyId>,
     tau: &[T],
     A_W: &Motion<T>,
+    rubs: bool,
     s: &mut Working<T>,
 ) {
     match (joint, parent) {
         // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
-        (JointKind::Floating, None) => eliminate_base(tree, i, tau, A_W, s),
-        _ => eliminate_any(tree, i, joint, parent, tau, A_W, s),
+        (JointKind::Floating, None) => eliminate_base(tree, i, tau, A_W, rubs, s),
+        _ => eliminate_any(tree, i, joint, parent, tau, A_W, rubs, s),
     }
 }
 
@@ -187,11 +208,12 @@ fn eliminate_base<P: Scalar, T: Over<P>>(
     i: usize,
     tau: &[T],
     A_W: &Motion<T>,
+    rubs: bool,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate(tree, i, Floating, None, tau, A_W, s),
+        || eliminate(tree, i, Floating, None, tau, A_W, rubs, s),
     );
 }
 
@@ -203,11 +225,12 @@ fn eliminate_any<P: Scalar, T: Over<P>>(
     parent: Option<BodyId>,
     tau: &[T],
     A_W: &Motion<T>,
+    rubs: bool,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate(tree, i, joint, parent, tau, A_W, s),
+        || eliminate(tree, i, joint, parent, tau, A_W, rubs, s),
     );
 }
 
@@ -215,6 +238,8 @@ fn eliminate_any<P: Scalar, T: Over<P>>(
 ///
 /// The inertia is moved before the joint is taken out of it, so that nothing waits for the division. A body on the world accelerates at
 /// once:  v̇ = D⁻¹ (u − Uᵀ X⁻¹ `A_W`).
+///
+/// * `rubs` – whether there is friction
 #[inline(always)]
 fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     tree: &impl Tree<P, T>,
@@ -223,11 +248,13 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     parent: Option<BodyId>,
     tau: &[T],
     A_W: &Motion<T>,
+    rubs: bool,
     s: &mut Working<T>,
 ) {
+    // A constant: for other numbers this is not compiled.
+    let rubs = Frictions::<T>::MAY_ACT && rubs;
     let v = tree.bodies()[i].v;
     let U = s.factor.columns(i, joint);
-    let rubs = s.friction.act();
     if rubs {
         s.decide(i, joint, v, &U, tau);
     }

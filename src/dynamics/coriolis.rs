@@ -2,15 +2,15 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::DMatrix;
+use std::ops::{AddAssign, IndexMut};
+
+use nalgebra::{DMatrix, Vector3};
 
 use super::passes::{to_world, velocity};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
-
-/// A 6 × 6 matrix from motions to forces, by columns.
-type MotionToForce<T> = [Force<T>; SPATIAL];
+use crate::spatial::linear::{cross, dot, from_columns, rotate, rows, scale};
+use crate::spatial::{Force, Inertia, Motion, Transform};
 
 /// Working memory of [`coriolis_matrix_into`].
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct CoriolisScratch<T> {
     V: Vec<Motion<T>>,
     composite: Vec<Inertia<T>>,
     /// Composite Coriolis matrices of the bodies.
-    B: Vec<MotionToForce<T>>,
+    B: Vec<BodyCoriolis<T>>,
 }
 
 impl<T: Scalar> CoriolisScratch<T> {
@@ -30,7 +30,7 @@ impl<T: Scalar> CoriolisScratch<T> {
             X_PB: vec![Transform::identity(); n],
             V: vec![Motion::zero(); n],
             composite: vec![Inertia::zero(); n],
-            B: vec![[Force::zero(); SPATIAL]; n],
+            B: vec![BodyCoriolis::zero(); n],
         }
     }
 }
@@ -75,21 +75,32 @@ pub fn coriolis_matrix_into<P: Scalar, T: Over<P>>(
     scratch: &mut CoriolisScratch<T>,
     out: &mut DMatrix<T>,
 ) {
-    model.check_q(q);
-    model.check_v(v);
     assert_eq!(
         out.shape(),
         (model.nv(), model.nv()),
         "the Coriolis matrix of \"{}\" is nv × nv",
         model.name()
     );
+    out.fill(T::zero());
+    add_coriolis_matrix(model, q, v, scratch, out);
+}
+
+/// Adds [`coriolis_matrix`] to the entries of a matrix.
+pub(crate) fn add_coriolis_matrix<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    scratch: &mut CoriolisScratch<T>,
+    out: &mut impl IndexMut<(usize, usize), Output = T>,
+) {
+    model.check_q(q);
+    model.check_v(v);
     assert_eq!(
         scratch.V.len(),
         model.n_bodies(),
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    out.fill(T::zero());
     outward(model, q, v, scratch);
     inward(model, scratch, out);
 }
@@ -100,21 +111,95 @@ fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T], s: &mut Co
         let X = body.place(q);
         let V = velocity(body, &X, v, |p| s.V[p.0]);
         s.composite[i] = body.inertia.lift();
-        s.B[i] = body_coriolis(&s.composite[i], &V);
+        s.B[i] = BodyCoriolis::of(&s.composite[i], &V);
         (s.X_PB[i], s.V[i]) = (X, V);
     }
 }
 
-/// B = ½ ((V ×*) I − I (V ×) + (I V) ×̄*), where F ×̄* U = U ×* F: the body's force is I A + B V, and İ − 2B is
-/// skew-symmetric.
-fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> MotionToForce<T> {
-    let momentum = I.times::<T>(V);
-    std::array::from_fn(|k| {
-        let U = Motion::basis(k);
-        let sum = V.cross_force(&I.times::<T>(&U)) - I.times::<T>(&V.cross(&U))
-            + U.cross_force(&momentum);
-        sum.scaled(T::constant(0.5))
-    })
+/// Coriolis matrix of a body or a composite from motions to forces: of the motion (v, ω) the force (ω × f, D ω).
+///
+/// A body has B = ½ ((V ×*) I − I (V ×) + (I V) ×̄*), where F ×̄* U = U ×* F: the force of the body is I A + B V, and İ − 2B is skew-symmetric. With
+/// I V = (f, n), the first moment h and the rotational inertia J,
+///
+/// > D = ½ (\[ω\] J − J \[ω\] − h vᵀ − v hᵀ − \[n\]) + (v · h) 1,
+///
+/// and the other blocks vanish. Neither moving to another frame nor sums change that.
+#[derive(Clone, Copy, Debug)]
+struct BodyCoriolis<T> {
+    f: Vector3<T>,
+    /// D by columns.
+    turning: [Vector3<T>; 3],
+}
+
+impl<T: Scalar> BodyCoriolis<T> {
+    fn zero() -> Self {
+        Self {
+            f: Vector3::zeros(),
+            turning: [Vector3::zeros(); 3],
+        }
+    }
+
+    /// That of a body.
+    fn of(I: &Inertia<T>, V: &Motion<T>) -> Self {
+        let momentum = I.times::<T>(V);
+        let (h, v, n) = (&I.first_moment, &V.linear, &momentum.angular);
+        // [ω] J, whose transpose is −J [ω].
+        let W: [_; 3] = std::array::from_fn(|k| cross(&V.angular, &I.rotational.column(k)));
+        let transposed = rows(&from_columns(&W[0], &W[1], &W[2]));
+        let along = dot(v, h);
+        let turning = std::array::from_fn(|k| {
+            let axis = Vector3::from_fn(|row, _| T::constant(if row == k { 1.0 } else { 0.0 }));
+            let symmetric = W[k] + transposed[k] - scale(h, v[k]) - scale(v, h[k]);
+            scale(&(symmetric - cross(n, &axis)), T::constant(0.5)) + scale(&axis, along)
+        });
+        Self {
+            f: momentum.linear,
+            turning,
+        }
+    }
+
+    /// B S.
+    fn times(&self, S: &Motion<T>) -> Force<T> {
+        let [a, b, c] = &self.turning;
+        let w = &S.angular;
+        let angular = scale(a, w.x) + scale(b, w.y) + scale(c, w.z);
+        Force::new(cross(w, &self.f), angular)
+    }
+
+    /// Bᵀ S.
+    fn times_transposed(&self, S: &Motion<T>) -> Force<T> {
+        let along = self.turning.map(|column| dot(&column, &S.angular));
+        Force::new(
+            Vector3::zeros(),
+            cross(&self.f, &S.linear) + Vector3::from(along),
+        )
+    }
+
+    /// X* B X⁻¹: with the rotation R and the translation p the force R f, and R D Rᵀ − \[p\] \[R f\].
+    fn moved(&self, X: &Transform<T>) -> Self {
+        let (R, p) = (&X.rotation, &X.translation);
+        let f = rotate(R, &self.f);
+        let half = self.turning.map(|column| rotate(R, &column));
+        let turning = rows(R)
+            .map(|row| scale(&half[0], row.x) + scale(&half[1], row.y) + scale(&half[2], row.z));
+        // −[p] [f] = (p · f) 1 − f pᵀ
+        let along = dot(p, &f);
+        let turning = std::array::from_fn(|k| {
+            let mut column = turning[k] - scale(&f, p[k]);
+            column[k] += along;
+            column
+        });
+        Self { f, turning }
+    }
+}
+
+impl<T: Scalar> AddAssign for BodyCoriolis<T> {
+    fn add_assign(&mut self, other: Self) {
+        self.f += other.f;
+        for (own, other) in self.turning.iter_mut().zip(other.turning) {
+            *own += other;
+        }
+    }
 }
 
 /// Passes inward from the leaves, for each joint j and every ancestor i, with Ṡ = V × S:
@@ -122,25 +207,21 @@ fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> MotionToForce<T> {
 fn inward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     s: &mut CoriolisScratch<T>,
-    out: &mut DMatrix<T>,
+    out: &mut impl IndexMut<(usize, usize), Output = T>,
 ) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
         for (column, S) in body.columns() {
             let carried = PropagatedForces {
-                forward: s.composite[j].times::<T>(&s.V[j].cross(&S)) + apply(&s.B[j], &S),
+                forward: s.composite[j].times::<T>(&s.V[j].cross(&S)) + s.B[j].times(&S),
                 inertial: s.composite[j].times::<T>(&S),
-                transposed: Force::from_array(std::array::from_fn(|k| S.power(&s.B[j][k]))),
+                transposed: s.B[j].times_transposed(&S),
             };
             carried.write(model, s, BodyId(j), column, out);
         }
         if let Some(p) = body.parent {
             let (X, I, B) = (s.X_PB[j], s.composite[j], s.B[j]);
             s.composite[p.0] = s.composite[p.0] + X.inertia(&I);
-            let moved = moved(&X, &B);
-            s.B[p.0]
-                .iter_mut()
-                .zip(moved)
-                .for_each(|(sum, B)| *sum += B);
+            s.B[p.0] += B.moved(&X);
         }
     }
 }
@@ -163,7 +244,7 @@ impl<T: Scalar> PropagatedForces<T> {
         s: &CoriolisScratch<T>,
         from: BodyId,
         column: usize,
-        out: &mut DMatrix<T>,
+        out: &mut impl IndexMut<(usize, usize), Output = T>,
     ) where
         T: Over<P>,
     {
@@ -183,20 +264,4 @@ impl<T: Scalar> PropagatedForces<T> {
             };
         }
     }
-}
-
-/// B S.
-fn apply<T: Scalar>(B: &MotionToForce<T>, S: &Motion<T>) -> Force<T> {
-    B.iter()
-        .zip(S.to_array())
-        .fold(Force::zero(), |sum, (B, s)| sum + B.scaled(s))
-}
-
-/// X* B X⁻¹: forces transform the columns, and their transpose the rows.
-fn moved<T: Scalar>(X: &Transform<T>, B: &MotionToForce<T>) -> MotionToForce<T> {
-    let transpose = |B: &MotionToForce<T>| -> MotionToForce<T> {
-        std::array::from_fn(|k| Force::from_array(std::array::from_fn(|row| B[row].coordinate(k))))
-    };
-    let columns = B.map(|column| X.force(&column));
-    transpose(&transpose(&columns).map(|row| X.force(&row)))
 }

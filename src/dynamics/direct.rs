@@ -2,13 +2,13 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::aba::{Driven, Working, accelerations, inward, outward};
+use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
 use super::calls::Calls;
 use super::coupled::CoupledScratch;
 use super::joint_friction::{Decision, JointFriction};
 use super::packed::PackedScratch;
 use super::packed_tree::PackedTree;
-use super::rnea::{Motions, world_acceleration};
+use super::rnea::{Motions, RneaScratch, world_acceleration};
 use super::tree::Bodies;
 use super::weightless::add_spared;
 use crate::model::{Generation, Model};
@@ -18,12 +18,22 @@ use crate::scalar::{Over, Scalar, has_lanes, is_f64, may_be_f64};
 #[derive(Clone, Debug)]
 pub(super) struct DirectScratch<T> {
     working: Working<T>,
-    /// Whether the working memory has the motions of all bodies at the last accelerations.
-    has_motions: bool,
+    /// Where the motions of all bodies at the last accelerations are.
+    motions: Left,
     /// Memory for robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
     /// Memory for robots whose branches are packed.
     packed: Option<Box<Packed>>,
+}
+
+/// Where motions of bodies have been left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Left {
+    Nowhere,
+    /// In the working memory.
+    OneByOne,
+    /// In that of the packed tree.
+    Packed,
 }
 
 /// Packed tree of a robot in plain numbers, with its working memory and the model that it was made from.
@@ -55,7 +65,7 @@ impl<T: Scalar> DirectScratch<T> {
     pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
-            has_motions: false,
+            motions: Left::Nowhere,
             coupled: CoupledScratch::new(model),
             packed: match calls {
                 Calls::One => None,
@@ -66,12 +76,25 @@ impl<T: Scalar> DirectScratch<T> {
 
     /// The motions of all bodies at the last accelerations, where they have been found one by one since [`forget`](Self::forget).
     pub(super) fn motions(&self) -> Option<Motions<'_, T>> {
-        self.has_motions.then(|| self.working.motions())
+        (self.motions == Left::OneByOne).then(|| self.working.motions())
+    }
+
+    /// Whether the motions of all bodies at the last accelerations are in the lanes of a packed tree.
+    pub(super) fn has_packed_motions(&self) -> bool {
+        self.motions == Left::Packed
+    }
+
+    /// Hands the motions of some bodies of a packed robot to the working memory of inverse dynamics.
+    pub(super) fn copy_packed_motions(&self, bodies: &[usize], out: &mut RneaScratch<T>) {
+        if let Some(packed) = &self.packed {
+            let Packed { tree, scratch, .. } = &**packed;
+            scratch.copy_motions(tree, &self.working, bodies, out);
+        }
     }
 
     /// Drops the motions of the bodies.
     pub(super) fn forget(&mut self) {
-        self.has_motions = false;
+        self.motions = Left::Nowhere;
     }
 
     /// Computes v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
@@ -96,7 +119,7 @@ impl<T: Scalar> DirectScratch<T> {
         &mut self,
         model: &Model<P>,
         driven: &Driven<'_, T>,
-        friction: &mut [JointFriction<T>],
+        friction: &mut Vec<JointFriction<T>>,
         decision: Decision,
         a: &mut [T],
     ) -> Option<T>
@@ -106,9 +129,9 @@ impl<T: Scalar> DirectScratch<T> {
         if self.coupled.is_some() {
             return None;
         }
-        (self.working.friction).take(friction.iter().copied(), decision);
+        self.working.friction.take(friction, decision);
         self.solve(model, driven, a);
-        friction.copy_from_slice(&self.working.friction.all);
+        std::mem::swap(&mut self.working.friction.all, friction);
         Some(self.working.friction.changes)
     }
 
@@ -122,32 +145,39 @@ impl<T: Scalar> DirectScratch<T> {
             && let Some(packed) = &mut self.packed
         {
             model.assert_generation(packed.generation);
+            self.motions = Left::Packed;
             let Packed { tree, scratch, .. } = &mut **packed;
             return scratch.accelerations(model, tree, working, driven, a);
         }
-        self.has_motions = true;
+        self.motions = Left::OneByOne;
         T::vectorized(
             #[inline(always)]
             || {
                 let tree = Bodies::all(model);
                 outward(&tree, driven.q, driven.v, driven.external, working);
-                if !model.weightless().is_empty() {
+                let spares = !model.weightless().is_empty();
+                if spares {
                     add_spared(model, &working.factor.X_PB, &mut working.F);
                 }
-                let A_W = world_acceleration(model);
-                working.start_friction(&tree, &A_W);
+                let (A_W, mut last) = (world_acceleration(model), ALL);
                 for passes in 1.. {
                     working.resist(model.armature(), driven.resistance);
-                    inward(&tree, driven.tau, &A_W, working);
+                    inward(&tree, driven.tau, &A_W, last, working);
                     accelerations(&tree, &A_W, working, a);
                     if !working.friction.act() {
                         break;
                     }
                     working.review(&tree, a);
-                    if !working.friction.go_on(passes) {
+                    let changed = working.friction.last;
+                    let Some(changed) = changed.filter(|_| working.friction.may_go_on(passes))
+                    else {
                         break;
+                    };
+                    last = if spares { ALL } else { changed };
+                    working.restart(&tree, driven.external, last);
+                    if spares {
+                        add_spared(model, &working.factor.X_PB, &mut working.F);
                     }
-                    working.restart(&tree);
                 }
             },
         );

@@ -7,7 +7,7 @@ use super::calls::Calls;
 use super::differential::DifferentialScratch;
 use super::direct::DirectScratch;
 use super::joint_friction::{Decision, JointFriction};
-use super::rnea::Motions;
+use super::rnea::{Motions, RneaScratch};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
@@ -54,6 +54,21 @@ impl<T: Scalar> AbaScratch<T> {
         match &self.way {
             Way::Direct(direct) => direct.motions(),
             Way::Differential(_) => None,
+        }
+    }
+
+    /// Whether this memory has these motions in the lanes of a packed tree instead.
+    pub(crate) fn has_packed_motions(&self) -> bool {
+        match &self.way {
+            Way::Direct(direct) => direct.has_packed_motions(),
+            Way::Differential(_) => false,
+        }
+    }
+
+    /// Hands those of some bodies to the working memory of inverse dynamics.
+    pub(crate) fn copy_packed_motions(&self, bodies: &[usize], out: &mut RneaScratch<T>) {
+        if let Way::Direct(direct) = &self.way {
+            direct.copy_packed_motions(bodies, out);
         }
     }
 
@@ -138,7 +153,7 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
 pub(crate) fn frictional_forward_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     driven: &Driven<'_, T>,
-    friction: &mut [JointFriction<T>],
+    friction: &mut Vec<JointFriction<T>>,
     decision: Decision,
     scratch: &mut AbaScratch<T>,
     a: &mut [T],

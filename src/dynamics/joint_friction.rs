@@ -9,9 +9,9 @@
 //!
 //! > τ = Sᵀ F + Uᵀ A + R a − τ_given + D (−v / Δt − a),  U = I S,  D = Sᵀ U + R.
 //!
-//! Within ±b it sticks, beyond it slips. The first pass inward decides as it goes, with the A of a robot whose joints do not accelerate. Later ones follow
-//! the accelerations of the pass before. Where these change no decision, the solution is found; it is unique, since M is positive definite. Motions
-//! seldom need a second pass.
+//! Within ±b it sticks, beyond it slips. The first pass inward guesses as it goes: a joint sticks if b stops the articulated inertia D within the step, and
+//! otherwise as if its body did not accelerate. Later passes follow the accelerations of the pass before, and repeat only the part of the tree before the last joint that
+//! changes. Where no decision changes, the solution is found; it is unique, since M is positive definite. Motions seldom need a second pass.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -47,8 +47,7 @@ pub(super) struct Eliminated<T> {
     pub(super) inertia: T,
     /// R, without that of sticking.
     pub(super) resistance: T,
-    /// Acceleration of the last pass outward, and the piece that it suggests.
-    pub(super) a: T,
+    /// The piece that the last pass outward suggests.
     pub(super) next: T,
 }
 
@@ -57,13 +56,13 @@ pub(super) struct Eliminated<T> {
 pub(super) struct Frictions<T> {
     pub(super) all: Vec<JointFriction<T>>,
     pub(super) eliminated: Vec<Eliminated<T>>,
-    /// Bias forces of the bodies alone.
-    pub(super) alone: Vec<Force<T>>,
     /// Whether pieces are found, otherwise given; whether the next pass inward guesses them.
     decide: bool,
     pub(super) guess: bool,
     /// By how many pieces the last solution differs from those that it suggests.
     pub(super) changes: T,
+    /// The last body one of whose pieces differs; none if there is none.
+    pub(super) last: Option<usize>,
 }
 
 /// Who decides which joints stick.
@@ -119,6 +118,15 @@ impl<T: Scalar> JointFriction<T> {
         self.bound.select_lt(zero, one, next)
     }
 
+    /// The piece of a coordinate with the articulated inertia D if its body did not accelerate: it sticks where b stops D, whatever else acts.
+    ///
+    /// * `bias` – Sᵀ F − τ
+    #[inline(always)]
+    pub(super) fn guess(&self, inertia: T, bias: T) -> T {
+        let next = self.next(inertia.mul_add(self.stop, bias));
+        (self.stop.abs() * inertia).select_lt(self.bound, T::zero(), next)
+    }
+
     /// The piece on the way to another one: from one direction of slip to the other through sticking. Without this halt, decisions of joints on one another
     /// may go in circles.
     #[inline(always)]
@@ -129,11 +137,22 @@ impl<T: Scalar> JointFriction<T> {
 }
 
 impl<T: Scalar> Eliminated<T> {
-    /// The force that stopping needs, under the acceleration of the body.
+    /// Of a coordinate that has not been eliminated.
+    fn none() -> Self {
+        Self {
+            U: Force::zero(),
+            bias: T::zero(),
+            inertia: T::zero(),
+            resistance: T::zero(),
+            next: T::zero(),
+        }
+    }
+
+    /// The force that stopping needs, under the accelerations of the body and of the coordinate.
     #[inline(always)]
-    pub(super) fn needed(&self, A: &Motion<T>, stop: T) -> T {
-        let inertial = A.power(&self.U) + self.bias + self.resistance * self.a;
-        (self.inertia + self.resistance).mul_add(stop - self.a, inertial)
+    pub(super) fn needed(&self, A: &Motion<T>, a: T, stop: T) -> T {
+        let inertial = A.power(&self.U) + self.bias + self.resistance * a;
+        (self.inertia + self.resistance).mul_add(stop - a, inertial)
     }
 }
 
@@ -142,20 +161,23 @@ impl<T: Scalar> Frictions<T> {
         Self {
             all: Vec::new(),
             eliminated: Vec::new(),
-            alone: Vec::new(),
             decide: true,
             guess: true,
             changes: T::zero(),
+            last: None,
         }
     }
 
-    /// Takes friction of all coordinates.
-    pub(super) fn take(&mut self, all: impl Iterator<Item = JointFriction<T>>, decision: Decision) {
-        self.all.clear();
-        self.all.extend(all);
-        self.decide = decision == Decision::Own;
-        self.guess = self.decide;
+    /// Takes friction of all coordinates, which the caller gets back by the same swap.
+    pub(super) fn take(&mut self, all: &mut Vec<JointFriction<T>>, decision: Decision) {
+        std::mem::swap(&mut self.all, all);
+        self.start(decision == Decision::Own);
+    }
+
+    fn start(&mut self, decide: bool) {
+        (self.decide, self.guess) = (decide, decide);
         self.changes = T::zero();
+        self.eliminated.resize(self.all.len(), Eliminated::none());
     }
 
     /// Takes friction of a robot in plain numbers, each lane that of the coordinate that `map` names for it.
@@ -173,19 +195,30 @@ impl<T: Scalar> Frictions<T> {
             piece: each(own, |of| of.piece),
         });
         self.all.extend(all);
-        (self.decide, self.guess) = (from.decide, from.guess);
+        self.start(from.decide);
     }
 
-    /// Whether there is any: never for numbers that are more than values, of which forward dynamics knows no friction.
+    /// Whether there may be any: never for numbers that are more than values, of which forward dynamics knows no friction.
+    pub(super) const MAY_ACT: bool = T::HAS_VALUES && T::ORDER == 0;
+
+    /// Whether there is any.
     #[inline(always)]
     pub(super) fn act(&self) -> bool {
-        !self.all.is_empty() && const { T::HAS_VALUES && T::ORDER == 0 }
+        Self::MAY_ACT && !self.all.is_empty()
     }
 
-    /// Whether another pass inward is wanted after so many.
+    /// Takes over the pieces that the last pass suggests.
     #[inline(always)]
-    pub(super) fn go_on(&self, passes: usize) -> bool {
-        let is_open = || (0..T::LANES).any(|lane| self.changes.value(lane) > 0.0);
-        self.decide && passes < MOST_PASSES && is_open()
+    pub(super) fn follow(&mut self) {
+        self.guess = false;
+        for (friction, own) in self.all.iter_mut().zip(&self.eliminated) {
+            friction.piece = own.next;
+        }
+    }
+
+    /// Whether another pass inward may follow after so many.
+    #[inline(always)]
+    pub(super) fn may_go_on(&self, passes: usize) -> bool {
+        self.decide && passes < MOST_PASSES
     }
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::DMatrix;
 
-use super::aba::{Working, accelerations, inward, outward};
+use super::aba::{ALL, Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
 use super::passes::to_world;
 use super::tree::Bodies;
@@ -98,7 +98,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     outward(&tree, q, &scratch.rest, &[], &mut scratch.working);
     scratch.working.resist(model.armature(), &[]);
     let rest = Motion::zero();
-    inward(&tree, &scratch.rest, &rest, &mut scratch.working);
+    inward(&tree, &scratch.rest, &rest, ALL, &mut scratch.working);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
             push(model, BodyId(i), k, &mut scratch.working);

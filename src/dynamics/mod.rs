@@ -125,6 +125,7 @@ pub use centroidal::{
     centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, locked_inertia_at,
     momentum, momentum_at, momentum_matrix,
 };
+pub(crate) use coriolis::add_coriolis_matrix;
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub(crate) use crba::mass_matrix_of_placed_into;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};

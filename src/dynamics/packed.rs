@@ -5,15 +5,18 @@
 
 use std::ops::{Add, Range};
 
-use super::aba::{Driven, Working, accelerations, inward, outward};
+use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
 use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
-use super::rnea::world_acceleration;
+use super::rnea::{RneaScratch, world_acceleration};
 use super::tree::{Bodies, Tree};
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Lanes, Over, Scalar};
-use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
+use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL, Transform};
 
 type Lane = Lanes<WIDTH>;
+
+/// Index of the first level, of which nothing is eliminated.
+const NOTHING: usize = 0;
 
 /// Working memory for the levels of a packed tree.
 #[derive(Clone, Debug)]
@@ -70,22 +73,24 @@ impl PackedScratch {
             .map_or(0, |tip| tip.q + tip.joint.nq());
         outward(&bodies, &driven.q[..nq], driven.v, driven.external, prefix);
         let A_W = world_acceleration(model);
-        prefix.start_friction(&bodies, &A_W);
         Lane::vectorized(
             #[inline(always)]
             || {
                 self.gather(packed, driven);
-                self.start(packed, prefix, &A_W);
+                self.start(packed, prefix);
             },
         );
+        let (mut level, mut last) = (Some(ALL), ALL);
         for passes in 1.. {
-            Lane::vectorized(
-                #[inline(always)]
-                || self.eliminate(packed, &A_W),
-            );
-            self.accumulate_into_prefix(packed, prefix);
+            if let Some(level) = level {
+                Lane::vectorized(
+                    #[inline(always)]
+                    || self.eliminate(packed, &A_W, level),
+                );
+                self.accumulate_into_prefix(packed, prefix);
+            }
             prefix.resist(model.armature(), driven.resistance);
-            inward(&bodies, driven.tau, &A_W, prefix);
+            inward(&bodies, driven.tau, &A_W, last, prefix);
             accelerations(&bodies, &A_W, prefix, a);
             Lane::vectorized(
                 #[inline(always)]
@@ -95,11 +100,15 @@ impl PackedScratch {
                 return;
             }
             self.review(packed, &bodies, prefix, a);
-            if !prefix.friction.go_on(passes) {
-                break;
+            level = self.working.friction.last;
+            let changed = level.map_or(prefix.friction.last, |_| Some(ALL));
+            match changed.filter(|_| prefix.friction.may_go_on(passes)) {
+                Some(changed) => last = changed,
+                None => break,
             }
-            prefix.restart(&bodies);
-            self.working.restart(packed);
+            prefix.restart(&bodies, driven.external, last);
+            let of_levels = level.unwrap_or(NOTHING);
+            self.working.restart(packed, &self.external, of_levels);
         }
         let pieces = self.working.friction.all.iter();
         let pieces = pieces.flat_map(|own| own.piece.0);
@@ -108,29 +117,48 @@ impl PackedScratch {
         }
     }
 
+    /// Hands the motions of some bodies at the last accelerations to the working memory of inverse dynamics.
+    pub(super) fn copy_motions<T: Scalar>(
+        &self,
+        packed: &PackedTree,
+        prefix: &Working<T>,
+        bodies: &[usize],
+        out: &mut RneaScratch<T>,
+    ) {
+        let working = &self.working;
+        for &i in bodies {
+            let Some([level, lane]) = packed.places[i] else {
+                out.set_motion(i, prefix.factor.X_PB[i], prefix.V[i], prefix.A[i]);
+                continue;
+            };
+            let X_PB = working.factor.X_PB[level].to_entries();
+            let [V, A] = [&working.V, &working.A].map(|own| own[level].to_array());
+            out.set_motion(
+                i,
+                Transform::from_entries(in_lane(X_PB.each_ref(), lane)),
+                Motion::from_array(in_lane(V.each_ref(), lane)),
+                Motion::from_array(in_lane(A.each_ref(), lane)),
+            );
+        }
+    }
+
     /// Pass outward along the levels: velocities.
     #[inline(always)]
-    fn start<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>, A_W: &Motion<T>) {
+    fn start<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>) {
         let working = &mut self.working;
         if let Some(tip) = packed.prefix.checked_sub(1) {
             working.V[0] = broadcast(&prefix.V[tip]);
         }
         outward(packed, &self.q, &self.v, &self.external, working);
         working.friction.gather(&packed.v, &prefix.friction);
-        if working.friction.act() {
-            if let Some(tip) = packed.prefix.checked_sub(1) {
-                working.A[0] = broadcast(&prefix.A[tip]);
-            }
-            working.start_friction(packed, &broadcast(A_W));
-        }
     }
 
-    /// Pass inward along the levels: articulated inertias and bias forces.
+    /// Pass inward along the levels, up to the last one that is eliminated otherwise than before: articulated inertias and bias forces.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, A_W: &Motion<T>) {
+    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, A_W: &Motion<T>, last: usize) {
         let working = &mut self.working;
         working.resist(&packed.armature, &self.resistance);
-        inward(packed, &self.tau, &broadcast(A_W), working);
+        inward(packed, &self.tau, &broadcast(A_W), last, working);
     }
 
     /// Counts by how many pieces decisions about friction differ from those that the accelerations suggest.
@@ -142,7 +170,10 @@ impl PackedScratch {
         a: &[T],
     ) {
         prefix.review(bodies, a);
-        self.working.review(packed, &self.a);
+        Lane::vectorized(
+            #[inline(always)]
+            || self.working.review(packed, &self.a),
+        );
         let packed: f64 = self.working.friction.changes.0.iter().sum();
         prefix.friction.changes += T::from(packed);
     }
@@ -235,6 +266,17 @@ impl Tree<Lane, Lane> for PackedTree {
             *x = permuted(x, parent_lanes);
         }
         Motion::from_array(V)
+    }
+
+    /// What they hand down is kept.
+    #[inline(always)]
+    fn repeats(&self, _: usize, _: usize) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn starts_anew(&self, i: usize, last: usize) -> bool {
+        i <= last
     }
 
     #[inline(always)]

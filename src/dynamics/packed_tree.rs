@@ -29,6 +29,8 @@ pub(crate) struct PackedTree {
     pub(crate) q: Vec<usize>,
     /// Gather map of v: its entry for each lane of each coordinate of the levels.
     pub(crate) v: Vec<usize>,
+    /// Level and lane of each body; `None` in the prefix.
+    pub(crate) places: Vec<Option<[usize; 2]>>,
 }
 
 /// A packed level: bodies side by side.
@@ -94,6 +96,7 @@ impl PackedTree {
             armature: Vec::new(),
             q: Vec::new(),
             v: Vec::new(),
+            places: vec![None; bodies.len()],
         };
         out.push_root(tip);
         let start = tip.map_or(&tree.roots, |tip| &tree.children[tip]);
@@ -112,6 +115,7 @@ impl PackedTree {
         }
         out.gather_children(tree);
         out.fill(bodies, armature);
+        out.find_places();
         out
     }
 
@@ -181,6 +185,14 @@ impl PackedTree {
         }
         let of = |v: &[usize]| Lanes(std::array::from_fn(|lane| armature[v[lane]].value(0)));
         self.armature = self.v.chunks(WIDTH).map(of).collect();
+    }
+
+    fn find_places(&mut self) {
+        for (k, level) in self.levels.iter().enumerate().skip(1) {
+            for (lane, &i) in level.bodies.iter().enumerate() {
+                self.places[i].get_or_insert([k, lane]);
+            }
+        }
     }
 
     /// Finds the gather maps of the children of each level.

@@ -39,6 +39,11 @@ impl<T: Scalar> RneaScratch<T> {
         (&self.X_PB, &self.V)
     }
 
+    /// Takes the motion of a body that has been found elsewhere.
+    pub(super) fn set_motion(&mut self, i: usize, X_PB: Transform<T>, V: Motion<T>, A: Motion<T>) {
+        (self.X_PB[i], self.V[i], self.A[i]) = (X_PB, V, A);
+    }
+
     /// [`motions`](Self::motions) with the accelerations of the bodies.
     pub(crate) fn accelerated(&self) -> Motions<'_, T> {
         Motions {
@@ -431,7 +436,7 @@ pub(crate) fn accelerations_of_some<'s, P: Scalar, T: Over<P>>(
 /// Computes the force that the joints of some bodies transmit to them, in the body. Does not allocate.
 ///
 /// * `bodies` – indices, ascending, each with all of its descendants
-/// * `external` – force on each body in its body frame, length `n_bodies`
+/// * `external` – force on each body in its body frame, length `n_bodies`; empty for none
 /// * `out` – output, length `n_bodies`; that of other bodies has no meaning
 pub(crate) fn transmitted_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
@@ -440,13 +445,14 @@ pub(crate) fn transmitted_forces<P: Scalar, T: Over<P>>(
     external: &[Force<T>],
     out: &mut [Force<T>],
 ) {
-    out.fill(Force::zero());
     for &i in bodies {
-        out[i] = model.bodies()[i].inertia.force(&V[i], &A[i]) - external[i];
+        let F = model.bodies()[i].inertia.force(&V[i], &A[i]);
+        out[i] = external.get(i).map_or(F, |&F_ext| F - F_ext);
     }
     add_spared(model, X_PB, out);
     for &i in bodies.iter().rev() {
-        if let Some(p) = model.bodies()[i].parent {
+        let parent = model.bodies()[i].parent;
+        if let Some(p) = parent.filter(|p| bodies.binary_search(&p.0).is_ok()) {
             let F_P = X_PB[i].force(&out[i]);
             out[p.0] += F_P;
         }

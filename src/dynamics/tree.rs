@@ -27,6 +27,12 @@ pub(super) trait Tree<P: Scalar, T: Over<P>> {
         forces: &mut [Force<T>],
         inertias: &mut [ArticulatedInertia<T>],
     );
+
+    /// Whether body i is eliminated again when one before it is the `last` that is eliminated otherwise.
+    fn repeats(&self, i: usize, last: usize) -> bool;
+
+    /// Whether body i forgets what it feels when body `last` is the last that is eliminated otherwise.
+    fn starts_anew(&self, i: usize, last: usize) -> bool;
 }
 
 /// The first bodies of a model.
@@ -69,4 +75,17 @@ impl<P: Scalar, T: Over<P>> Tree<P, T> for Bodies<'_, P> {
 
     #[inline(always)]
     fn add_children(&self, _: usize, _: &mut [Force<T>], _: &mut [ArticulatedInertia<T>]) {}
+
+    /// Where its parent, whose sum it is in, starts anew.
+    #[inline(always)]
+    fn repeats(&self, i: usize, last: usize) -> bool {
+        let parent = self.model.bodies()[i].parent;
+        parent.is_some_and(|p| p.0 < last)
+    }
+
+    /// The last one has all that its children hand down.
+    #[inline(always)]
+    fn starts_anew(&self, i: usize, last: usize) -> bool {
+        i < last
+    }
 }

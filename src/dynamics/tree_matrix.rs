@@ -62,6 +62,17 @@ impl<T: Scalar> TreeMatrix<T> {
         self.starts.len()
     }
 
+    /// All entries.
+    pub(crate) fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// Rows of the tree of a coordinate, with the entries of its column in them.
+    pub(crate) fn in_tree(&self, k: usize) -> (Range<usize>, &[T]) {
+        let rows = self.rows[k].clone();
+        (rows.clone(), &self.column(k)[rows])
+    }
+
     /// Takes the blocks of a matrix.
     pub(crate) fn copy_from(&mut self, matrix: &DMatrix<T>) {
         // One tree: a fifth of the instructions of a small robot's factors went into columns.

@@ -111,7 +111,7 @@ pub(crate) use rollout::write_cells;
 pub(crate) use rollout::{most_states, write_row};
 #[cfg(feature = "formats")]
 pub(crate) use sensors::MeshTree;
-pub use sensors::{NoisySensors, Sensor, SensorNoise, SensorScratch, Sensors};
+pub use sensors::{NoisySensors, ScanAngles, Sensor, SensorNoise, SensorScratch, Sensors};
 pub use simulator::Simulator;
 pub use state::State;
 pub use status::{RolloutStatus, SolverFailure};

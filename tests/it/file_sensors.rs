@@ -2,7 +2,7 @@
 
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Terrain};
 use dualbody::io::{ImportReport, ImportedSensor};
-use dualbody::sim::{NoisySensors, Sensor, SensorNoise};
+use dualbody::sim::{NoisySensors, ScanAngles, Sensor, SensorNoise, Sensors};
 use dualbody::{LoadError, Model, ModelOptions, Simulator, State};
 use nalgebra::DVector;
 
@@ -113,13 +113,7 @@ fn a_lidar_of_one_ray_reads_the_distance_of_a_wall() {
     let lidar = "<sensor name='eye' type='gpu_lidar'><pose>0 0 -0.2 0 0 0</pose><update_rate>20</update_rate>
 <lidar><scan><horizontal><samples>1</samples><min_angle>0.5</min_angle><max_angle>0.5</max_angle></horizontal></scan>
 <range><min>0</min><max>9</max><resolution>0.01</resolution></range></lidar></sensor>";
-    let wall = "</model><model name='wall'><static>true</static><link name='wall'><pose>3 0 0 0 0 0</pose><collision name='c'>
-<geometry><box><size>1 50 50</size></box></geometry></collision></link></model></world>";
-    let text = sdf(lidar, "").replace("</model>", wall);
-    let text = text.replace(
-        "<model name='pendulum'>",
-        "<world name='w'><model name='pendulum'>",
-    );
+    let text = before_a_wall(lidar);
     let loaded = ModelOptions::default()
         .with_all_models()
         .load_sdf_str(&text);
@@ -135,6 +129,83 @@ fn a_lidar_of_one_ray_reads_the_distance_of_a_wall() {
         .load_sdf_str(&text);
     let (model, report) = loaded.expect("a world");
     assert_eq!(read(&model, &report, 0.0, 0.0).1[0], 9.0);
+}
+
+/// A world of the pendulum and a wall, whose face is 2.5 m ahead.
+fn before_a_wall(of_link: &str) -> String {
+    let wall = "</model><model name='wall'><static>true</static><link name='wall'><pose>3 0 0 0 0 0</pose><collision name='c'>
+<geometry><box><size>1 50 50</size></box></geometry></collision></link></model></world>";
+    let text = sdf(of_link, "").replace("</model>", wall);
+    text.replace(
+        "<model name='pendulum'>",
+        "<world name='w'><model name='pendulum'>",
+    )
+}
+
+#[test]
+fn a_lidar_of_several_rays_reads_the_distance_along_each() {
+    let lidar = "<sensor name='scan' type='lidar'><pose>0 0 -0.2 0 0 0</pose><lidar><scan>
+<horizontal><samples>5</samples><resolution>2</resolution><min_angle>-0.9</min_angle><max_angle>0.9</max_angle></horizontal>
+<vertical><samples>2</samples><min_angle>-0.1</min_angle><max_angle>0.3</max_angle></vertical></scan>
+<range><max>3.5</max></range></lidar></sensor>";
+    let loaded = ModelOptions::default()
+        .with_all_models()
+        .load_sdf_str(&before_a_wall(lidar));
+    let (model, report) = loaded.unwrap_or_else(|error| panic!("{error}"));
+    let sensors = report.known_sensors(&model);
+    let (names, y) = read(&model, &report, 0.0, 0.0);
+    assert_eq!(
+        (names.len(), &names[0][..], &names[19][..]),
+        (20, "scan.0", "scan.19")
+    );
+    assert_eq!(sensors.units()[7], "m");
+    let mut expected = Vec::new();
+    for up in [-0.1_f64, 0.3] {
+        for k in 0..10 {
+            let turned = -0.9 + 0.2 * f64::from(k);
+            expected.push((2.5 / (up.cos() * turned.cos())).min(3.5));
+        }
+    }
+    assert_near(y.as_slice(), &expected);
+    assert!(expected[0] == 3.5 && expected[4] < 2.6);
+    let simulator = Simulator::new(model);
+    let slopes = sensors.linearize(&simulator, &State::new(&[0.02], &[0.0]), &[0.0]);
+    let read = |q: f64| sensors.read(&simulator, &State::new(&[q], &[0.0]), &[0.0]);
+    let difference = (read(0.02 + 1e-6) - read(0.02 - 1e-6)) / 2e-6;
+    for k in 0..20 {
+        let error = slopes.c[(k, 0)] - difference[k];
+        assert!(error.abs() < 1e-7, "ray {k}: {error:e}");
+    }
+}
+
+#[test]
+#[should_panic(expected = "a scan has 0 rays")]
+fn a_scan_without_rays_is_refused() {
+    let (model, _) = load(&sdf("", ""));
+    let frame = model.frame("rod").expect("a link");
+    let none = ScanAngles {
+        count: 0,
+        ..ScanAngles::ONE
+    };
+    let lidar = Sensor::Lidar {
+        frame,
+        horizontal: ScanAngles::ONE,
+        vertical: none,
+        range: 1.0,
+    };
+    let _ = Sensors::new(&model, [("scan", lidar)]);
+}
+
+#[test]
+fn more_rays_than_any_lidar_has_are_reported() {
+    for samples in ["1e9", "1e300", "5000000000"] {
+        let sensor = format!(
+            "\n<sensor name='s' type='lidar'><lidar><scan><horizontal><samples>{samples}</samples></horizontal></scan></lidar></sensor>"
+        );
+        let (_, report) = load(&sdf(&sensor, ""));
+        assert!(report.sensors[0].sensor.is_none());
+        assert!(report.to_string().contains("rays, more than"), "{report}");
+    }
 }
 
 #[test]
@@ -237,20 +308,27 @@ fn sensors_of_gazebo_in_a_urdf_are_those_of_the_sdf() {
     );
     assert_eq!(all[2], ("ft".into(), Some(Sensor::Wrench(arm))));
     assert_eq!(all[3], ("eyes".into(), None));
-    assert_eq!(all[4], ("scan".into(), None));
+    let scan = Sensor::Lidar {
+        frame: model.frame("base").expect("a frame"),
+        horizontal: ScanAngles {
+            count: 640,
+            ..ScanAngles::ONE
+        },
+        vertical: ScanAngles::ONE,
+        range: 1e3,
+    };
+    assert_eq!(all[4], ("scan".into(), Some(scan)));
     assert_eq!(all[5], ("lost".into(), None));
     let table = report.to_string();
     for part in [
         "line 6: ",
         "\"depth\" are not modelled",
-        "line 7: ",
-        "640 rays",
         "line 8: ",
         "\"nowhere\"",
     ] {
         assert!(table.contains(part), "{part} in {table}");
     }
-    assert_eq!(report.known_sensors(&model).len(), 12);
+    assert_eq!(report.known_sensors(&model).len(), 12 + 640);
 }
 
 #[test]

@@ -69,6 +69,18 @@ fn written<'py>(py: Python<'py>, model: &Model, sensor: &Sensor) -> PyResult<Bou
             fields.set_item("range", range)?;
             ("range_finder", on_frame(frame))
         }
+        Sensor::Lidar {
+            frame,
+            horizontal,
+            vertical,
+            range,
+        } => {
+            for (field, angles) in [("horizontal", horizontal), ("vertical", vertical)] {
+                fields.set_item(field, (angles.count, angles.first, angles.last))?;
+            }
+            fields.set_item("range", range)?;
+            ("lidar", on_frame(frame))
+        }
         Sensor::CenterOfMass => ("center_of_mass", None),
         Sensor::CenterOfMassVelocity => ("center_of_mass_velocity", None),
         Sensor::Momentum => ("momentum", None),

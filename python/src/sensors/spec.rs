@@ -1,7 +1,7 @@
 //! Reads sensors and their noise from small classes of Python.
 
 use dualbody::Model;
-use dualbody::sim::{Sensor, SensorNoise};
+use dualbody::sim::{ScanAngles, Sensor, SensorNoise};
 use dualbody::spatial::Representation;
 use pyo3::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::errors::{OrRaise, value_error};
 use crate::kinds::check_kind;
 
 /// The kinds, of the field of the same name.
-const KINDS: [&str; 16] = [
+const KINDS: [&str; 17] = [
     "joint_position",
     "joint_velocity",
     "joint_force",
@@ -24,6 +24,7 @@ const KINDS: [&str; 16] = [
     "touch",
     "contact_force",
     "range_finder",
+    "lidar",
     "center_of_mass",
     "center_of_mass_velocity",
     "momentum",
@@ -79,6 +80,12 @@ pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyRes
             direction: value.getattr("direction")?.extract()?,
             range: value.getattr("range")?.extract()?,
         },
+        "lidar" => Sensor::Lidar {
+            frame: frame()?,
+            horizontal: angles(name, value, "horizontal")?,
+            vertical: angles(name, value, "vertical")?,
+            range: value.getattr("range")?.extract()?,
+        },
         "center_of_mass" => Sensor::CenterOfMass,
         "center_of_mass_velocity" => Sensor::CenterOfMassVelocity,
         "momentum" => Sensor::Momentum,
@@ -89,6 +96,17 @@ pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyRes
             )));
         }
     })
+}
+
+/// Angles of the rays of a lidar: their number, the first and the last.
+fn angles(name: &str, value: &Bound<'_, PyAny>, field: &str) -> PyResult<ScanAngles> {
+    let given: Result<(u32, f64, f64), _> = value.getattr(field)?.extract();
+    let (count, first, last) = given.map_err(|_| {
+        value_error(format_args!(
+            "sensors[\"{name}\"]: {field} is not a number of rays, the first and the last angle, like (640, -1.5, 1.5)"
+        ))
+    })?;
+    Ok(ScanAngles { count, first, last })
 }
 
 /// The imperfections of a sensor.

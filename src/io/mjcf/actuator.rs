@@ -151,6 +151,10 @@ fn transmission(
             (MjcfTransmission::Joint(name), lack)
         }
         "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
+        "site" => {
+            let lack = "acts on a site as seen from another one (refsite), which is not modelled";
+            (MjcfTransmission::Other(name), Some(lack))
+        }
         "tendon" => (MjcfTransmission::Tendon(name), None),
         _ => {
             let lack = Some("acts on something that is not modelled");

@@ -7,8 +7,11 @@ use crate::io::context::{Context, Node, child, tag};
 use crate::io::schema::{Known, check, known};
 use crate::io::values::{Elements, Values, any};
 use crate::model::{FrameId, Model};
-use crate::sim::{Sensor, SensorNoise};
+use crate::sim::{ScanAngles, Sensor, SensorNoise};
 use crate::spatial::Representation;
+
+/// Most rays of a lidar.
+const MOST_RAYS: u32 = 1 << 20;
 
 /// Longest range of a ray that has none or an infinite one, m.
 const RANGE: f64 = 1e3;
@@ -69,6 +72,7 @@ enum Quantity {
     Wrench,
     ContactForce,
     Range { direction: [f64; 3], range: f64 },
+    Scan { angles: [ScanAngles; 2], range: f64 },
     Magnetometer([f64; 3]),
     Pose,
     Velocity,
@@ -258,7 +262,7 @@ fn altimeter(context: &mut Context<'_>, own: Option<Node<'_>>) -> Result<Vec<Par
     ])
 }
 
-/// A range finder; none for several rays.
+/// A range finder, or a lidar of several rays.
 fn ray(
     context: &mut Context<'_>,
     node: Node<'_>,
@@ -267,7 +271,7 @@ fn ray(
     const RAY: Known = known("", "scan range noise", "");
     const SCAN: Known = known("", "horizontal vertical", "");
     const SPREAD: Known = known("", "samples resolution min_angle max_angle", "");
-    let (mut angles, mut rays) = ([0.0; 2], 1.0);
+    let mut angles = [ScanAngles::ONE; 2];
     let (mut range, mut noise) = (RANGE, SensorNoise::default());
     if let Some(own) = own {
         check(context, own, &RAY)?;
@@ -276,10 +280,7 @@ fn ray(
             for (name, angle) in ["horizontal", "vertical"].iter().zip(&mut angles) {
                 if let Some(spread) = child(scan, name) {
                     check(context, spread, &SPREAD)?;
-                    let samples = Elements::number(context, spread, "samples")?;
-                    let resolution = Elements::number(context, spread, "resolution")?;
-                    rays *= (samples.unwrap_or(1.0) * resolution.unwrap_or(1.0)).max(1.0);
-                    *angle = Elements::number(context, spread, "min_angle")?.unwrap_or(0.0);
+                    *angle = spread_of(context, spread)?;
                 }
             }
         }
@@ -288,14 +289,29 @@ fn ray(
             range = range_of(context, limits, &mut noise)?;
         }
     }
-    if rays > 1.0 {
-        let reason = format!("has {rays} rays: sensors of one ray are modelled");
+    let rays = u64::from(angles[0].count) * u64::from(angles[1].count);
+    if rays > u64::from(MOST_RAYS) {
+        let reason = format!("has {rays} rays, more than {MOST_RAYS}: not used");
         context.ignore(node, reason);
         return Ok(Vec::new());
     }
-    let [(sin_h, cos_h), (sin_v, cos_v)] = angles.map(f64::sin_cos);
+    if rays > 1 {
+        return Ok(one(Quantity::Scan { angles, range }, noise));
+    }
+    let [(sin_h, cos_h), (sin_v, cos_v)] = angles.map(|own| own.first.sin_cos());
     let direction = [cos_v * cos_h, cos_v * sin_h, sin_v];
     Ok(one(Quantity::Range { direction, range }, noise))
+}
+
+/// Angles of rays side by side.
+fn spread_of(context: &mut Context<'_>, node: Node<'_>) -> Result<ScanAngles, LoadError> {
+    let samples = magnitude(context, node, "samples")?;
+    let resolution = Elements::number(context, node, "resolution")?.unwrap_or(1.0);
+    let first = Elements::number(context, node, "min_angle")?.unwrap_or(0.0);
+    let last = Elements::number(context, node, "max_angle")?.unwrap_or(0.0);
+    // Too many are those of the largest number; without samples there is one.
+    let count = (samples * resolution).round().max(1.0) as u32;
+    Ok(ScanAngles { count, first, last })
 }
 
 /// The largest distance; the resolution goes to the noise.
@@ -371,6 +387,12 @@ impl Quantity {
             Self::Range { direction, range } => Sensor::RangeFinder {
                 frame,
                 direction,
+                range,
+            },
+            Self::Scan { angles, range } => Sensor::Lidar {
+                frame,
+                horizontal: angles[0],
+                vertical: angles[1],
                 range,
             },
             Self::Magnetometer(field) => Sensor::Magnetometer { frame, field },

@@ -5,7 +5,7 @@
 //! | `imu` | a gyroscope `NAME/gyro` and an accelerometer `NAME/accelerometer` |
 //! | `force_torque` | [`Sensor::Wrench`] |
 //! | `contact` | [`Sensor::ContactForce`] |
-//! | `ray`, `gpu_ray`, `lidar`, `gpu_lidar` with one ray | [`Sensor::RangeFinder`] |
+//! | `ray`, `gpu_ray`, `lidar`, `gpu_lidar` | [`Sensor::RangeFinder`] with one ray, otherwise [`Sensor::Lidar`] |
 //! | `magnetometer` | [`Sensor::Magnetometer`] |
 //! | `altimeter` | [`Sensor::FramePose`] `NAME/position` and [`Sensor::FrameVelocity`] `NAME/velocity` |
 

@@ -2,9 +2,7 @@
 
 #![expect(non_snake_case, reason = "A: monogram notation, see the conventions")]
 
-use nalgebra::DMatrix;
-
-use crate::dynamics::Ancestors;
+use crate::dynamics::{Ancestors, TreeMatrix};
 use crate::model::Model;
 use crate::scalar::{Linear, Scalar};
 
@@ -16,7 +14,7 @@ use crate::scalar::{Linear, Scalar};
 #[derive(Clone, Debug)]
 pub(super) struct TreeLu<T> {
     /// L on and below the diagonal, U above it.
-    factors: DMatrix<T>,
+    factors: TreeMatrix<T>,
     /// Ancestors of each coordinate, nearest first, one list after the other.
     ancestors: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
@@ -28,18 +26,29 @@ impl<T: Scalar> TreeLu<T> {
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let Ancestors { lists, starts, .. } = Ancestors::of(model);
         Self {
-            factors: DMatrix::identity(model.nv(), model.nv()),
+            factors: TreeMatrix::zeros(model),
             ancestors: lists,
             starts,
         }
     }
 
-    /// Factorises the matrix that `fill` writes; previous entries are overwritten.
-    pub(super) fn factorize(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
-        let A = &mut self.factors;
-        fill(A);
-        for k in (0..A.nrows()).rev() {
-            let own = &self.ancestors[self.starts[k]..self.starts[k + 1]];
+    /// Factorises the matrix with the entries (row, column) that `entry` gives.
+    pub(super) fn factorize(&mut self, entry: impl Fn(usize, usize) -> T) {
+        let Self {
+            factors: A,
+            ancestors,
+            starts,
+        } = self;
+        let of = |k: usize| &ancestors[starts[k]..starts[k + 1]];
+        for k in 0..A.size() {
+            A[(k, k)] = entry(k, k);
+            for &i in of(k) {
+                A[(i, k)] = entry(i, k);
+                A[(k, i)] = entry(k, i);
+            }
+        }
+        for k in (0..A.size()).rev() {
+            let own = of(k);
             let reciprocal = T::one() / A[(k, k)];
             for &i in own {
                 // A_ij −= A_ik A_kj / A_kk
@@ -89,7 +98,8 @@ impl<T: Scalar> TreeLu<T> {
         }
     }
 
-    fn ancestors_of(&self, k: usize) -> &[usize] {
+    /// Ancestors of a coordinate, nearest first: with it and them are all entries.
+    pub(super) fn ancestors_of(&self, k: usize) -> &[usize] {
         &self.ancestors[self.starts[k]..self.starts[k + 1]]
     }
 }
@@ -112,7 +122,7 @@ mod tests {
             let c = coriolis_matrix(&model, q.as_slice(), v.as_slice());
             let A = mass_matrix(&model, q.as_slice()) + c * 0.05;
             let mut lu = TreeLu::new(&model);
-            lu.factorize(|out| out.copy_from(&A));
+            lu.factorize(|i, j| A[(i, j)]);
             let mut x = v.clone();
             lu.solve(x.as_mut_slice());
             let expected = A.clone().lu().solve(&v).unwrap();

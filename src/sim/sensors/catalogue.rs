@@ -5,9 +5,11 @@ use std::ops::Range;
 use super::held_links::{HeldLinks, carrying_link};
 use super::needs::Needs;
 use super::ray::Shape;
+use super::scan::{self, ScanAngles};
 use super::sensor::{Channel, Sensor};
 use crate::contact::ShapeWithoutPoints;
 use crate::error::UnknownName;
+use crate::memory;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{FrameId, Model, Structure};
 use crate::numbers::Domain;
@@ -52,6 +54,9 @@ pub struct Sensors {
     missing: Vec<ShapeWithoutPoints>,
 }
 
+/// Memory of a reading with its name, bytes.
+const CHANNEL_BYTES: usize = 64;
+
 /// A coordinate that is a reading as it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoder {
@@ -78,7 +83,8 @@ impl Sensors {
     /// they do not see.
     ///
     /// # Panics
-    /// If two have the same name; if the model does not have a joint or frame; if a direction is zero, or a range or a field is not finite.
+    /// If two have the same name; if the model does not have a joint or frame; if a direction is zero, or a range, an angle or a field is not finite; if a scan
+    /// has no rays, or more than memory.
     pub fn new<N: Into<String>>(
         model: &Model,
         sensors: impl IntoIterator<Item = (N, Sensor)>,
@@ -104,7 +110,7 @@ impl Sensors {
             true => out.needs.clone(),
             false => out.needs.with_all_placed(model.n_bodies()),
         };
-        if out.has(|sensor| matches!(sensor, Sensor::RangeFinder { .. })) {
+        if out.has(|own| matches!(own, Sensor::RangeFinder { .. } | Sensor::Lidar { .. })) {
             out.shapes = Shape::of_model(model, &mut out.missing);
         }
         out
@@ -184,7 +190,7 @@ impl Sensors {
         &self.missing
     }
 
-    /// Name of each reading: that of its sensor, with `.x`, `.qw`, `.fx` and so on if the sensor has several readings.
+    /// Name of each reading: that of its sensor, with `.x`, `.qw`, `.fx` and so on if the sensor has several readings, `.0`, `.1` for those of a lidar.
     pub fn names(&self) -> Vec<&str> {
         let names = self.channels.iter();
         names.map(|channel| channel.name.as_str()).collect()
@@ -243,6 +249,19 @@ fn check(model: &Model, sensor: &Sensor) {
             Domain::Positive.check("range of a range finder", *range);
             let length = direction.iter().map(|x| x * x).sum::<f64>();
             Domain::Positive.check("square of the direction of a range finder", length);
+        }
+        Sensor::Lidar {
+            horizontal,
+            vertical,
+            range,
+            ..
+        } => {
+            Domain::Positive.check("range of a lidar", *range);
+            [horizontal, vertical]
+                .into_iter()
+                .for_each(ScanAngles::check);
+            let bytes = scan::count(*horizontal, *vertical).saturating_mul(CHANNEL_BYTES);
+            memory::granted(memory::check("readings of a lidar", bytes));
         }
         _ => {}
     }

@@ -6,7 +6,14 @@ use crate::model::{BodyId, FrameId};
 use crate::scalar::{Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
+use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion};
+
+/// Whether there may be any.
+pub(super) fn has_exterior_forces<P: Scalar>(simulator: &Simulator<P>) -> bool {
+    let has_own = simulator.contacts().is_some() || !simulator.constraints().is_empty();
+    has_own || !simulator.frame_terms().is_empty()
+}
 
 /// Hands each force on a body, in the body, with the frame that it is on, to `each`.
 ///

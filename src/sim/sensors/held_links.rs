@@ -55,6 +55,14 @@ impl HeldLinks {
         }
     }
 
+    /// The bodies whose joints' forces their own follows from.
+    pub(super) fn loaded(&self) -> Vec<BodyId> {
+        match self.body.filter(|_| self.are_body) {
+            Some(body) => vec![body],
+            None => self.children.clone(),
+        }
+    }
+
     /// Whether their force depends on the pose of their body in the world.
     pub(super) fn need_pose(&self) -> bool {
         !self.are_body && self.weightless != Inertia::zero()
@@ -80,6 +88,9 @@ impl HeldLinks {
 
     /// The force that their own inertia and weight need.
     fn inertial_force<P: Scalar, T: Over<P>>(&self, at: &Moment<'_, P, T>) -> Force<T> {
+        if self.inertia == Inertia::zero() {
+            return Force::zero();
+        }
         let (V, A) = (at.velocity(self.body), at.acceleration_of(self.body));
         let lifted = |inertia: &Inertia<f64>| inertia.map_numbers(&mut |x| T::constant(x));
         let F = lifted(&self.inertia).force::<T>(&V, &A);

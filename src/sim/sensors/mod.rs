@@ -27,6 +27,7 @@ mod range;
 mod ray;
 mod read;
 mod reading;
+mod scan;
 mod sensor;
 mod triangles;
 
@@ -35,4 +36,5 @@ pub use catalogue::Sensors;
 pub(crate) use mesh::MeshTree;
 pub use noise::{NoisySensors, SensorNoise};
 pub use read::SensorScratch;
+pub use scan::ScanAngles;
 pub use sensor::Sensor;

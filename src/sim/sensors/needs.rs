@@ -67,7 +67,7 @@ impl<'a> Marks<'a> {
             .and_then(|frame| model.frames()[frame.0].body);
         match *sensor {
             Sensor::JointForce(joint) => {
-                (model.joint_bodies(joint)).for_each(|id| self.load(Some(id)));
+                (model.joint_bodies(joint)).for_each(|id| self.load(id));
             }
             Sensor::Gyro(_) => mark(model, &mut self.moving, body),
             Sensor::Accelerometer(_) => mark(model, &mut self.accelerated, body),
@@ -79,7 +79,8 @@ impl<'a> Marks<'a> {
                 mark(model, &mut self.placed, body);
             }
             Sensor::Wrench(_) => {
-                self.load(body);
+                let loaded = held.map_or_else(Vec::new, HeldLinks::loaded);
+                loaded.into_iter().for_each(|id| self.load(id));
                 mark(model, &mut self.accelerated, body);
                 if held.is_some_and(HeldLinks::need_pose) {
                     mark(model, &mut self.placed, body);
@@ -87,6 +88,7 @@ impl<'a> Marks<'a> {
             }
             // Shapes may be on any body.
             Sensor::RangeFinder { .. }
+            | Sensor::Lidar { .. }
             | Sensor::CenterOfMass
             | Sensor::CenterOfMassVelocity
             | Sensor::Momentum => self.placed.fill(true),
@@ -97,12 +99,9 @@ impl<'a> Marks<'a> {
         }
     }
 
-    /// The forces of the joints beyond a body, and of its own; of all joints beyond the world.
-    fn load(&mut self, body: Option<BodyId>) {
-        let range = match body {
-            Some(body) => body.0..self.model.body(body).subtree_end,
-            None => 0..self.model.n_bodies(),
-        };
+    /// The forces of the joints beyond a body, and of its own.
+    fn load(&mut self, body: BodyId) {
+        let range = body.0..self.model.body(body).subtree_end;
         self.loaded[range].fill(true);
     }
 

@@ -5,7 +5,7 @@
 use nalgebra::DVector;
 
 use super::catalogue::Sensors;
-use super::exterior::each_exterior_force;
+use super::exterior::{each_exterior_force, has_exterior_forces};
 use super::moment::Moment;
 use super::needs::Needs;
 use crate::dynamics::{
@@ -176,13 +176,17 @@ impl Sensors {
         let motions = motions(at, found, needs, rnea);
         kinematics.place_some(at.model(), &needs.placed, (motions.X_PB, motions.V));
         if !needs.loaded.is_empty() {
-            exterior.fill(Force::zero());
-            each_exterior_force(at, found, kinematics, |_, body, F| {
-                if let Some(body) = body {
-                    exterior[body.0] += F;
-                }
-            });
-            transmitted_forces(at.model(), &needs.loaded, motions, exterior, forces);
+            let mut acting = &[][..];
+            if has_exterior_forces(at.simulator) {
+                exterior.fill(Force::zero());
+                each_exterior_force(at, found, kinematics, |_, body, F| {
+                    if let Some(body) = body {
+                        exterior[body.0] += F;
+                    }
+                });
+                acting = exterior;
+            }
+            transmitted_forces(at.model(), &needs.loaded, motions, acting, forces);
         }
         let moment = Moment {
             at,
@@ -214,6 +218,10 @@ fn motions<'a, P: Scalar, T: Over<P>>(
         FoundMotions::Accelerations(motions) => motions,
         FoundMotions::Velocities(motions) => {
             accelerations_of_some(model, &needs.accelerated, motions, [v, a], rnea)
+        }
+        FoundMotions::Packed(aba) => {
+            aba.copy_packed_motions(&needs.moving, rnea);
+            rnea.accelerated()
         }
         FoundMotions::Nothing => {
             motions_of_some(model, &needs.moving, [q, v, a], rnea);

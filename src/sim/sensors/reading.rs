@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::catalogue::{Placed, Sensors};
 use super::moment::Moment;
 use super::range::Ray;
+use super::scan;
 use super::sensor::Sensor;
 use crate::dynamics::{
     MomentumFrame, center_of_mass_at, frame_pose_at, momentum_at, world_acceleration,
@@ -64,7 +65,18 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
                 frame,
                 direction,
                 range,
-            } => out[0] = self.distance(sensors, frame, direction, range),
+            } => out[0] = self.distance(sensors, frame, Vector3::from(direction), range),
+            Sensor::Lidar {
+                frame,
+                horizontal,
+                vertical,
+                range,
+            } => {
+                let all = scan::directions(horizontal, vertical);
+                for (out, along) in out.iter_mut().zip(all) {
+                    *out = self.distance(sensors, frame, along, range);
+                }
+            }
             Sensor::CenterOfMass => write(&self.center_of_mass(), out),
             Sensor::CenterOfMassVelocity => write(&self.center_of_mass_velocity(), out),
             Sensor::Momentum => out.copy_from_slice(&self.momentum().to_array()),
@@ -184,9 +196,9 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
     }
 
     /// Distance to the nearest surface along a direction.
-    fn distance(&self, sensors: &Sensors, frame: FrameId, along: [f64; 3], range: f64) -> T {
+    fn distance(&self, sensors: &Sensors, frame: FrameId, along: Vector3<f64>, range: f64) -> T {
         let pose = self.pose(frame);
-        let along = Vector3::from(along).normalize().map(T::constant);
+        let along = along.normalize().map(T::constant);
         let ray = Ray {
             origin: pose.translation,
             direction: rotate(&pose.rotation, &along),

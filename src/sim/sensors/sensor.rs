@@ -1,5 +1,6 @@
 //! The kinds of sensors, with names and units of their readings.
 
+use super::scan::{self, ScanAngles};
 use crate::joint::JointKind;
 use crate::model::{FrameId, JointId, Model};
 use crate::scalar::Scalar;
@@ -69,6 +70,18 @@ pub enum Sensor {
         /// The largest distance, which is read where nothing is nearer, m.
         range: f64,
     },
+    /// A scanning range finder: the distance of a [`RangeFinder`](Self::RangeFinder) along each of several directions, m. For each elevation, from the first
+    /// to the last, it has the readings of all horizontal angles, from the first to the last.
+    Lidar {
+        /// The frame.
+        frame: FrameId,
+        /// Angles about the z axis of the frame, from its x axis.
+        horizontal: ScanAngles,
+        /// Elevations above the xy-plane of the frame.
+        vertical: ScanAngles,
+        /// The largest distance, which is read where nothing is nearer, m.
+        range: f64,
+    },
     /// The centre of mass of the robot in the world (3), m.
     CenterOfMass,
     /// Its velocity in the world (3), m/s.
@@ -106,7 +119,8 @@ impl Sensor {
             | Self::Wrench(frame)
             | Self::Touch(frame)
             | Self::ContactForce(frame)
-            | Self::RangeFinder { frame, .. } => Some(frame),
+            | Self::RangeFinder { frame, .. }
+            | Self::Lidar { frame, .. } => Some(frame),
             _ => None,
         }
     }
@@ -133,6 +147,11 @@ impl Sensor {
             Self::Wrench(_) | Self::ContactForce(_) => each(&WRENCH, ["N", "N·m"]),
             Self::Touch(_) => one(name, "N"),
             Self::RangeFinder { .. } => one(name, "m"),
+            Self::Lidar {
+                horizontal,
+                vertical,
+                ..
+            } => numbered(name, vec!["m"; scan::count(*horizontal, *vertical)]),
             Self::CenterOfMass => each(&XYZ, ["m"; 2]),
             Self::CenterOfMassVelocity => each(&XYZ, ["m/s"; 2]),
             Self::Momentum => each(&MOMENTUM, ["kg·m/s", "kg·m²/s"]),
@@ -200,6 +219,11 @@ fn of_joint<P: Scalar>(
     if let [unit] = units[..] {
         return one(name, unit);
     }
+    numbered(name, units)
+}
+
+/// Names and units of several numbers.
+fn numbered(name: &str, units: Vec<&'static str>) -> Vec<Channel> {
     let channel = |(k, unit)| Channel {
         name: format!("{name}.{k}"),
         unit,

@@ -46,6 +46,8 @@ pub(crate) struct BoundedForces<T: Scalar> {
     resistance: Vec<T>,
     /// Joint forces of the motion that has been found.
     pub(super) needed: Vec<T>,
+    /// Whether some are those of servos.
+    has_servos: bool,
     /// Friction of all coordinates, for forward dynamics, which of them decides about it, and whether that has settled.
     friction: Vec<JointFriction<T>>,
     decision: Decision,
@@ -283,17 +285,18 @@ impl<T: Scalar> BoundedForces<T> {
         let holds = sites.iter().any(Site::holds);
         Self {
             forces: Vec::with_capacity(sites.len()),
-            sites,
             in_rows: T::zero(),
             first: [0; 2],
             tau: zeros(),
             resistance: zeros(),
             needed: zeros(),
-            friction: Vec::with_capacity(if holds { nv } else { 0 }),
+            has_servos: sites.iter().any(|site| !site.holds()),
+            friction: vec![JointFriction::none(); if holds { nv } else { 0 }],
             decision: Decision::Own,
             friction_is_settled: false,
             rnea: holds.then(|| Box::new(RneaScratch::new(simulator.model()))),
             beside: (nv > 0 && simulator.needs_solver()).then(|| Beside::new(simulator.model())),
+            sites,
         }
     }
 
@@ -342,10 +345,18 @@ impl<T: Scalar> BoundedForces<T> {
                 self.decision = Decision::Given;
                 self.find_needed(at, given, a);
             }
-            if !self.revise(a, round) {
-                self.push(given, |_| true);
-                return;
+            let is_found = self.friction_is_settled && !self.has_servos;
+            if is_found || !self.revise(a, round) {
+                return self.resist(given.resistance);
             }
+        }
+    }
+
+    /// Finds the resistance of all coordinates.
+    fn resist(&mut self, given: &[T]) {
+        self.resistance.copy_from_slice(given);
+        for (site, own) in self.sites.iter().zip(&self.forces) {
+            self.resistance[site.coordinate] += own.parts()[1];
         }
     }
 
@@ -362,12 +373,13 @@ impl<T: Scalar> BoundedForces<T> {
         T: Over<P>,
     {
         self.rnea.as_ref()?;
-        self.push(given, |site| !site.holds());
-        let mut friction = std::mem::take(&mut self.friction);
-        friction.clear();
-        friction.resize(a.len(), JointFriction::none());
-        for (site, own) in self.all().filter(|(site, _)| site.holds()) {
-            friction[site.coordinate] = JointFriction {
+        let has_servos = self.has_servos;
+        if has_servos {
+            self.push(given, |site| !site.holds());
+        }
+        let all = self.sites.iter().zip(&self.forces);
+        for (site, own) in all.filter(|(site, _)| site.holds()) {
+            self.friction[site.coordinate] = JointFriction {
                 stop: own.stop,
                 bound: own.line.bound,
                 piece: own.piece,
@@ -376,18 +388,22 @@ impl<T: Scalar> BoundedForces<T> {
         let driven = DrivenRobot {
             q: at.q(),
             v: at.v(),
-            tau: &self.tau,
-            resistance: &self.resistance,
+            tau: if has_servos { &self.tau } else { given.tau },
+            resistance: if has_servos {
+                &self.resistance
+            } else {
+                given.resistance
+            },
             external: given.bodies,
         };
+        let (model, friction) = (at.model(), &mut self.friction);
         let decision = self.decision;
-        let (model, out) = (at.model(), &mut friction);
-        let changes = frictional_forward_dynamics_into(model, &driven, out, decision, aba, a);
-        let sites = self.sites.iter().zip(&mut self.forces);
-        for (site, own) in sites.filter(|(site, _)| site.holds()) {
-            own.piece = friction[site.coordinate].piece;
+        let changes = frictional_forward_dynamics_into(model, &driven, friction, decision, aba, a);
+        for (site, own) in self.sites.iter().zip(&mut self.forces) {
+            if site.holds() {
+                own.piece = self.friction[site.coordinate].piece;
+            }
         }
-        self.friction = friction;
         changes
     }
 

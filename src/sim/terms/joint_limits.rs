@@ -28,6 +28,8 @@ pub(crate) struct JointLimits<T> {
     /// All ends of joints in the order of [`each_end`], as if those within reach of the step pushed; none where all forces are explicit or a
     /// solver finds them.
     ends: Vec<Stop<T>>,
+    /// Whether one of them may push.
+    near: bool,
     /// The rows of a solver, and in which direction each pushes.
     rows: Vec<(usize, f64)>,
     /// Joint forces at a = 0 and resistance, with the active joint limits.
@@ -82,6 +84,17 @@ impl<T: Scalar> Stop<T> {
 /// Rounds in which pulling limits are released while the step is recorded: in the first all within reach push, in the second usually all that remain.
 const RECORDED_ROUNDS: usize = 2;
 
+/// Whether an end is beyond its limit in some lane, or would be after the step; while a step is recorded, each may be.
+///
+/// * `away` – velocity out of the limit
+fn may_push<D: Scalar, T: Over<D>>(depth: T, away: T, dt: D) -> bool {
+    let step = T::from(dt);
+    let arriving = |lane| (-step.value(lane) * away.value(lane)).max(0.0);
+    let near = |lane| depth.value(lane) + arriving(lane) > 0.0;
+    let unknown = !depth.has_value() || !away.has_value() || !dt.has_value();
+    unknown || (0..T::LANES).any(near)
+}
+
 /// Passes each limited end of each joint to `each(coordinate, end)`, at the configuration `q`.
 fn each_end<P: Scalar, T: Over<P>>(
     simulator: &Simulator<P>,
@@ -99,6 +112,7 @@ impl<T: Scalar> JointLimits<T> {
         let zeros = || vec![T::zero(); nv];
         Self {
             ends: Vec::with_capacity(2 * nv),
+            near: false,
             rows: Vec::with_capacity(2 * nv),
             tau: zeros(),
             resistance: zeros(),
@@ -139,7 +153,7 @@ impl<T: Scalar> JointLimits<T> {
                 bodies: &forces.bodies,
             };
             bounded.accelerate(at, given, aba, a);
-            if !self.release(at.dt(), a, round) {
+            if !self.near || !self.release(at.dt(), a, round) {
                 return;
             }
         }
@@ -152,7 +166,7 @@ impl<T: Scalar> JointLimits<T> {
     {
         self.tau.copy_from_slice(&forces.tau);
         self.resistance.copy_from_slice(&forces.resistance);
-        for stop in &self.ends {
+        for stop in self.ends.iter().filter(|_| self.near) {
             self.tau[stop.coordinate] += stop.force.push * stop.inward;
             self.resistance[stop.coordinate] += stop.force.resistance * dt;
         }
@@ -179,13 +193,23 @@ impl<T: Scalar> JointLimits<T> {
     where
         T: Over<P>,
     {
-        let (v, dt, ends) = (at.v(), at.dt(), &mut self.ends);
+        let (v, dt, ends, any) = (at.v(), at.dt(), &mut self.ends, &mut self.near);
         each_end(at.simulator, at.q(), |coordinate, end| {
             let away = v[coordinate] * end.inward;
+            // The logarithm of a depth takes longer than all else of an end.
+            let near = may_push(end.depth, away, dt);
+            *any |= near;
+            let force = match near {
+                true => end.stop.step_force(end.depth, away, dt),
+                false => StepForce {
+                    push: T::zero(),
+                    resistance: T::zero(),
+                },
+            };
             ends.push(Stop {
                 coordinate,
                 inward: end.inward,
-                force: end.stop.step_force(end.depth, away, dt),
+                force,
             });
         });
     }
@@ -195,6 +219,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for JointLimits<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
         self.ends.clear();
+        self.near = false;
         self.rows.clear();
         if at.is_explicit() {
             let (v, tau) = (at.v(), &mut forces.tau);
@@ -210,14 +235,10 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for JointLimits<T> {
             return;
         }
         let (v, dt) = (at.v(), at.dt());
-        let (step, rows, own) = (T::from(dt), &mut balance.rows, &mut self.rows);
+        let (rows, own) = (&mut balance.rows, &mut self.rows);
         each_end(at.simulator, at.q(), |k, end| {
             let away = v[k] * end.inward;
-            let arriving = |lane| (-step.value(lane) * away.value(lane)).max(0.0);
-            let near = |lane| end.depth.value(lane) + arriving(lane) > 0.0;
-            // While a step is recorded, each end may be.
-            let unknown = !end.depth.has_value() || !away.has_value() || !dt.has_value();
-            if unknown || (0..T::LANES).any(near) {
+            if may_push(end.depth, away, dt) {
                 let row = end.stop.row(end.depth, away, dt);
                 own.push((k, end.inward));
                 rows.push_unit(k, end.inward);

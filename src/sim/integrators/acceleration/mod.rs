@@ -40,6 +40,8 @@ pub(crate) enum FoundMotions<'a, T> {
     /// Pose of each body in its parent, and its velocity in its own frame.
     Velocities((&'a [Transform<T>], &'a [Motion<T>])),
     Accelerations(Motions<'a, T>),
+    /// All of that, in the lanes of a packed tree.
+    Packed(&'a AbaScratch<T>),
 }
 
 impl<T: Scalar> AccelerationScratch<T> {
@@ -94,12 +96,10 @@ impl<T: Scalar> AccelerationScratch<T> {
             });
         }
         match self.aba.motions() {
-            None => FoundMotions::Nothing,
-            Some(Motions { X_PB, V, .. }) if !self.terms.bounded_forces.is_empty() => {
-                // Coordinates that dry friction holds stop after forward dynamics.
-                FoundMotions::Velocities((X_PB, V))
-            }
+            // Coordinates that dry friction holds stop but for rounding.
             Some(motions) => FoundMotions::Accelerations(motions),
+            None if self.aba.has_packed_motions() => FoundMotions::Packed(&self.aba),
+            None => FoundMotions::Nothing,
         }
     }
 

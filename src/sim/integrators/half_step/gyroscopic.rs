@@ -13,10 +13,10 @@
 //! For joints with rotating axes, v and a exclude the linear velocity of the centre of mass r here: it is stepped in the fixed joint frame. The
 //! remainder is N v: rotation about r, with the linear velocity −ω × r of the origin; ∂c/∂v means ∂c/∂v N at N v.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 
 use super::half_step;
-use crate::dynamics::{CoriolisScratch, TreeMatrix, coriolis_matrix_into};
+use crate::dynamics::{CoriolisScratch, TreeMatrix, add_coriolis_matrix};
 use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
@@ -34,7 +34,7 @@ pub(crate) struct Gyroscopic<T> {
     /// N v: the velocity without that of centres of mass of joints whose axes turn.
     pub(super) v: Vec<T>,
     /// ∂c/∂v N at that velocity, zero in the columns that are left out.
-    pub(super) slope: DMatrix<T>,
+    pub(super) slope: TreeMatrix<T>,
     /// Factors of M + s ∂c/∂v.
     pub(super) factor: TreeLu<T>,
     /// The rows that hold a₀.
@@ -52,7 +52,7 @@ impl<T: Scalar> Gyroscopic<T> {
         Self {
             coriolis: CoriolisScratch::new(model),
             v: vec![T::zero(); nv],
-            slope: DMatrix::zeros(nv, nv),
+            slope: TreeMatrix::zeros(model),
             factor: TreeLu::new(model),
             bilateral: Bilateral::new(rows, nv),
             a: vec![T::zero(); nv],
@@ -70,8 +70,10 @@ impl<T: Scalar> Gyroscopic<T> {
     {
         self.v.copy_from_slice(v);
         keep_spin(model, &mut self.v);
-        coriolis_matrix_into(model, q, &self.v, &mut self.coriolis, &mut self.slope);
-        self.slope.iter_mut().for_each(|x| *x = *x * 2.0);
+        self.slope.values_mut().fill(T::zero());
+        add_coriolis_matrix(model, q, &self.v, &mut self.coriolis, &mut self.slope);
+        let all = self.slope.values_mut().iter_mut();
+        all.for_each(|x| *x = *x * 2.0);
         self.fold_columns(model);
         for body in model.independent() {
             if body.joint.quaternion().is_some() {
@@ -85,14 +87,18 @@ impl<T: Scalar> Gyroscopic<T> {
     where
         T: Over<P>,
     {
-        let (slope, nv) = (&mut self.slope, model.nv());
+        let slope = &mut self.slope;
         each_spin(model, |l, k, x: T| {
-            for row in 0..nv {
+            for row in slope.in_tree(k).0 {
                 let linear = slope[(row, l)];
                 slope[(row, k)] += linear * x;
             }
         });
-        each_left_out(model, |l| slope.column_mut(l).fill(T::zero()));
+        each_left_out(model, |l| {
+            for row in slope.in_tree(l).0 {
+                slope[(row, l)] = T::zero();
+            }
+        });
     }
 
     /// Subtracts M N (ω × u) in the columns of the rotations of a joint; rotor inertias act in their own coordinates and do not rotate.
@@ -104,9 +110,9 @@ impl<T: Scalar> Gyroscopic<T> {
         let omega = Vector3::from_fn(|k, _| self.v[first + k]);
         let entry = |row: usize, column: usize| match row == column {
             true => mass[(row, row)] - model.armature()[row],
-            false => mass.entry(row.min(column), row.max(column)),
+            false => mass[(row.min(column), row.max(column))],
         };
-        for row in 0..model.nv() {
+        for row in self.slope.in_tree(first).0 {
             let mut inertia = Vector3::from_fn(|k, _| entry(row, first + k));
             body.each_spin(|l, k, x: T| inertia[k - first] += entry(row, l) * x);
             // Iᵀ (ω × u) = (I × ω)ᵀ u
@@ -131,21 +137,20 @@ impl<T: Scalar> Gyroscopic<T> {
         held: (&[T], impl Iterator<Item = (T, T)>),
     ) {
         let slope = &self.slope;
-        self.factor.factorize(|out| {
-            for (j, mut column) in out.column_iter_mut().enumerate() {
-                for (i, entry) in column.iter_mut().enumerate() {
-                    *entry = mass.entry(i.min(j), i.max(j)) + slope[(i, j)] * s;
-                }
-            }
-        });
+        let entry = |i: usize, j: usize| mass[(i.min(j), i.max(j))] + slope[(i, j)] * s;
+        self.factor.factorize(entry);
         self.a.copy_from_slice(forces);
         self.factor.solve(&mut self.a);
         let (a, (jacobian, wanted)) = (&mut self.a, held);
         self.bilateral.hold(&self.factor, jacobian, wanted, a);
         self.change.fill(T::zero());
-        for (column, &a) in slope.column_iter().zip(&self.a) {
-            for (change, &slope) in self.change.iter_mut().zip(column.iter()) {
-                *change = slope.mul_add(a, *change);
+        let (change, a) = (&mut self.change, &self.a);
+        let mut add = |i: usize, j: usize| change[i] = slope[(i, j)].mul_add(a[j], change[i]);
+        for k in 0..a.len() {
+            add(k, k);
+            for &i in self.factor.ancestors_of(k) {
+                add(i, k);
+                add(k, i);
             }
         }
     }
@@ -257,7 +262,13 @@ mod tests {
             let mut mass = TreeMatrix::zeros(&model);
             mass.copy_from(&mass_matrix(&model, q.as_slice()));
             gyroscopic.differentiate(&model, q.as_slice(), v.as_slice(), &mass);
-            let error = (&gyroscopic.slope * &u - &expected).amax();
+            let slope = &gyroscopic.slope;
+            let product = DVector::from_fn(model.nv(), |i, _| {
+                (0..model.nv())
+                    .map(|j| slope.entry(i, j) * u[j])
+                    .sum::<f64>()
+            });
+            let error = (product - &expected).amax();
             assert!(
                 error < 1e-11 * expected.amax().max(1.0),
                 "tree {seed}: {error:e}"

@@ -201,10 +201,10 @@ impl<T: Scalar> Adjoint<T> {
             }
             Weights::Rest(mu, _) => {
                 self.sum.copy_from_slice(mu);
-                let slope = change.half_step.gyroscopic.slope.as_slice();
-                let columns = slope.chunks_exact(mu.len().max(1));
-                for (own, column) in self.mu.iter_mut().zip(columns) {
-                    *own = half_step(at) * dot(column, mu);
+                let slope = &change.half_step.gyroscopic.slope;
+                for (k, own) in self.mu.iter_mut().enumerate() {
+                    let (rows, column) = slope.in_tree(k);
+                    *own = half_step(at) * dot(column, &mu[rows]);
                 }
             }
         }

@@ -224,8 +224,9 @@ impl<T: Differentiable> Columns<T> {
                 minus_a.copy_from_slice(x);
             }
             product.copy_from_slice(direct);
-            for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
-                for (product, &slope) in product.iter_mut().zip(column.iter()) {
+            for (k, x) in x.iter().enumerate() {
+                let (rows, column) = gyroscopic.slope.in_tree(k);
+                for (product, &slope) in product[rows].iter_mut().zip(column) {
                     if !is_nothing(&slope) {
                         *product = x.times_plus(-s * slope, *product);
                     }

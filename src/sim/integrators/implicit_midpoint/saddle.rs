@@ -25,7 +25,7 @@ impl<T: Scalar> Saddle<T> {
 
     /// Takes K, which has the zeros of the tree, and D and G, row by row.
     pub(super) fn factorize(&mut self, k: &DMatrix<T>, d: &[T], g: &[T]) {
-        self.matrix.factorize(|out| out.copy_from(k));
+        self.matrix.factorize(|i, j| k[(i, j)]);
         self.rows.factorize(&self.matrix, d, g);
     }
 
