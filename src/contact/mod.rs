@@ -44,6 +44,7 @@
 //! | what happens at a contact point, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
+mod compliance;
 mod contacts;
 mod frames;
 mod hardware;
@@ -72,6 +73,8 @@ mod turning;
 #[cfg(not(feature = "formats"))]
 mod without_files;
 
+pub(crate) use compliance::COMPLIANCE_NUMBERS;
+pub use compliance::Compliance;
 pub use contacts::Contacts;
 pub(crate) use frames::AttachedFrame;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column, each_turning_column};
@@ -83,7 +86,7 @@ pub(crate) use moments::Turning;
 pub use nearest::{Nearest, NearestError, nearest};
 pub use pairs::CollisionOptions;
 pub(crate) use pairs::{PairFinder, PairPoint, PairState};
-pub(crate) use part::ContactPart;
+pub(crate) use part::{ContactPart, MaterialOf};
 pub use point::{ContactPoint, Feature};
 pub(crate) use point::{POINT_NUMBERS, body_force, velocity_at};
 pub use point_state::PointState;
