@@ -2,7 +2,6 @@
 
 mod hunt_crossley;
 mod impact;
-mod impedance;
 mod law;
 mod relaxed_rigid;
 mod rigid;
@@ -10,11 +9,10 @@ mod soft;
 
 pub use hunt_crossley::HuntCrossley;
 pub(crate) use hunt_crossley::{SpringDamper, StepForce};
-pub use impedance::{Impedance, Sigmoid};
 pub(crate) use law::{
     BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,
 };
-pub use relaxed_rigid::{Reference, RelaxedRigid};
+pub use relaxed_rigid::RelaxedRigid;
 pub use rigid::Rigid;
 pub(crate) use soft::STANDARD_GRAVITY;
 pub use soft::{SoftContact, SoftForce};

@@ -85,7 +85,7 @@ impl<P> Default for Sigmoid<P> {
 
 impl<P: Scalar> Impedance<P> {
     /// That of two surfaces: the means of all parameters.
-    pub(in crate::contact) fn between(&self, other: &Self) -> Self {
+    pub(super) fn between(&self, other: &Self) -> Self {
         let mean = |a: P, b: P| (a + b) * 0.5;
         let curves = [&self.sigmoid, &other.sigmoid];
         let has_default = curves.iter().all(|own| own.shape.is_none());
