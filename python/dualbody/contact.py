@@ -285,13 +285,29 @@ class Material:
     """Friction and coefficient of restitution (0 to 1) of a material against itself.
 
     Restitution is for rigid contact only. torsional_friction and rolling_friction, m: bounds of the moments about the normal and about the tangents, as
-    lengths times the normal force; between two materials the larger ones count.
+    lengths times the normal force; between two materials the larger ones count. compliance: how the surface yields, in place of the contact model's parameters:
+    (stiffness, damping) for soft contact; for regularised contact a RelaxedRigid, of which reference and impedance count. Between two materials regularised
+    contact has the means of both, soft contact springs in series, 2 a b / (a + b); if only one has a compliance, it is that of the pair.
+
+    >>> import dualbody as db
+    >>> world = db.World()
+    >>> world.add_box("plate", (1, 1, 0.2), fixed=True, position=(0, 0, -0.1))
+    >>> world.add_sphere("ball", 0.1, mass=1.0, position=(0, 0, 0.1 - 9.81e-3))
+    >>> law = db.contact.SoftContact(0.5, 1e6, 10.0, 0.0, 0.0)
+    >>> foam, rubber = db.contact.Material(compliance=(1.5e3, 10.0)), db.contact.Material(compliance=(0.75e3, 10.0))
+    >>> collisions = db.contact.Collisions(materials={"plate": foam, "ball": rubber})
+    >>> contacts = db.contact.Contacts(db.contact.Terrain.flat(-1.0), law, collisions=collisions)
+    >>> simulator = db.Simulator(world.build(), contacts=contacts)
+    >>> v = simulator.rollout(simulator.model.neutral(), [0.0] * 6, 1).v[-1]  # at rest: m g / 1000 N/m deep
+    >>> bool(abs(v).max() < 1e-12)
+    True
     """
 
     friction: float = 0.5
     restitution: float = 0.0
     torsional_friction: float = 0.0
     rolling_friction: float = 0.0
+    compliance: RelaxedRigid | tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -333,7 +349,7 @@ class Collisions:
     Robots and objects of a world collide; with self_collision also links of one robot, except those connected by a joint. law: contact model of all pairs,
     of the same kind as that of the ground (its default). Soft contact has no bristles between bodies: friction is that of the damper, and loaded contacts
     creep. excluded: pairs of links that never touch. materials: of links, by name; between two links, friction and restitution are the harmonic means 2 a
-    b / (a + b). surfaces: triangle meshes on links that are fixed to the world, by name. speculative: regularised rigid contact acts on points that would
+    b / (a + b). pairs: materials between two links, by both names, in place of the mean. surfaces: triangle meshes on links that are fixed to the world, by name. speculative: regularised rigid contact acts on points that would
     arrive within a step, so bodies do not pass through thin walls; rigid contact always does. torsional_friction, rolling_friction: of links without material.
     """
 
@@ -341,6 +357,7 @@ class Collisions:
     self_collision: bool = False
     excluded: Sequence[tuple[str, str]] = ()
     materials: Mapping[str, Material] = field(default_factory=dict)
+    pairs: Mapping[tuple[str, str], Material] = field(default_factory=dict)
     surfaces: Mapping[str, Surface] = field(default_factory=dict)
     speculative: bool = False
     torsional_friction: float = 0.0

@@ -78,6 +78,39 @@ def test_materials_of_links_decide_their_restitution():
         db.Simulator(model, contacts=db.contact.Contacts(law="rigid", collisions=db.contact.Collisions(materials={"a": 0.5})))
 
 
+def balls_on_a_plate(law, depths, **options):
+    world = db.World()
+    world.add_box("plate", (9, 9, 0.2), fixed=True, position=(0, 0, -0.1))
+    for k, depth in enumerate(depths):
+        world.add_sphere(f"ball {k}", 0.1, mass=1.0, position=(k, 0, 0.1 - depth))
+    contacts = db.contact.Contacts(db.contact.Terrain.flat(-5.0), law, links=[], collisions=db.contact.Collisions(**options))
+    return db.Simulator(world.build(), time_step=2e-3, contacts=contacts)
+
+
+def test_balls_rest_at_the_depth_of_both_materials_or_of_their_pair():
+    Material, RelaxedRigid = db.contact.Material, db.contact.RelaxedRigid
+
+    def relaxed(time, d):
+        return Material(compliance=RelaxedRigid(time_constant=time, impedance=(0.9, d, 1e-5, 0.5, 2.0)))
+
+    materials = {"plate": relaxed(0.04, 0.9), "ball 0": relaxed(0.02, 0.98)}
+    rest = [9.81 * (1 - d) * time**2 for time, d in ((0.03, 0.94), (0.04, 0.9), (0.05, 0.95))]
+    pairs = {("ball 2", "plate"): relaxed(0.05, 0.95)}
+    simulator = balls_on_a_plate("relaxed", rest, materials=materials, pairs=pairs)
+    _, v = simulator.step(simulator.model.neutral(), np.zeros(18))[:2]
+    assert abs(v).max() < 1e-12
+    names = simulator.parameter_names
+    assert "material of pair 0: time constant" in names and "shape 1 of ball 0: time constant" in names
+    with pytest.raises(ValueError, match="does not have"):
+        balls_on_a_plate("rigid", [0.0], materials=materials)
+    with pytest.raises(TypeError, match="names of two links"):
+        balls_on_a_plate("rigid", [0.0], pairs={"plate": Material()})
+    with pytest.raises(TypeError, match="compliance is of the type str"):
+        balls_on_a_plate("rigid", [0.0], materials={"plate": Material(compliance="soft")})
+    with pytest.raises(KeyError, match="nobody"):
+        balls_on_a_plate("rigid", [0.0], pairs={("plate", "nobody"): Material()})
+
+
 @pytest.mark.parametrize("speculative", [False, True])
 def test_speculative_contact_stops_a_fast_ball_at_a_thin_wall(speculative):
     world = db.World(gravity=(0.0, 0.0, 0.0))

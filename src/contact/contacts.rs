@@ -306,8 +306,8 @@ impl<P: Scalar> Contacts<P> {
         self.solver
     }
 
-    /// Sets the materials of the ground and of some links. The contact models of these links take friction, and for rigid contact restitution, from
-    /// the pair of materials. Other links keep their contact models.
+    /// Sets the materials of the ground and of some links. The contact models of these links take friction, for rigid contact restitution, and for the others
+    /// [compliance](super::Compliance), if given, from the pair of materials. Other links keep their contact models.
     ///
     /// * `ground` – the material of the ground
     /// * `links` – name of link and material
@@ -316,7 +316,7 @@ impl<P: Scalar> Contacts<P> {
     /// If the model has no frame, or the table no material, of a given name.
     ///
     /// # Panics
-    /// If the contacts are those of another robot.
+    /// If the contacts are those of another robot, or the compliance of a pair is for another contact model.
     ///
     /// # Examples
     /// ```
@@ -347,8 +347,11 @@ impl<P: Scalar> Contacts<P> {
             let pair = materials.between(material, ground)?;
             let link = model.find_frame(link)?;
             let is_own = on_link(&self.points, link);
-            self.laws
-                .set_material(pair.map_numbers(&mut |x| P::constant(x)), is_own);
+            let pair = pair.map_numbers(&mut |x| P::constant(x));
+            if let Some(law) = self.laws.first() {
+                law.check_compliance(&pair);
+            }
+            self.laws.set_material(pair, is_own);
         }
         self.generation = Generation::next();
         Ok(self)
@@ -473,6 +476,7 @@ impl<P: Scalar> Contacts<P> {
         self.terrain
             .each_number(&mut of(ContactPart::Terrain, each));
         self.pairs.each_number(each);
+        self.pairs.each_given_number(each);
         (self.laws).each_number_of(n, [ContactPart::PairLaw, ContactPart::PairTurning], each);
     }
 

@@ -29,8 +29,10 @@ pub struct LinkShape {
     pub groups: Groups,
     /// Distance below which it counts as touching, m; the margin of a pair is the sum.
     pub margin: f64,
-    /// Friction and restitution of its surface against other bodies; `None` for those of the contact model.
+    /// Friction, restitution and compliance of its surface against other bodies; `None` for those of the contact model.
     pub material: Option<Material>,
+    /// Number of its kind of surface, by which pairs have materials; 0 without.
+    pub(super) kind: u32,
     /// For a triangle of a surface: its allowed contact normals.
     pub(super) sides: Option<Box<TriangleSides>>,
 }
@@ -44,6 +46,8 @@ pub struct LinkShapes {
     missing: Vec<ShapeWithoutPoints>,
     /// Pairs of links that never touch, the smaller first.
     pub(super) excluded: Vec<[FrameId; 2]>,
+    /// Materials between two kinds of surfaces, in order, the smaller kind first.
+    pair_materials: Vec<([u32; 2], Material)>,
     relations: Relations,
     structure: Structure,
 }
@@ -57,6 +61,7 @@ impl LinkShapes {
             shapes: Vec::new(),
             missing: Vec::new(),
             excluded: Vec::new(),
+            pair_materials: Vec::new(),
             relations: Relations::new(model),
             structure: model.structure(),
         };
@@ -82,6 +87,7 @@ impl LinkShapes {
                         groups: masks.get(k).map_or(unmasked, |&mask| groups_of(mask)),
                         margin: 0.0,
                         material: None,
+                        kind: 0,
                         sides: None,
                     }),
                     Err(reason) => own.missing.push(ShapeWithoutPoints {
@@ -144,6 +150,7 @@ impl LinkShapes {
                 groups: everything,
                 margin: 0.0,
                 material: None,
+                kind: 0,
                 sides: Some(Box::new(sides)),
             });
         }
@@ -163,6 +170,37 @@ impl LinkShapes {
     /// The shapes that are missing, with the reason.
     pub fn missing(&self) -> &[ShapeWithoutPoints] {
         &self.missing
+    }
+
+    /// Gives a kind of surface, above 0, to a shape.
+    pub(crate) fn set_kind(&mut self, shape: usize, kind: u32) {
+        self.shapes[shape].kind = kind;
+    }
+
+    /// Sets the material between two kinds of surfaces, in place of the mean of both.
+    pub(crate) fn set_pair_material(&mut self, kinds: [u32; 2], material: Material) {
+        let kinds = sorted(kinds);
+        match self.find_kinds(kinds) {
+            Ok(k) => self.pair_materials[k].1 = material,
+            Err(k) => self.pair_materials.insert(k, (kinds, material)),
+        }
+    }
+
+    /// The materials between kinds of surfaces, in order.
+    pub(super) fn pair_materials(
+        &self,
+    ) -> impl Iterator<Item = &([u32; 2], Material)> + Clone + '_ {
+        self.pair_materials.iter()
+    }
+
+    /// The place of the material of two shapes among those of pairs.
+    pub(super) fn pair_place(&self, shapes: [usize; 2]) -> Option<usize> {
+        let kinds = shapes.map(|shape| self.shapes[shape].kind);
+        self.find_kinds(sorted(kinds)).ok()
+    }
+
+    fn find_kinds(&self, kinds: [u32; 2]) -> Result<usize, usize> {
+        (self.pair_materials).binary_search_by_key(&kinds, |(own, _)| *own)
     }
 
     /// Relations of the links by joints.
@@ -206,6 +244,10 @@ impl LinkShapes {
             model.name()
         );
     }
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// The groups by which shapes touch where their bitmasks have a bit in common.

@@ -1,11 +1,12 @@
 //! Materials of links and ground, and pair properties.
 
+use super::compliance::Compliance;
 use super::turning::TurningFriction;
 use crate::error::UnknownName;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
 
-/// Friction and restitution of a surface, or between two surfaces.
+/// Friction, restitution and compliance of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material<P = f64> {
     /// μ, the coefficient of friction (of a material against itself); infinite for no slip. For all contact models.
@@ -15,21 +16,25 @@ pub struct Material<P = f64> {
     pub restitution: P,
     /// Torsional and rolling friction; none by default. For all contact models.
     pub turning: TurningFriction<P>,
+    /// How the surface yields; `None` for the parameters of the contact model.
+    pub compliance: Option<Compliance<P>>,
 }
 
 numbers! { pub struct Material {
     friction: NotNegativeOrInfinite("friction"),
     restitution: WithinOne("restitution"),
     turning: part(TurningFriction),
+    compliance: part(Compliance),
 } }
 
 impl Default for Material {
-    /// μ = ½, as that of contact models; no restitution, no torsional and no rolling friction.
+    /// μ = ½, as that of contact models; no restitution, no torsional and no rolling friction, and the compliance of the contact model.
     fn default() -> Self {
         Self {
             friction: 0.5,
             restitution: 0.0,
             turning: TurningFriction::default(),
+            compliance: None,
         }
     }
 }
@@ -38,8 +43,8 @@ impl Default for Material {
 ///
 /// For a pair that is not in the table, friction is the harmonic mean of both materials, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake; so is restitution. So two
 /// surfaces of one material have its values, the smaller value dominates, and a frictionless material is frictionless against all others. (`MuJoCo`
-/// uses the larger friction; add such pairs to the table.) [Torsional and rolling friction](TurningFriction) are the larger ones of both. Stiffness stays in the
-/// contact model.
+/// uses the larger friction; add such pairs to the table.) [Torsional and rolling friction](TurningFriction) are the larger ones of both.
+/// [`Compliance`] has its own rule.
 ///
 /// # Examples
 /// ```
@@ -66,12 +71,13 @@ pub struct Materials {
 }
 
 impl<P: Scalar> Material<P> {
-    /// Friction and restitution between two surfaces: harmonic means; torsional and rolling friction: the larger ones.
+    /// Friction and restitution between two surfaces: harmonic means; torsional and rolling friction: the larger ones; compliance: by its own rule.
     pub(super) fn between(&self, other: &Self) -> Self {
         Self {
             turning: self.turning.between(&other.turning),
             friction: harmonic_mean(self.friction, other.friction),
             restitution: harmonic_mean(self.restitution, other.restitution),
+            compliance: Compliance::of_both(self.compliance, other.compliance),
         }
     }
 }
@@ -80,10 +86,11 @@ impl Materials {
     /// Adds a material, or replaces the one of this name.
     ///
     /// # Panics
-    /// If its friction is negative or NaN, or its restitution is not in 0..1.
+    /// If its friction is negative or NaN, its restitution is not in 0..1, or a parameter of its compliance is out of range. If its compliance is for another
+    /// contact model than that of another material.
     #[must_use]
     pub fn with_material(mut self, name: &str, material: Material) -> Self {
-        material.check_numbers();
+        self.check(&material);
         self.materials.retain(|(other, _)| other != name);
         self.materials.push((name.into(), material));
         self
@@ -95,9 +102,9 @@ impl Materials {
     /// If there is no material with this name.
     ///
     /// # Panics
-    /// If the friction is negative or NaN, or the restitution is not in 0..1.
+    /// As [`with_material`](Self::with_material).
     pub fn with_pair(mut self, names: [&str; 2], pair: Material) -> Result<Self, UnknownName> {
-        pair.check_numbers();
+        self.check(&pair);
         for name in names {
             self.find(name)?;
         }
@@ -117,6 +124,20 @@ impl Materials {
             .iter()
             .find(|(names, _)| are_the_same(names, [one, other]));
         Ok(given.map_or_else(|| a.between(&b), |(_, pair)| *pair))
+    }
+
+    /// # Panics
+    /// If a parameter is out of range, or the compliance is for another contact model than that of another material.
+    fn check(&self, material: &Material) {
+        material.check_numbers();
+        let pairs = self.pairs.iter().map(|(_, own)| own);
+        let own = self.materials.iter().map(|(_, own)| own).chain(pairs);
+        let mut others = own.filter_map(|own| own.compliance);
+        let is_alike = |own: &Compliance| others.all(|other| own.is_like(&other));
+        assert!(
+            material.compliance.as_ref().is_none_or(is_alike),
+            "all materials of a table have compliances for one contact model"
+        );
     }
 
     fn find(&self, name: &str) -> Result<Material, UnknownName> {

@@ -44,9 +44,11 @@
 //! | what happens at a contact point, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
+mod compliance;
 mod contacts;
 mod frames;
 mod hardware;
+mod impedance;
 mod kinematics;
 mod laws;
 mod link_pairs;
@@ -60,6 +62,7 @@ mod point;
 mod point_laws;
 mod point_state;
 pub(crate) mod reason;
+mod reference;
 mod relations;
 mod rolling;
 mod shape_pairs;
@@ -72,8 +75,11 @@ mod turning;
 #[cfg(not(feature = "formats"))]
 mod without_files;
 
+pub(crate) use compliance::COMPLIANCE_NUMBERS;
+pub use compliance::Compliance;
 pub use contacts::Contacts;
 pub(crate) use frames::AttachedFrame;
+pub use impedance::{Impedance, Sigmoid};
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column, each_turning_column};
 pub use laws::*;
 pub use link_pairs::LinkPairs;
@@ -83,10 +89,11 @@ pub(crate) use moments::Turning;
 pub use nearest::{Nearest, NearestError, nearest};
 pub use pairs::CollisionOptions;
 pub(crate) use pairs::{PairFinder, PairPoint, PairState};
-pub(crate) use part::ContactPart;
+pub(crate) use part::{ContactPart, MaterialOf};
 pub use point::{ContactPoint, Feature};
 pub(crate) use point::{POINT_NUMBERS, body_force, velocity_at};
 pub use point_state::PointState;
+pub use reference::Reference;
 pub(crate) use rolling::BodyMotion;
 pub(crate) use shape_pairs::{MATERIAL_NUMBERS, SHAPE_NUMBERS, TURNING_NUMBERS};
 pub use shapes::{ContactOptions, MeshHulls, NoMeshes, ShapeWithoutPoints};

@@ -9,10 +9,26 @@ pub(crate) enum ContactPart {
     Turning(usize),
     Terrain,
     Shape(usize),
-    ShapeMaterial(usize),
-    ShapeTurning(usize),
+    Material(MaterialOf, MaterialPart),
     PairLaw,
     PairTurning,
+}
+
+/// The owner of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MaterialOf {
+    Shape(usize),
+    /// A pair of links or surfaces whose material is given.
+    Pair(usize),
+}
+
+/// Numbers of a material, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MaterialPart {
+    /// With restitution.
+    Friction,
+    Turning,
+    Compliance,
 }
 
 impl ContactPart {
@@ -20,7 +36,11 @@ impl ContactPart {
     pub(crate) fn is_turning(self) -> bool {
         matches!(
             self,
-            Self::Turning(_) | Self::ShapeTurning(_) | Self::PairTurning
+            Self::Turning(_) | Self::Material(_, MaterialPart::Turning) | Self::PairTurning
         )
+    }
+    /// Whether it has numbers of a compliance.
+    pub(crate) fn is_compliance(self) -> bool {
+        matches!(self, Self::Material(_, MaterialPart::Compliance))
     }
 }

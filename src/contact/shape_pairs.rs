@@ -4,9 +4,10 @@
 
 use std::sync::Arc;
 
+use super::compliance::COMPLIANCE_NUMBERS;
 use super::link_shapes::LinkShapes;
 use super::material::Material;
-use super::part::ContactPart;
+use super::part::{ContactPart, MaterialOf, MaterialPart};
 use super::turning::TurningFriction;
 use crate::collision::{Bounds, BroadPhase, Shape};
 use crate::model::BodyId;
@@ -17,8 +18,9 @@ use crate::spatial::Transform;
 /// The most sizes that a shape has.
 pub(crate) const SHAPE_NUMBERS: usize = <Shape as Numbers<f64>>::COUNT;
 
-/// Numbers of a material but torsional and rolling friction, which are the last.
-pub(crate) const MATERIAL_NUMBERS: usize = <Material as Numbers<f64>>::COUNT - TURNING_NUMBERS;
+/// Numbers of a material before torsional and rolling friction, after which come those of its compliance.
+pub(crate) const MATERIAL_NUMBERS: usize =
+    <Material as Numbers<f64>>::COUNT - TURNING_NUMBERS - COMPLIANCE_NUMBERS;
 
 /// Numbers of torsional and rolling friction.
 pub(crate) const TURNING_NUMBERS: usize = <TurningFriction as Numbers<f64>>::COUNT;
@@ -45,6 +47,8 @@ impl<P> BodyShape<P> {
 pub(super) struct ShapePairs<P> {
     /// Shapes over the scalar of the contacts, in the order of those that are plain.
     pub(super) shapes: Vec<BodyShape<P>>,
+    /// Materials of pairs that are given, in the order of those of the plain shapes.
+    pub(super) given: Vec<Material<P>>,
     /// `None` where bodies do not collide.
     pub(super) plain: Option<Arc<LinkShapes>>,
     /// The triangles of surfaces among the shapes, which do not move.
@@ -89,7 +93,9 @@ impl ShapePairs<f64> {
         speculative: bool,
         turning: &TurningFriction,
     ) -> Self {
-        let mut materials = plain.shapes().iter().filter_map(|own| own.material);
+        let given: Vec<Material> = plain.pair_materials().map(|(_, own)| *own).collect();
+        let materials = plain.shapes().iter().filter_map(|own| own.material);
+        let mut materials = materials.chain(given.iter().copied());
         let has_turning = turning.acts() || materials.any(|own| own.turning.acts());
         let shapes = plain.shapes().iter().map(|own| BodyShape {
             X_BS: own.placement,
@@ -98,6 +104,7 @@ impl ShapePairs<f64> {
         });
         Self {
             shapes: shapes.collect(),
+            given,
             surfaces: Arc::new(SurfaceTree::new(&plain)),
             plain: Some(Arc::new(plain)),
             self_collision,
@@ -112,6 +119,7 @@ impl<P: Scalar> ShapePairs<P> {
     pub(super) fn none() -> Self {
         Self {
             shapes: Vec::new(),
+            given: Vec::new(),
             plain: None,
             surfaces: Arc::default(),
             self_collision: false,
@@ -128,6 +136,7 @@ impl<P: Scalar> ShapePairs<P> {
         };
         ShapePairs {
             shapes: self.shapes.iter().map(cast).collect(),
+            given: self.given.lift(),
             plain: self.plain.clone(),
             surfaces: self.surfaces.clone(),
             self_collision: self.self_collision,
@@ -143,17 +152,25 @@ impl<P: Scalar> ShapePairs<P> {
             if !own.has_parameters() {
                 continue;
             }
-            let mut place = 0;
-            own.material.each_number(&mut |number, x| {
-                let is_turning = place >= MATERIAL_NUMBERS;
-                place += 1;
-                match is_turning {
-                    false => each(ContactPart::ShapeMaterial(k), number, x),
-                    true if self.has_turning => each(ContactPart::ShapeTurning(k), number, x),
-                    true => {}
-                }
-            });
+            if let Some(own) = &mut own.material {
+                each_of_material(own, MaterialOf::Shape(k), self.has_turning, each);
+            }
         }
+    }
+
+    /// Passes each parameter of the materials of pairs to `each`.
+    pub(super) fn each_given_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
+        for (k, own) in self.given.iter_mut().enumerate() {
+            each_of_material(own, MaterialOf::Pair(k), self.has_turning, each);
+        }
+    }
+
+    /// The place of the given material of a pair of shapes; `None` where theirs are mixed.
+    pub(super) fn given_place(&self, shapes: [usize; 2]) -> Option<usize> {
+        if self.given.is_empty() {
+            return None;
+        }
+        self.plain.as_ref()?.pair_place(shapes)
     }
 
     /// The body of a shape; `None` is the world.
@@ -161,4 +178,25 @@ impl<P: Scalar> ShapePairs<P> {
         let plain = self.plain.as_ref()?;
         plain.shapes()[shape].body
     }
+}
+
+/// Passes each parameter of a material to `each`; torsional and rolling friction only where some act.
+fn each_of_material<P: Scalar>(
+    material: &mut Material<P>,
+    of: MaterialOf,
+    has_turning: bool,
+    each: &mut EachIn<'_, ContactPart, P>,
+) {
+    let mut place = 0_usize;
+    material.each_number(&mut |number, x| {
+        let part = match place.checked_sub(MATERIAL_NUMBERS) {
+            None => MaterialPart::Friction,
+            Some(rest) if rest < TURNING_NUMBERS => MaterialPart::Turning,
+            Some(_) => MaterialPart::Compliance,
+        };
+        place += 1;
+        if has_turning || part != MaterialPart::Turning {
+            each(ContactPart::Material(of, part), number, x);
+        }
+    });
 }

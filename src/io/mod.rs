@@ -87,8 +87,8 @@ mod xml;
 
 pub use massless::MasslessLinks;
 pub use mjcf::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
-    MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfPair, MjcfScene,
+    MjcfTendon, MjcfTransmission,
 };
 pub use options::ModelOptions;
 pub use place::ImportNote;

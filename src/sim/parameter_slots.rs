@@ -22,9 +22,11 @@ pub enum SimulatorParameterGroup {
     ContactLaw(usize),
     /// The ground.
     Terrain,
-    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set, and torsional and rolling friction, if
-    /// shapes have some.
+    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set, torsional and rolling friction, if
+    /// shapes have some, and the compliance of the material, if set.
     CollisionShape(usize),
+    /// The material of a pair of links, as that of a shape.
+    PairMaterial(usize),
     /// The contact model between bodies, then torsional and rolling friction between shapes without materials, if some have any.
     PairLaw,
     /// An external force, in the order of [`Simulator::external_forces`].
@@ -55,6 +57,8 @@ pub(crate) struct PartSlots {
     pub(crate) terrain: Range<usize>,
     /// Of the sizes and the material of each shape that can touch others.
     pub(crate) shapes: Vec<Range<usize>>,
+    /// Of the materials of pairs of links.
+    pub(crate) pair_materials: Vec<Range<usize>>,
     /// Of the law of bodies that touch each other.
     pub(crate) pair_law: Range<usize>,
     /// Of each external force, then of each frame actuator.
@@ -69,6 +73,7 @@ impl PartSlots {
         let layout = simulator.parameter_layout();
         let n_points = simulator.contacts().map_or(0, |c| c.points().len());
         let n_shapes = simulator.contacts().map_or(0, |c| c.n_shapes());
+        let n_pairs = simulator.contacts().map_or(0, |c| c.n_pair_materials());
         let forces = simulator.external_forces().len();
         let n_terms = forces + simulator.frame_actuators().len();
         let mut slots = Self {
@@ -78,6 +83,7 @@ impl PartSlots {
             laws: vec![0..0; n_points],
             terrain: 0..0,
             shapes: vec![0..0; n_shapes],
+            pair_materials: vec![0..0; n_pairs],
             pair_law: 0..0,
             frame_terms: vec![0..0; n_terms],
             tendons: vec![0..0; simulator.tendon_servos().len()],
@@ -91,6 +97,7 @@ impl PartSlots {
                 Group::ContactLaw(i) => slots.laws[i] = range.clone(),
                 Group::Terrain => slots.terrain = range.clone(),
                 Group::CollisionShape(k) => slots.shapes[k] = range.clone(),
+                Group::PairMaterial(k) => slots.pair_materials[k] = range.clone(),
                 Group::PairLaw => slots.pair_law = range.clone(),
                 Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
                 Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),

@@ -23,7 +23,7 @@ use super::names::velocity_names;
 use super::parameter_slots::SimulatorParameterGroup as Group;
 use super::simulator::Simulator;
 use super::{Actuation, Actuator, TendonServo};
-use crate::contact::{ContactLaw, ContactPart, Contacts};
+use crate::contact::{ContactLaw, ContactPart, Contacts, MaterialOf};
 use crate::model::ParameterLayout;
 use crate::numbers::{Domain, EachIn, Number, Numbers, of};
 use crate::scalar::{Over, Scalar};
@@ -136,9 +136,10 @@ impl<P: Scalar> Simulator<P> {
                     ContactPart::Point(i) => Group::ContactPoint(i),
                     ContactPart::Law(i) | ContactPart::Turning(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
-                    ContactPart::Shape(k)
-                    | ContactPart::ShapeMaterial(k)
-                    | ContactPart::ShapeTurning(k) => Group::CollisionShape(k),
+                    ContactPart::Shape(k) | ContactPart::Material(MaterialOf::Shape(k), _) => {
+                        Group::CollisionShape(k)
+                    }
+                    ContactPart::Material(MaterialOf::Pair(k), _) => Group::PairMaterial(k),
                     ContactPart::PairLaw | ContactPart::PairTurning => Group::PairLaw,
                 };
                 each(group, own, x);
@@ -186,6 +187,7 @@ impl<P: Scalar> Simulator<P> {
                 let name = link.map_or("", |link| self.model().frame_of(link).name.as_str());
                 format!("shape {k} of {name}")
             }
+            Group::PairMaterial(k) => format!("material of pair {k}"),
             Group::PairLaw => "contact of bodies".to_owned(),
             Group::ExternalForce(k) => format!("external force {k}"),
             Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),

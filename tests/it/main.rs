@@ -20,6 +20,7 @@ mod collision;
 mod collision_files;
 mod collisions;
 mod common;
+mod compliance;
 mod constraints;
 mod contact;
 mod contact_frames;

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use dualbody::Model;
 use dualbody::collision::Surface;
-use dualbody::contact::{CollisionOptions, Contacts, Material, TurningFriction};
+use dualbody::contact::{
+    CollisionOptions, Compliance, ContactLaw, Contacts, Material, TurningFriction,
+};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -31,7 +33,8 @@ pub(super) fn with_collisions(
     let mut options = CollisionOptions {
         self_collision: collisions.getattr("self_collision")?.extract()?,
         excluded: collisions.getattr("excluded")?.extract()?,
-        materials: by_link(&collisions, "materials", "Material", material)?,
+        materials: by_link(&collisions, "materials", "Material", |own| material(own, model))?,
+        pairs: pairs(&collisions, model)?,
         speculative: collisions.getattr("speculative")?.extract()?,
         turning: turning(&collisions)?,
         ..CollisionOptions::default()
@@ -59,11 +62,48 @@ fn by_link<T>(
     all.cast::<PyDict>()?.iter().map(of_link).collect()
 }
 
-fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
+/// Materials of pairs of links, by both names.
+fn pairs(
+    collisions: &Bound<'_, PyAny>,
+    model: &Model,
+) -> PyResult<Vec<([String; 2], Material)>> {
+    let all = collisions.getattr("pairs")?;
+    let of_pair = |(links, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let place = format!("pairs[{}]", links.repr()?);
+        let links = links
+            .extract()
+            .map_err(|_| type_error(format_args!("{place}: expected the names of two links")))?;
+        check_kind(&place, &value, "contact", &["Material"], "")?;
+        Ok((links, material(&value, model)?))
+    };
+    all.cast::<PyDict>()?.iter().map(of_pair).collect()
+}
+
+fn material(value: &Bound<'_, PyAny>, model: &Model) -> PyResult<Material> {
     Ok(Material {
         friction: value.getattr("friction")?.extract()?,
         restitution: value.getattr("restitution")?.extract()?,
         turning: turning(value)?,
+        compliance: compliance(&value.getattr("compliance")?, model)?,
+    })
+}
+
+/// Compliance of a material: a pair of numbers for soft contact, or that of a regularised contact model.
+fn compliance(value: &Bound<'_, PyAny>, model: &Model) -> PyResult<Option<Compliance>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    if let Ok((stiffness, damping)) = value.extract() {
+        return Ok(Some(Compliance::Soft { stiffness, damping }));
+    }
+    let hint = " (or stiffness and damping of soft contact)";
+    check_kind("compliance", value, "contact", &["RelaxedRigid"], hint)?;
+    Ok(match law_of("compliance", value, model)? {
+        ContactLaw::RelaxedRigid(law) => Some(Compliance::Regularised {
+            reference: law.reference,
+            impedance: law.impedance,
+        }),
+        _ => None,
     })
 }
 

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`numbers!`](crate::numbers) | parameters and their ranges? |
 //! | [`KIND`](PointLaw::KIND) | kind of solution, cone, state? |
-//! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material) | parameters that depend on both surfaces? |
+//! | [`material`](PointLaw::material), [`set_material`](PointLaw::set_material), [`set_compliance`](PointLaw::set_compliance) | parameters that depend on both surfaces? |
 //! | [`activation_margin`](PointLaw::activation_margin) | height below which a point takes part in a step? |
 //! | [`rows`](PointLaw::rows) | reference accelerations and compliance? |
 //! | [`turning`](PointLaw::turning) | rate at which torsional and rolling friction stop a rotation, and compliance? |
@@ -22,6 +22,7 @@ use nalgebra::Vector3;
 
 use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
+use crate::contact::compliance::Compliance;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
@@ -143,8 +144,13 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
     /// Friction μ, which may be infinite, and restitution: none where it follows from other numbers.
     fn material(&self) -> Material<P>;
 
-    /// Sets friction and other surface parameters from a pair of materials.
+    /// Sets friction and restitution, as far as the law has them, from a pair of materials.
     fn set_material(&mut self, pair: Material<P>);
+
+    /// Sets the parameters of a compliance; whether it is one of this law, which by default has none.
+    fn set_compliance(&mut self, _: Compliance<P>) -> bool {
+        false
+    }
 
     /// Region about the ground in which points take part in a step of `dt` (s). A region that is too large only costs time.
     fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D>;

@@ -2,7 +2,6 @@
 
 mod hunt_crossley;
 mod impact;
-mod impedance;
 mod law;
 mod relaxed_rigid;
 mod rigid;
@@ -10,11 +9,10 @@ mod soft;
 
 pub use hunt_crossley::HuntCrossley;
 pub(crate) use hunt_crossley::{SpringDamper, StepForce};
-pub use impedance::{Impedance, Sigmoid};
 pub(crate) use law::{
     BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,
 };
-pub use relaxed_rigid::{Reference, RelaxedRigid};
+pub use relaxed_rigid::RelaxedRigid;
 pub use rigid::Rigid;
 pub(crate) use soft::STANDARD_GRAVITY;
 pub use soft::{SoftContact, SoftForce};
@@ -23,6 +21,7 @@ use law::{PointLaw, bounded_friction};
 use nalgebra::Vector3;
 
 use super::activation::ActivationMargin;
+use super::compliance::Compliance;
 use super::material::Material;
 use super::point_state::PointState;
 use super::reason::{ContactReason, PointOutcome};
@@ -113,8 +112,24 @@ impl<P: Scalar> ContactLaw<P> {
         with_law!(self, law => law.material())
     }
 
+    /// Sets friction, restitution and compliance, as far as the law has them.
     pub(crate) fn set_material(&mut self, pair: Material<P>) {
         with_law!(self, law => law.set_material(pair));
+        if let Some(own) = pair.compliance {
+            with_law!(self, law => law.set_compliance(own));
+        }
+    }
+
+    /// # Panics
+    /// If the compliance of a material is for another contact model.
+    pub(crate) fn check_compliance(&self, material: &Material<P>) {
+        let mut own = *self;
+        let fits = |x: Compliance<P>| with_law!(&mut own, law => law.set_compliance(x));
+        assert!(
+            material.compliance.is_none_or(fits),
+            "a material has a compliance, which {} contact does not have: give it that of this model or none",
+            self.kind().name
+        );
     }
 
     pub(crate) fn activation_margin<D: Scalar>(&self, dt: D) -> ActivationMargin<D> {

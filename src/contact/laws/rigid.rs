@@ -143,6 +143,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
             friction: self.friction,
             restitution: self.restitution,
             turning: TurningFriction::none(),
+            compliance: None,
         }
     }
 

@@ -20,6 +20,7 @@ use super::law::{
 };
 use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
+use crate::contact::compliance::Compliance;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
@@ -167,11 +168,20 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
             friction: self.friction,
             restitution: P::zero(),
             turning: TurningFriction::none(),
+            compliance: None,
         }
     }
 
     fn set_material(&mut self, pair: Material<P>) {
         self.friction = pair.friction;
+    }
+
+    fn set_compliance(&mut self, own: Compliance<P>) -> bool {
+        let Compliance::Soft { stiffness, damping } = own else {
+            return false;
+        };
+        (self.normal.stiffness, self.normal.damping) = (stiffness, damping);
+        true
     }
 
     /// Takes points that arrive within the step: they are met by the spring of the depth that they would reach.

@@ -7,7 +7,7 @@ use crate::contact::laws::ContactLaw;
 use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes, Material, TurningFriction};
 use crate::error::UnknownName;
-use crate::model::Model;
+use crate::model::{FrameId, Model};
 use crate::numbers::Numbers as _;
 
 /// Options of contact between bodies: pairs of links, materials, surfaces.
@@ -19,6 +19,8 @@ pub struct CollisionOptions {
     pub excluded: Vec<[String; 2]>,
     /// Materials of the shapes of links, by link name; other links use the values of the contact model.
     pub materials: Vec<(String, Material)>,
+    /// Materials of pairs of links, by name, in place of those that follow from the materials of both.
+    pub pairs: Vec<([String; 2], Material)>,
     /// Triangle meshes on links that are fixed to the world, by link name.
     pub surfaces: Vec<(String, Arc<Surface>)>,
     /// Torsional and rolling friction between shapes without a material; none by default.
@@ -72,7 +74,8 @@ impl CollisionOptions {
     }
 
     /// Sets the material of the shapes of a link. Friction and restitution between two links are harmonic means, 2 μ₁ μ₂ / (μ₁ + μ₂), as in
-    /// [`Materials`](crate::contact::Materials); torsional and rolling friction are the larger ones of both. They are parameters of the simulator.
+    /// [`Materials`](crate::contact::Materials); torsional and rolling friction are the larger ones of both; [`Compliance`](crate::contact::Compliance) has its own
+    /// rule. They are parameters of the simulator.
     ///
     /// # Examples
     /// ```
@@ -87,6 +90,22 @@ impl CollisionOptions {
         self.materials.push((link.to_owned(), material));
         self
     }
+
+    /// Sets the material between two links, in place of that which follows from the materials of both. Its values are parameters of the simulator.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::contact::{CollisionOptions, Material};
+    ///
+    /// let glue = Material { friction: f64::INFINITY, ..Material::default() };
+    /// let options = CollisionOptions::default().with_pair("stamp", "letter", glue);
+    /// assert_eq!(options.pairs.len(), 1);
+    /// ```
+    #[must_use]
+    pub fn with_pair(mut self, first: &str, second: &str, material: Material) -> Self {
+        (self.pairs).push(([first.to_owned(), second.to_owned()], material));
+        self
+    }
 }
 
 impl Contacts<f64> {
@@ -96,7 +115,8 @@ impl Contacts<f64> {
     /// If a link in the options does not exist or has no shape.
     ///
     /// # Panics
-    /// As [`with_collisions`](Self::with_collisions), if a link with a surface moves, and if the shapes belong to another robot.
+    /// As [`with_collisions`](Self::with_collisions), if a link with a surface moves, if a material has a compliance for another contact model, and if the shapes
+    /// belong to another robot.
     pub fn with_link_shapes(
         mut self,
         model: &Model,
@@ -118,8 +138,13 @@ impl Contacts<f64> {
             own.filter(|shape| shape.link == link)
                 .for_each(|shape| shape.material = Some(*material));
         }
+        set_pairs(&mut shapes, model, &options.pairs)?;
+        let given = shapes.pair_materials().map(|(_, own)| *own);
         let materials = shapes.shapes().iter().filter_map(|shape| shape.material);
-        materials.for_each(|material| material.check_numbers());
+        for material in materials.chain(given) {
+            material.check_numbers();
+            law.check_compliance(&material);
+        }
         self.add_shapes_without_points(shapes.missing().to_vec());
         let speculative = options.speculative && matches!(law, ContactLaw::RelaxedRigid(_));
         let turning = options.turning;
@@ -128,4 +153,40 @@ impl Contacts<f64> {
         self.set_shape_pairs(pairs, law, turning);
         Ok(self)
     }
+}
+
+/// Gives kinds of surfaces to the links of pairs, and materials to these.
+fn set_pairs(
+    shapes: &mut LinkShapes,
+    model: &Model,
+    pairs: &[([String; 2], Material)],
+) -> Result<(), UnknownName> {
+    let mut links = Vec::new();
+    for ([first, second], material) in pairs {
+        let kinds = [
+            kind_of(shapes.find_link(model, first)?, &mut links),
+            kind_of(shapes.find_link(model, second)?, &mut links),
+        ];
+        shapes.set_pair_material(kinds, *material);
+    }
+    for k in 0..shapes.shapes().len() {
+        let link = shapes.shapes()[k].link;
+        if let Some(kind) = links.iter().position(|own| *own == link) {
+            shapes.set_kind(k, number(kind));
+        }
+    }
+    Ok(())
+}
+
+/// The kind of surface of a link, which is a new one if the link has none.
+fn kind_of(link: FrameId, links: &mut Vec<FrameId>) -> u32 {
+    let found = links.iter().position(|own| *own == link);
+    number(found.unwrap_or_else(|| {
+        links.push(link);
+        links.len() - 1
+    }))
+}
+
+fn number(kind: usize) -> u32 {
+    u32::try_from(kind + 1).unwrap_or(u32::MAX)
 }

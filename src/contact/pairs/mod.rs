@@ -15,9 +15,11 @@ pub(crate) use finder::{PairFinder, PairPoint};
 use super::contacts::Contacts;
 use super::laws::ContactLaw;
 use super::link_shapes::LinkShape;
+use super::material::Material;
+use super::part::MaterialOf;
 use super::point::velocity_at;
 use super::point_state::PointState;
-use super::shape_pairs::BodyShape;
+use super::shape_pairs::{BodyShape, MATERIAL_NUMBERS, TURNING_NUMBERS};
 use super::turning::TurningFriction;
 use crate::collision::{BroadPhase, PairFeature, Shape, recorded_witness, witness};
 use crate::model::{BodyId, FrameId};
@@ -87,10 +89,66 @@ impl<P: Scalar> Contacts<P> {
         plain.map_or(FrameId(0), |plain| plain.shapes()[shape].link)
     }
 
-    /// Whether a shape that can touch others has a material whose numbers are parameters.
-    pub(crate) fn shape_has_material(&self, shape: usize) -> bool {
-        let own = &self.shape_pairs().shapes[shape];
-        own.material.is_some() && own.has_parameters()
+    /// The owner of the material that a pair of shapes has by one of both, whose numbers are parameters; that of the pair itself counts as by its first.
+    pub(crate) fn material_by_side(&self, shapes: [usize; 2], side: usize) -> Option<MaterialOf> {
+        let pairs = self.shape_pairs();
+        if let Some(k) = pairs.given_place(shapes) {
+            return (side == 0).then_some(MaterialOf::Pair(k));
+        }
+        let shape = shapes[side];
+        let own = Some(MaterialOf::Shape(shape));
+        own.filter(|own| self.material_counts(*own)[0] > 0)
+    }
+
+    /// Numbers of parameters of a material: friction with restitution, torsional and rolling friction, compliance.
+    pub(crate) fn material_counts(&self, of: MaterialOf) -> [usize; 3] {
+        let pairs = self.shape_pairs();
+        let material = match of {
+            MaterialOf::Shape(k) => {
+                let shape = &pairs.shapes[k];
+                shape.material.filter(|_| shape.has_parameters())
+            }
+            MaterialOf::Pair(k) => Some(pairs.given[k]),
+        };
+        material.map_or([0; 3], |own| {
+            let mut compliance = 0;
+            (own.compliance.clone()).each_number(&mut |_, _| compliance += 1);
+            let turning = if pairs.has_turning {
+                TURNING_NUMBERS
+            } else {
+                0
+            };
+            [MATERIAL_NUMBERS, turning, compliance]
+        })
+    }
+
+    /// Number of pairs whose materials are given.
+    pub(crate) fn n_pair_materials(&self) -> usize {
+        self.shape_pairs().given.len()
+    }
+
+    /// Whether some materials have a compliance.
+    pub(crate) fn have_compliance(&self) -> bool {
+        let pairs = self.shape_pairs();
+        let materials = pairs.shapes.iter().filter_map(|own| own.material.as_ref());
+        let mut all = materials.chain(&pairs.given);
+        all.any(|own| own.compliance.is_some())
+    }
+
+    /// Whether the material of a pair of shapes has a compliance.
+    pub(crate) fn yield_by_material(&self, shapes: [usize; 2]) -> bool {
+        let pairs = self.shape_pairs();
+        let material = match pairs.given_place(shapes) {
+            Some(k) => return pairs.given[k].compliance.is_some(),
+            None => |shape: usize| pairs.shapes[shape].material,
+        };
+        (shapes.into_iter().filter_map(material)).any(|own| own.compliance.is_some())
+    }
+
+    /// The given material of a pair of shapes.
+    fn given_material(&self, shapes: [usize; 2]) -> Option<&Material<P>> {
+        let pairs = self.shape_pairs();
+        pairs.given_place(shapes).map(|k| &pairs.given[k])
     }
 
     /// The bodies of a pair of shapes; `None` is the world.
@@ -100,20 +158,21 @@ impl<P: Scalar> Contacts<P> {
 
     /// The law of a pair of shapes: that of all pairs, with the friction and restitution of their materials, if they have some.
     pub(crate) fn pair_law(&self, shapes: [usize; 2]) -> ContactLaw<P> {
-        let shapes = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
-        law_of_shapes(self.law_of_pairs(), shapes)
+        let sides = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        law_of_shapes(self.law_of_pairs(), sides, self.given_material(shapes))
     }
 
     /// [`pair_law`](Self::pair_law) with derivatives in the material of one of both shapes alone, where numbers have them.
     pub(crate) fn pair_law_by_side(&self, shapes: [usize; 2], side: usize) -> ContactLaw<P> {
         let [a, b] = self.in_one(shapes, side);
-        law_of_shapes(self.law_of_pairs(), [&a, &b])
+        law_of_shapes(self.law_of_pairs(), [&a, &b], self.given_material(shapes))
     }
 
     /// Torsional and rolling friction of a pair of shapes: that of their materials, or of all pairs.
     pub(super) fn pair_turning(&self, shapes: [usize; 2]) -> TurningFriction<P> {
-        let shapes = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
-        turning_of_shapes(self.turning_of_pairs(), shapes)
+        let sides = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        let given = self.given_material(shapes);
+        turning_of_shapes(self.turning_of_pairs(), sides, given)
     }
 
     /// [`pair_turning`](Self::pair_turning) with derivatives in the material of one of both shapes alone, where numbers have them.
@@ -123,7 +182,8 @@ impl<P: Scalar> Contacts<P> {
         side: usize,
     ) -> TurningFriction<P> {
         let [a, b] = self.in_one(shapes, side);
-        turning_of_shapes(self.turning_of_pairs(), [&a, &b])
+        let given = self.given_material(shapes);
+        turning_of_shapes(self.turning_of_pairs(), [&a, &b], given)
     }
 
     /// Two shapes, with derivatives in numbers of one of them alone.
@@ -162,21 +222,31 @@ impl<P: Scalar> Contacts<P> {
     }
 }
 
-/// The law of two shapes. Where only one has a material, the law is that of the other.
-fn law_of_shapes<P: Scalar>(law: &ContactLaw<P>, [a, b]: [&BodyShape<P>; 2]) -> ContactLaw<P> {
+/// The law of two shapes, by a given material or by their own. Where only one has a material, the law is that of the other.
+fn law_of_shapes<P: Scalar>(
+    law: &ContactLaw<P>,
+    [a, b]: [&BodyShape<P>; 2],
+    given: Option<&Material<P>>,
+) -> ContactLaw<P> {
     let mut own = *law;
-    if a.material.is_some() || b.material.is_some() {
+    if let Some(given) = given {
+        own.set_material(*given);
+    } else if a.material.is_some() || b.material.is_some() {
         let [a, b] = [a, b].map(|shape| shape.material.unwrap_or_else(|| law.material()));
         own.set_material(a.between(&b));
     }
     own
 }
 
-/// Torsional and rolling friction of two shapes. A shape without material has that of all pairs.
+/// Torsional and rolling friction of two shapes, by a given material or by their own. A shape without material has that of all pairs.
 fn turning_of_shapes<P: Scalar>(
     of_pairs: TurningFriction<P>,
     shapes: [&BodyShape<P>; 2],
+    given: Option<&Material<P>>,
 ) -> TurningFriction<P> {
+    if let Some(given) = given {
+        return given.turning;
+    }
     let [a, b] = shapes.map(|shape| shape.material.map_or(of_pairs, |own| own.turning));
     a.between(&b)
 }

@@ -50,9 +50,7 @@ pub(super) struct Bodies {
     /// The first plane on the world, with its pose.
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
     /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
-    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 3],
-    /// The first geom that touches.
-    first_touching: Option<MjcfGeom>,
+    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
 }
 
 /// Reads the bodies of a description.
@@ -64,8 +62,7 @@ pub(super) fn read<'t, 'c>(
     let mut bodies = Bodies {
         entries: Vec::new(),
         ground: None,
-        unmodelled: [const { None }; 3],
-        first_touching: None,
+        unmodelled: [const { None }; 2],
     };
     let root = sources[0].root;
     bodies.entries.push(BodyEntry::new(
@@ -230,7 +227,6 @@ impl Bodies {
         let has = [
             contact.margin > contact.gap,
             differs(self.entries[index].contacts.first()),
-            differs(self.first_touching.as_ref()),
         ];
         let has = has.map(|is| is && geom.touches());
         for (slot, _) in self.unmodelled.iter_mut().zip(has).filter(|(_, has)| *has) {
@@ -271,8 +267,6 @@ impl Bodies {
         if geom.touches() {
             body.collisions.push(collision);
             body.contacts.push(geom.contact.clone());
-            self.first_touching
-                .get_or_insert_with(|| geom.contact.clone());
         } else if collision.name.is_some() {
             body.idle.push((collision, geom.contact.clone()));
         }
@@ -322,7 +316,6 @@ impl Bodies {
         let reasons = [
             "margin: contact begins where shapes touch",
             "friction, solref, solimp: all geoms of a link touch the ground as its first one, with the largest friction",
-            "friction, solref, solimp: all bodies touch each other as the first two geoms that can, with the largest friction",
         ];
         for (own, reason) in self.unmodelled.iter().zip(reasons) {
             if let Some((place, times)) = own {

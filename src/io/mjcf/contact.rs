@@ -1,8 +1,10 @@
 //! Numbers of contact: of geoms, and of two of them.
 
 use super::entry::Entry;
-use super::scene::{MjcfGeom, MjcfOptions};
-use crate::contact::{Impedance, Reference, RelaxedRigid, Sigmoid, TurningFriction};
+use super::scene::{MjcfGeom, MjcfOptions, MjcfPair};
+use crate::contact::{
+    Compliance, Impedance, Material, Reference, RelaxedRigid, Sigmoid, TurningFriction,
+};
 use crate::error::LoadError;
 
 /// Default contact parameters of a geom.
@@ -40,6 +42,25 @@ pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
     })
 }
 
+/// Reads the contact parameters of a pair of geoms. Its defaults do not depend on the geoms.
+pub(super) fn of_pair(entry: &Entry<'_, '_>, geoms: [String; 2]) -> Result<MjcfPair, LoadError> {
+    let [sliding, torsional, rolling] = FRICTION;
+    let otherwise = [sliding, sliding, torsional, rolling, rolling];
+    let friction = entry.some_numbers("friction", otherwise)?;
+    if friction.iter().any(|&mu| mu < 0.0) {
+        return Err(entry.malformed("friction", "is negative"));
+    }
+    Ok(MjcfPair {
+        geoms,
+        friction,
+        condim: entry.word("condim", &CONDIMS)?.unwrap_or(3),
+        solref: entry.some_numbers("solref", SOLREF)?,
+        solimp: entry.some_numbers("solimp", SOLIMP)?,
+        margin: entry.number("margin")?.unwrap_or_default(),
+        gap: entry.number("gap")?.unwrap_or_default(),
+    })
+}
+
 fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
     Ok(entry.integer(name)?.unwrap_or(1).cast_unsigned())
 }
@@ -53,13 +74,35 @@ pub(super) struct Touch {
     solimp: [f64; 5],
 }
 
+/// Torsional and rolling friction in a contact of a dimension.
+fn turning(condim: u8, torsional: f64, rolling: f64) -> TurningFriction {
+    TurningFriction {
+        torsional: if condim >= 4 { torsional } else { 0.0 },
+        rolling: if condim >= 6 { rolling } else { 0.0 },
+    }
+}
+
+impl MjcfPair {
+    /// The parameters of its contact.
+    pub(super) fn touch(&self) -> Touch {
+        let [friction, _, torsional, rolling, _] = self.friction;
+        Touch {
+            friction: if self.condim == 1 { 0.0 } else { friction },
+            turning: turning(self.condim, torsional, rolling),
+            solref: self.solref,
+            solimp: self.solimp,
+        }
+    }
+}
+
 impl MjcfGeom {
     /// Whether another geom has the same contact parameters.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let numbers = |own: &Self| {
             let (slips, turning) = (own.condim == 1, own.turning(own.condim));
             let friction = (slips, own.friction[0], turning);
-            (friction, own.priority, own.solref, own.solimp)
+            let compliance = (own.solref, own.solimp, own.solmix);
+            (friction, own.condim, own.priority, compliance)
         };
         numbers(self) == numbers(other)
     }
@@ -67,10 +110,7 @@ impl MjcfGeom {
     /// Torsional and rolling friction in a contact of a dimension.
     fn turning(&self, condim: u8) -> TurningFriction {
         let [_, torsional, rolling] = self.friction;
-        TurningFriction {
-            torsional: if condim >= 4 { torsional } else { 0.0 },
-            rolling: if condim >= 6 { rolling } else { 0.0 },
-        }
+        turning(condim, torsional, rolling)
     }
 
     /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
@@ -130,6 +170,20 @@ impl Touch {
     pub(super) fn merge(&mut self, other: &Self) {
         self.friction = self.friction.max(other.friction);
         self.turning = larger(&self.turning, &other.turning);
+    }
+
+    /// The material that has these numbers.
+    pub(super) fn material(&self, options: &MjcfOptions) -> Material {
+        let law = self.law(options);
+        Material {
+            friction: law.friction,
+            restitution: 0.0,
+            turning: self.turning,
+            compliance: Some(Compliance::Regularised {
+                reference: law.reference,
+                impedance: law.impedance,
+            }),
+        }
     }
 
     /// The law that has these numbers, within the bounds that `MuJoCo` gives them.

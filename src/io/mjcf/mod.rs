@@ -47,6 +47,7 @@ mod simulator;
 mod site;
 mod solids;
 mod springs;
+mod surfaces;
 mod tendon;
 #[cfg(test)]
 mod tests;
@@ -76,8 +77,8 @@ use sections::Names;
 use walk::{Part, Walk};
 
 pub use scene::{
-    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfScene, MjcfTendon,
-    MjcfTransmission,
+    MjcfActuator, MjcfContacts, MjcfGeom, MjcfKeyframe, MjcfOptions, MjcfPair, MjcfScene,
+    MjcfTendon, MjcfTransmission,
 };
 
 /// Loads a description from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
@@ -300,11 +301,11 @@ impl<'t, 'c> Beside<'_, 't, 'c> {
         context: &mut Context<'_>,
     ) -> Result<MjcfContacts, LoadError> {
         let mut contacts = MjcfContacts::default();
-        self.read("contact", context, |part, _| {
-            pairs::read_pair(part, &mut contacts).map(Some)
+        self.read("contact", context, |part, context| {
+            pairs::read_pair(part, &mut contacts, context).map(Some)
         })?;
-        let paired = contacts.pairs.iter().flatten().map(String::as_str);
-        bodies.pair(&paired.collect());
+        bodies.pair(&contacts.paired());
+        contacts.note_kinds(bodies, context);
         pairs::exclude_neighbours(bodies, &mut contacts, context);
         bodies.note_unmodelled(context);
         Ok(contacts)

@@ -1,27 +1,72 @@
 //! Pairs of bodies and geoms that may touch.
 
 use super::body::Bodies;
-use super::scene::MjcfContacts;
+use super::contact;
+use super::scene::{MjcfContacts, MjcfPair};
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
 
 /// Reads a pair of a `<contact>` section.
-pub(super) fn read_pair(part: &Part<'_, '_>, contacts: &mut MjcfContacts) -> Result<(), LoadError> {
+pub(super) fn read_pair(
+    part: &Part<'_, '_>,
+    contacts: &mut MjcfContacts,
+    context: &mut Context<'_>,
+) -> Result<(), LoadError> {
     let entry = part.entry(&["pair"])?;
-    let (names, out) = match entry.node.tag() {
-        "exclude" => (["body1", "body2"], &mut contacts.excluded),
-        _ => (["geom1", "geom2"], &mut contacts.pairs),
+    let names = |names: [&'static str; 2]| -> Result<[String; 2], LoadError> {
+        let name = |name| {
+            let own = entry.text(name).ok_or_else(|| entry.missing(name));
+            own.map(|own| part.naming.of(own))
+        };
+        Ok([name(names[0])?, name(names[1])?])
     };
-    let [one, other] = names.map(|name| {
-        let own = entry.text(name).ok_or_else(|| entry.missing(name));
-        own.map(|own| part.naming.of(own))
-    });
-    out.push([one?, other?]);
+    if entry.node.tag() == "exclude" {
+        contacts.excluded.push(names(["body1", "body2"])?);
+        return Ok(());
+    }
+    let pair = contact::of_pair(&entry, names(["geom1", "geom2"])?)?;
+    for reason in pair.unmodelled() {
+        context.ignore(&entry.node.place(), reason);
+    }
+    contacts.pairs.push(pair);
     Ok(())
 }
 
+impl MjcfPair {
+    /// What simulators do not use.
+    fn unmodelled(&self) -> impl Iterator<Item = &'static str> {
+        let [first, second, _, rolling, other] = self.friction;
+        let all = [
+            (
+                self.margin > self.gap,
+                "margin: contact begins where shapes touch",
+            ),
+            (
+                self.condim >= 3 && first != second,
+                "friction: the first coefficient acts along both tangents",
+            ),
+            (
+                self.condim >= 6 && rolling != other,
+                "friction: the first coefficient of rolling acts about both tangents",
+            ),
+        ];
+        all.into_iter()
+            .filter_map(|(is, reason)| is.then_some(reason))
+    }
+}
+
 impl MjcfContacts {
+    /// Remarks on more kinds of surfaces than are told apart.
+    pub(super) fn note_kinds(&self, bodies: &Bodies, context: &mut Context<'_>) {
+        let geoms = bodies.entries.iter().flat_map(|body| &body.contacts);
+        let first = bodies.entries.first().filter(|_| self.kinds(geoms).1);
+        if let Some(first) = first {
+            let reason = "friction, solref, solimp: too many kinds of geoms; those beyond the first 64 touch as the first two geoms that can";
+            context.warn(&first.place, reason);
+        }
+    }
+
     /// The pairs with all geoms that touch, and the ground.
     ///
     /// * `floats` – whether the world is not a link, so that its shapes do not touch

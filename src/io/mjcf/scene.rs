@@ -75,8 +75,28 @@ pub struct MjcfContacts {
     pub geoms: Vec<MjcfGeom>,
     /// Pairs of bodies without contact: those of the file, and bodies connected by several joints.
     pub excluded: Vec<[String; 2]>,
-    /// Pairs of geoms with contact independent of their types, by name.
-    pub pairs: Vec<[String; 2]>,
+    /// Pairs of geoms with contact independent of their types.
+    pub pairs: Vec<MjcfPair>,
+}
+
+/// A pair of geoms with its own contact parameters, with their `MuJoCo` names.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MjcfPair {
+    /// Both geoms, by name.
+    pub geoms: [String; 2],
+    /// Friction coefficients: sliding along both tangents, torsion (m), rolling about both tangents (m). Simulators use the first one of each kind.
+    pub friction: [f64; 5],
+    /// Dimension of the contact force: see [`MjcfGeom::condim`].
+    pub condim: u8,
+    /// Time constant (s) and damping ratio; or, negative, stiffness and damping.
+    pub solref: [f64; 2],
+    /// Impedance: least, largest, width (m), midpoint, power.
+    pub solimp: [f64; 5],
+    /// Distance below which contacts are detected, m.
+    pub margin: f64,
+    /// Part of the margin without force, m.
+    pub gap: f64,
 }
 
 /// Contact parameters of a geom, with their `MuJoCo` names.

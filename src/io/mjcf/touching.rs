@@ -1,13 +1,13 @@
 //! Contacts of a scene: links with the ground, and bodies with each other.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::contact::Touch;
-use super::scene::{MjcfGeom, MjcfScene};
+use super::scene::{MjcfGeom, MjcfPair, MjcfScene};
+use super::surfaces::{Kind, kind};
 use crate::collision::Groups;
 use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
-    TurningFriction,
 };
 use crate::spatial::Transform;
 
@@ -16,9 +16,6 @@ const MOST_KINDS: usize = 32;
 
 /// Geoms that are compared to find whether some touch.
 const MOST_COMPARED: usize = 200;
-
-/// Data that decide which other geoms a geom touches: its bits, and its name where a pair names it.
-type Kind<'a> = (u32, u32, Option<&'a str>);
 
 impl MjcfScene {
     /// The contacts; `None` where nothing can touch.
@@ -54,7 +51,7 @@ impl MjcfScene {
         };
         let contacts = links.iter().try_fold(contacts, with_law)?;
         match between {
-            Some(own) => self.with_pairs(contacts, relaxed(law), own.turning),
+            Some(own) => self.with_pairs(contacts, relaxed(law), &own),
             None => Some(contacts),
         }
     }
@@ -63,9 +60,9 @@ impl MjcfScene {
     fn links_on<'a>(&'a self, ground: &MjcfGeom) -> Vec<(&'a str, Touch)> {
         let mut links: Vec<(&str, Touch)> = Vec::new();
         let geoms = self.contacts.geoms.iter();
-        let touching = geoms.filter(|own| own.touches(ground) && self.moves(&own.link));
+        let touching = geoms.filter(|own| self.may_touch(own, ground) && self.moves(&own.link));
         for geom in touching {
-            let touch = geom.touch(ground);
+            let touch = self.touch(geom, ground);
             match links.iter_mut().rfind(|(link, _)| *link == geom.link) {
                 Some((_, own)) => own.merge(&touch),
                 None => links.push((&geom.link, touch)),
@@ -74,12 +71,12 @@ impl MjcfScene {
         links
     }
 
-    /// The parameters of contacts between bodies, if geoms can touch: those of the first two that can, with the largest friction of all.
+    /// The parameters of contacts between bodies, if geoms can touch: those of the first two that can.
     fn between(&self) -> Option<Touch> {
         let mut kinds: HashMap<Kind<'_>, Vec<&MjcfGeom>> = HashMap::new();
-        let paired = self.paired();
+        let paired = self.contacts.paired();
         for geom in &self.contacts.geoms {
-            let alike = kinds.entry(self.kind(geom, &paired)).or_default();
+            let alike = kinds.entry(kind(geom, &paired)).or_default();
             // Two links of a kind represent all: they show whether it touches others, and itself.
             if alike.len() < 2 && alike.iter().all(|own| own.link != geom.link) {
                 alike.push(geom);
@@ -92,54 +89,27 @@ impl MjcfScene {
         };
         all.sort_by_key(|geom| place(geom));
         all.truncate(MOST_COMPARED);
-        let mut found: Option<Touch> = None;
-        for (i, one) in all.iter().enumerate() {
-            for other in &all[..i] {
-                let apart =
-                    one.link != other.link && (self.moves(&one.link) || self.moves(&other.link));
-                if apart && self.may_touch(one, other) {
-                    let touch = other.touch(one);
-                    match &mut found {
-                        Some(own) => own.merge(&touch),
-                        None => found = Some(touch),
-                    }
-                }
-            }
-        }
-        found
+        let pairs = (all.iter().enumerate())
+            .flat_map(|(i, one)| all[..i].iter().map(move |other| (other, one)));
+        let mut touching = pairs.filter(|(one, other)| {
+            let moves = self.moves(&one.link) || self.moves(&other.link);
+            one.link != other.link && moves && self.may_touch(one, other)
+        });
+        touching.next().map(|(one, other)| self.touch(one, other))
     }
 
     /// Whether two geoms touch: by their types, or as a pair.
-    fn may_touch(&self, one: &MjcfGeom, other: &MjcfGeom) -> bool {
-        let named = |geom: &MjcfGeom, name: &String| geom.name.as_ref() == Some(name);
+    pub(super) fn may_touch(&self, one: &MjcfGeom, other: &MjcfGeom) -> bool {
         let mut pairs = self.contacts.pairs.iter();
-        one.touches(other)
-            || pairs
-                .any(|[a, b]| named(one, a) && named(other, b) || named(one, b) && named(other, a))
-    }
-
-    /// Names of geoms that pairs name.
-    fn paired(&self) -> HashSet<&str> {
-        let names = self.contacts.pairs.iter().flatten();
-        names.map(String::as_str).collect()
-    }
-
-    fn kind<'a>(&self, geom: &'a MjcfGeom, paired: &HashSet<&str>) -> Kind<'a> {
-        let name = geom.name.as_deref();
-        let name = name.filter(|name| paired.contains(name));
-        (geom.contype, geom.conaffinity, name)
+        one.touches(other) || pairs.any(|own| own.names(one, other))
     }
 
     /// The contacts with those between bodies.
-    fn with_pairs(
-        &self,
-        contacts: Contacts,
-        law: ContactLaw,
-        turning: TurningFriction,
-    ) -> Option<Contacts> {
+    fn with_pairs(&self, contacts: Contacts, law: ContactLaw, touch: &Touch) -> Option<Contacts> {
         let model = &self.model;
         let mut shapes = LinkShapes::new(model);
         self.group(&mut shapes);
+        self.set_surfaces(&mut shapes, touch);
         let has_shapes = |link: &String| shapes.find_link(model, link).is_ok();
         let excluded = self.contacts.excluded.iter();
         let excluded = excluded.filter(|[a, b]| has_shapes(a) && has_shapes(b));
@@ -149,7 +119,7 @@ impl MjcfScene {
             return Some(contacts);
         }
         let options = CollisionOptions {
-            turning,
+            turning: touch.turning,
             ..CollisionOptions::default().with_self_collision()
         };
         contacts.with_link_shapes(model, law, shapes, &options).ok()
@@ -157,22 +127,17 @@ impl MjcfScene {
 
     /// Puts the shapes of geoms into groups: a group for each kind of them.
     fn group(&self, shapes: &mut LinkShapes) {
-        let paired = self.paired();
-        let mut of_link: HashMap<&str, Vec<&MjcfGeom>> = HashMap::new();
+        let paired = self.contacts.paired();
         let mut kinds: Vec<(Kind<'_>, &MjcfGeom)> = Vec::new();
         for geom in &self.contacts.geoms {
-            of_link.entry(&geom.link).or_default().push(geom);
-            let kind = self.kind(geom, &paired);
+            let kind = kind(geom, &paired);
             if kinds.len() < MOST_KINDS && kinds.iter().all(|(own, _)| *own != kind) {
                 kinds.push((kind, geom));
             }
         }
-        let place = |geom: &MjcfGeom| {
-            let kind = self.kind(geom, &paired);
-            kinds.iter().position(|(own, _)| *own == kind)
-        };
         let groups = |geom: &MjcfGeom| {
-            let own = place(geom)?;
+            let is_own = |(own, _): &(Kind<'_>, &MjcfGeom)| *own == kind(geom, &paired);
+            let own = kinds.iter().position(is_own)?;
             let touched = kinds.iter().enumerate();
             let touched = touched.filter(|(_, (_, other))| self.may_touch(geom, other));
             Some(Groups {
@@ -180,19 +145,10 @@ impl MjcfScene {
                 mask: touched.fold(0, |mask, (k, _)| mask | 1 << k),
             })
         };
-        let links = self.model.links();
-        let mut shapes = shapes.shapes_mut().iter_mut().peekable();
-        for link in links {
-            let frame = &self.model.frames()[link.frame.0];
-            let geoms = of_link.get(frame.name.as_str()).map_or(&[][..], |own| own);
-            for (collision, geom) in link.collisions.iter().zip(geoms) {
-                // Omitted shapes, such as a mesh that cannot be read, are not in the list.
-                let placement = frame.placement * collision.placement;
-                let own =
-                    shapes.next_if(|own| own.link == link.frame && own.placement == placement);
-                if let Some((own, groups)) = own.zip(groups(geom)) {
-                    own.groups = groups;
-                }
+        let geoms = self.geoms_of(shapes);
+        for (shape, geom) in shapes.shapes_mut().iter_mut().zip(geoms) {
+            if let Some(groups) = geom.and_then(groups) {
+                shape.groups = groups;
             }
         }
     }
@@ -223,4 +179,13 @@ fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
     let normal = pose.rotation.column(2).into_owned();
     let is_finite = pose.translation.iter().all(|x| x.is_finite());
     (is_finite && normal.z > LEAST).then(|| Terrain::plane(pose.translation.into(), normal.into()))
+}
+
+impl MjcfPair {
+    /// Whether these are its geoms.
+    pub(super) fn names(&self, one: &MjcfGeom, other: &MjcfGeom) -> bool {
+        let named = |geom: &MjcfGeom, name: &String| geom.name.as_ref() == Some(name);
+        let [a, b] = &self.geoms;
+        named(one, a) && named(other, b) || named(one, b) && named(other, a)
+    }
 }

@@ -130,7 +130,6 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ) => {
             "tendons have no forces of their own: a tendon constraint holds one, with a spring if it is to yield"
         }
-        ("pair", _) => "contacts between bodies have one contact model",
         ("key", "act" | "mpos" | "mquat") => "belongs to something that is not modelled",
         ("body", "sleep") => "bodies do not sleep",
         ("mesh", _) => "meshes are read as they are in their files",

@@ -9,8 +9,8 @@
 use super::point::LinearizedPoint;
 use super::rows::Contact;
 use super::seeds::{
-    add_numbers, add_pair_numbers, add_pair_turning_numbers, add_turning_numbers, seeded,
-    seeded_turning,
+    add_numbers, add_pair_numbers, add_pair_numbers_beside, add_turning_numbers, seeded,
+    seeded_beside,
 };
 use crate::contact::{Contacts, PairPoint};
 use crate::model::{BodyId, Generation};
@@ -98,8 +98,8 @@ pub(super) struct OverNumbers<T: Scalar> {
     contacts: Contacts<OfBody<T>>,
     /// `None` where the ground is a plane.
     ground: Option<OverGround<T>>,
-    /// Seeded in torsional and rolling friction; `None` without.
-    turning: Option<Contacts<OfBody<T>>>,
+    /// Seeded in torsional and rolling friction and in compliance of materials; `None` without.
+    beside: Option<Contacts<OfBody<T>>>,
 }
 
 /// Contacts over the numbers of ground that is not a plane.
@@ -123,11 +123,12 @@ impl<T: Scalar> OverNumbers<T> {
             slopes: vec![T::zero(); contacts.terrain().n_local_numbers()],
             any: false,
         };
+        let has_more = contacts.have_turning() || contacts.have_compliance();
         Box::new(Self {
             generation: contacts.generation(),
             contacts: seeded(contacts),
             ground: contacts.terrain().is_curved().then(ground),
-            turning: contacts.have_turning().then(|| seeded_turning(contacts)),
+            beside: has_more.then(|| seeded_beside(contacts)),
         })
     }
 
@@ -148,14 +149,14 @@ impl<T: Scalar> OverNumbers<T> {
         if let Some(ground) = &mut self.ground {
             ground.add(place, out, state);
         }
-        let turning = self.turning.as_ref();
-        if let Some(contacts) = turning.filter(|own| own.turning(place.index).is_some()) {
+        let beside = self.beside.as_ref();
+        if let Some(contacts) = beside.filter(|own| own.turning(place.index).is_some()) {
             let sum = place.weighted(contacts, out, state);
             add_turning_numbers(&sum, place.index, out);
         }
     }
 
-    /// Adds the derivatives of a point between bodies to those in its contact model and in the sizes of both shapes.
+    /// Adds the derivatives of a point between bodies to those in its contact model, in the sizes of both shapes and in their materials.
     pub(super) fn add_pair(
         &mut self,
         place: &PairPlace<'_, T>,
@@ -163,17 +164,16 @@ impl<T: Scalar> OverNumbers<T> {
         state: &Statement<'_, T>,
     ) {
         let shapes = place.point.shapes;
-        let turning = self.turning.as_ref();
-        let turning = turning.filter(|own| own.turning_between(shapes).is_some());
-        let has_turning = self.contacts.have_turning_between();
-        for (side, shape) in shapes.into_iter().enumerate() {
+        let beside = self
+            .beside
+            .as_ref()
+            .filter(|own| own.turning_between(shapes).is_some() || own.yield_by_material(shapes));
+        for side in [0, 1] {
             let sum = place.weighted(&self.contacts, side, out, state);
-            let has_material = self.contacts.shape_has_material(shape);
-            add_pair_numbers(&sum, (shape, has_material, has_turning), side == 0, out);
-            if let Some(contacts) = turning {
+            add_pair_numbers(&sum, &self.contacts, (shapes, side), out);
+            if let Some(contacts) = beside {
                 let sum = place.weighted(contacts, side, out, state);
-                let shape = Some(shape).filter(|_| has_material);
-                add_pair_turning_numbers(&sum, shape, side == 0, out);
+                add_pair_numbers_beside(&sum, contacts, (shapes, side), out);
             }
         }
     }

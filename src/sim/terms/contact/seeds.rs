@@ -3,15 +3,15 @@
 use std::ops::Range;
 
 use crate::contact::{
-    ContactPart, Contacts, LAW_NUMBERS, MATERIAL_NUMBERS, PLANE_NUMBERS, POINT_NUMBERS,
-    SHAPE_NUMBERS, TURNING_NUMBERS,
+    COMPLIANCE_NUMBERS, ContactPart, Contacts, LAW_NUMBERS, MATERIAL_NUMBERS, MaterialOf,
+    PLANE_NUMBERS, POINT_NUMBERS, SHAPE_NUMBERS, TURNING_NUMBERS,
 };
 use crate::scalar::{Cast, Scalar};
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::Numbers;
 
 /// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above; between bodies those of a shape, of the law, and of
-/// the material of the shape.
+/// the friction of a material.
 const LAW: usize = POINT_NUMBERS;
 const TERRAIN: usize = LAW + LAW_NUMBERS;
 const _: () = assert!(
@@ -34,33 +34,51 @@ pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numb
     }
 }
 
-/// Adds derivatives in the parameters of the contact model between bodies, and in those of a shape.
+/// Adds derivatives in the parameters of a point between bodies: in the sizes of a shape, in the friction of the material by its side, and with that of the first
+/// one in the contact model.
 pub(super) fn add_pair_numbers<T: Scalar>(
     x: &OfBody<T>,
-    (shape, has_material, has_turning): (usize, bool, bool),
-    with_law: bool,
+    contacts: &Contacts<OfBody<T>>,
+    (shapes, side): ([usize; 2], usize),
     out: &mut Numbers<'_, T>,
 ) {
     let slots = out.slots().0;
-    let (own, law) = (slots.shapes[shape].clone(), slots.pair_law.clone());
-    let material = if has_material { MATERIAL_NUMBERS } else { 0 };
-    let end = match has_material && has_turning {
-        true => last_of(&own, TURNING_NUMBERS).start,
-        false => own.end,
-    };
-    let sizes_end = last_of(&(own.start..end), material).start;
-    out.add(&(own.start..sizes_end), &x.eps[..LAW]);
-    out.add(&(sizes_end..end), &x.eps[TERRAIN..]);
-    if with_law {
+    let own = MaterialOf::Shape(shapes[side]);
+    let [sizes, ..] = parts_of(contacts, own, out);
+    let law = slots.pair_law.clone();
+    out.add(&sizes, &x.eps[..LAW]);
+    if let Some(material) = contacts.material_by_side(shapes, side) {
+        let [_, friction, ..] = parts_of(contacts, material, out);
+        out.add(&friction, &x.eps[TERRAIN..]);
+    }
+    if side == 0 {
         out.add(&law, &x.eps[LAW..TERRAIN]);
     }
+}
+
+/// Positions of the parameters of a shape or of the material of a pair: sizes, friction with restitution, torsional and rolling friction, compliance.
+fn parts_of<T: Scalar>(
+    contacts: &Contacts<OfBody<T>>,
+    owner: MaterialOf,
+    out: &Numbers<'_, T>,
+) -> [Range<usize>; 4] {
+    let slots = out.slots().0;
+    let all = match owner {
+        MaterialOf::Shape(k) => slots.shapes[k].clone(),
+        MaterialOf::Pair(k) => slots.pair_materials[k].clone(),
+    };
+    let [friction, turning, compliance] = contacts.material_counts(owner);
+    let compliance = last_of(&all, compliance);
+    let turning = last_of(&(all.start..compliance.start), turning);
+    let friction = last_of(&(all.start..turning.start), friction);
+    [all.start..friction.start, friction, turning, compliance]
 }
 
 /// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane; for each shape those of its own.
 pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     let is_curved = contacts.terrain().is_curved();
     seeded_from(contacts, |part| match part {
-        part if part.is_turning() => None,
+        part if part.is_turning() || part.is_compliance() => None,
         ContactPart::Terrain if is_curved => None,
         ContactPart::Point(_) | ContactPart::Shape(_) => Some(0),
         ContactPart::Law(_) | ContactPart::PairLaw => Some(LAW),
@@ -68,14 +86,20 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     })
 }
 
-/// First directions of torsional and rolling friction of a point or of a shape, and of pairs of shapes without materials.
+/// First directions of torsional and rolling friction of a point or of a material, of those of pairs of shapes without materials, and of compliance.
 const OWN_TURNING: usize = 0;
-const PAIR_TURNING: usize = TURNING_NUMBERS;
+const PAIR_TURNING: usize = OWN_TURNING + TURNING_NUMBERS;
+const COMPLIANCE: usize = PAIR_TURNING + TURNING_NUMBERS;
+const _: () = assert!(
+    COMPLIANCE + COMPLIANCE_NUMBERS <= BODY_DIRECTIONS,
+    "a direction for each number"
+);
 
-/// Contacts with the derivatives of torsional and rolling friction in themselves.
-pub(super) fn seeded_turning<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
+/// Contacts with the derivatives of torsional and rolling friction and of compliance of materials in themselves.
+pub(super) fn seeded_beside<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     seeded_from(contacts, |part| match part {
         ContactPart::PairTurning => Some(PAIR_TURNING),
+        part if part.is_compliance() => Some(COMPLIANCE),
         part => part.is_turning().then_some(OWN_TURNING),
     })
 }
@@ -113,19 +137,21 @@ pub(super) fn add_turning_numbers<T: Scalar>(
     out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
 }
 
-/// Adds derivatives in torsional and rolling friction of a shape with a material, and in those of pairs without.
-pub(super) fn add_pair_turning_numbers<T: Scalar>(
+/// Adds derivatives in torsional and rolling friction and compliance of the material by a side, and with that of the first one in torsional and rolling friction
+/// of shapes without.
+pub(super) fn add_pair_numbers_beside<T: Scalar>(
     x: &OfBody<T>,
-    shape: Option<usize>,
-    with_law: bool,
+    contacts: &Contacts<OfBody<T>>,
+    (shapes, side): ([usize; 2], usize),
     out: &mut Numbers<'_, T>,
 ) {
-    if let Some(shape) = shape {
-        let own = last_of(&out.slots().0.shapes[shape], TURNING_NUMBERS);
-        out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
+    if let Some(material) = contacts.material_by_side(shapes, side) {
+        let [_, _, turning, compliance] = parts_of(contacts, material, out);
+        out.add(&turning, &x.eps[OWN_TURNING..PAIR_TURNING]);
+        out.add(&compliance, &x.eps[COMPLIANCE..]);
     }
-    if with_law {
+    if side == 0 && contacts.have_turning_between() {
         let own = last_of(&out.slots().0.pair_law, TURNING_NUMBERS);
-        out.add(&own, &x.eps[PAIR_TURNING..]);
+        out.add(&own, &x.eps[PAIR_TURNING..COMPLIANCE]);
     }
 }

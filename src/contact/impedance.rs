@@ -84,6 +84,26 @@ impl<P> Default for Sigmoid<P> {
 }
 
 impl<P: Scalar> Impedance<P> {
+    /// That of two surfaces: the means of all parameters.
+    pub(super) fn between(&self, other: &Self) -> Self {
+        let mean = |a: P, b: P| (a + b) * 0.5;
+        let curves = [&self.sigmoid, &other.sigmoid];
+        let has_default = curves.iter().all(|own| own.shape.is_none());
+        let [a, b] = curves.map(|own| [own.midpoint(), own.power()]);
+        let shape = Shape {
+            midpoint: mean(a[0], b[0]),
+            power: mean(a[1], b[1]),
+        };
+        Self {
+            least: mean(self.least, other.least),
+            largest: mean(self.largest, other.largest),
+            width: mean(self.width, other.width),
+            sigmoid: Sigmoid {
+                shape: (!has_default).then_some(shape),
+            },
+        }
+    }
+
     /// d at a depth δ (m): least + (largest − least) s(x),  x = δ / width within 0 and 1.
     pub fn at<T: Over<P>>(&self, depth: T) -> T {
         let x = (depth / T::from(self.width)).clamp(0.0, 1.0);
