@@ -121,6 +121,7 @@ mod numbers;
 mod parallel;
 pub mod scalar;
 pub mod sim;
+mod sorting;
 pub mod spatial;
 mod special;
 mod stop;

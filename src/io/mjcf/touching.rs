@@ -9,6 +9,7 @@ use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
     TurningFriction,
 };
+use crate::sorting::sort_seldom;
 use crate::spatial::Transform;
 
 /// Kinds of geoms that touch others by one rule: more do not fit in the bits of groups.
@@ -90,7 +91,7 @@ impl MjcfScene {
             let mut geoms = self.contacts.geoms.iter();
             geoms.position(|own| std::ptr::eq(own, geom))
         };
-        all.sort_by_key(|geom| place(geom));
+        sort_seldom(&mut all, |one, other| place(one).cmp(&place(other)));
         all.truncate(MOST_COMPARED);
         let mut found: Option<Touch> = None;
         for (i, one) in all.iter().enumerate() {
