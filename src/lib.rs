@@ -59,7 +59,7 @@
 //! | `trajopt` | yes | `trajopt`: trajectory optimisation |
 //! | `parallel` | yes | batches over all cores |
 //! | `identification` | no | `identify`: system identification |
-//! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of steps |
+//! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of costs and steps |
 //! | `graphs` | no | nothing new: the recorded functions of [`codegen`] are compiled with the library instead of with each program that calls them |
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
@@ -121,6 +121,7 @@ mod numbers;
 mod parallel;
 pub mod scalar;
 pub mod sim;
+mod sorting;
 pub mod spatial;
 mod special;
 mod stop;

@@ -93,14 +93,29 @@ pub(super) fn field_witness<P: Scalar, T: Over<P>>(
         (None, Some(field)) => (field, X_B, Placed::new(first, a, X_A), false),
         _ => return None,
     };
+    let seed = pair.seed * if is_first { 1.0 } else { -1.0 };
+    Some(witness_of_point(field, X, &point, &seed, is_first))
+}
+
+/// Distance, points and normal of a field and a point with a radius, once for all types of sizes.
+///
+/// * `seed` – direction out of the field
+/// * `is_first` – whether the field is the first of the two
+fn witness_of_point<T: Scalar>(
+    field: &DistanceField,
+    X: &Transform<T>,
+    point: &Placed<T>,
+    seed: &Vector3<f64>,
+    is_first: bool,
+) -> Witness<T> {
     let (center, radius) = (point.center, point.radius);
     let (distance, gradient) = field.at(&rotate_back(&X.rotation, &(center - X.translation)));
     let sign = if is_first { 1.0 } else { -1.0 };
-    let seed = (pair.seed * sign).map(T::constant);
+    let seed = seed.map(T::constant);
     let out = normalized_or(&rotate(&X.rotation, &gradient), T::zero(), &seed);
     let on_field = center - scale(&out, distance);
     let on_point = center - scale(&out, radius);
-    Some(Witness {
+    Witness {
         distance: distance - radius,
         points: if is_first {
             [on_field, on_point]
@@ -108,5 +123,5 @@ pub(super) fn field_witness<P: Scalar, T: Over<P>>(
             [on_point, on_field]
         },
         normal: scale(&out, T::constant(sign)),
-    })
+    }
 }

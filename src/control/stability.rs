@@ -10,6 +10,7 @@ use super::doubling::{TimeDomain, is_finite};
 use super::riccati::Riccati;
 use super::triple::Triple;
 use crate::linalg::eigenvalues as unsorted;
+use crate::sorting::sort_seldom;
 
 /// Tolerances of the search for a hidden mode.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +41,7 @@ pub(super) fn eigenvalues(time: TimeDomain, m: &DMatrix<f64>) -> Vec<Complex<f64
         return Vec::new();
     }
     let mut values = unsorted(balanced(m));
-    values.sort_by(|x, y| {
+    sort_seldom(&mut values, |x, y| {
         let key = |z: &Complex<f64>| (growth(time, *z), z.re, z.im);
         let ((a, b, c), (d, e, f)) = (key(x), key(y));
         d.total_cmp(&a).then(e.total_cmp(&b)).then(f.total_cmp(&c))

@@ -12,6 +12,7 @@ use super::tree::Tree;
 use crate::joint::{Floating, Joint, JointKind, with_joint};
 use crate::linalg::small_matrix::solve;
 use crate::model::BodyId;
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion};
 
@@ -39,7 +40,8 @@ pub(super) struct Working<T> {
     /// Articulated bias forces.
     pub(super) F: Vec<Force<T>>,
     pub(super) A: Vec<Motion<T>>,
-    /// Per degree of freedom: D⁻¹ u, the acceleration of the joint for a parent without acceleration; for a body on the world the actual one.
+    /// Per degree of freedom: τ until its joint is eliminated, then D⁻¹ u, the acceleration of the joint for a parent without acceleration; for a body on
+    /// the world the actual one.
     pub(super) pushed: Vec<T>,
     /// Inertia of each coordinate, added to D: armature and implicit damping diagonal, kg·m² or kg.
     pub(super) resistance: Vec<T>,
@@ -172,15 +174,26 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
     last: usize,
     s: &mut Working<T>,
 ) {
-    let rubs = s.friction.act();
+    let (rubs, again) = (s.friction.act(), last != ALL);
+    if !again {
+        s.pushed.copy_from_slice(tau);
+    }
     for i in tree.range().rev() {
         if i > last && !tree.repeats(i, last) {
             continue;
         }
         tree.add_children(i, &mut s.F, &mut s.factor.I);
-        let (joint, parent) = (tree.bodies()[i].joint, tree.bodies()[i].parent);
-        with_joint!(joint, joint => eliminate(tree, i, joint, parent, tau, A_W, rubs, s),
-            else eliminate_rare(tree, i, joint, parent, tau, A_W, rubs, s));
+        let body = &tree.bodies()[i];
+        let (joint, parent) = (body.joint, body.parent);
+        if again {
+            v_range(body).for_each(|k| s.pushed[k] = tau[k]);
+        }
+        // A constant first: for other numbers this is not compiled.
+        if Frictions::<T>::MAY_ACT && rubs {
+            s.decide(i, joint, body.v);
+        }
+        with_joint!(joint, joint => eliminate(tree, i, joint, parent, A_W, s),
+            else eliminate_rare(tree, i, joint, parent, A_W, s));
     }
 }
 
@@ -190,15 +203,13 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
     i: usize,
     joint: JointKind,
     parent: Option<BodyId>,
-    tau: &[T],
     A_W: &Motion<T>,
-    rubs: bool,
     s: &mut Working<T>,
 ) {
     match (joint, parent) {
         // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
-        (JointKind::Floating, None) => eliminate_base(tree, i, tau, A_W, rubs, s),
-        _ => eliminate_any(tree, i, joint, parent, tau, A_W, rubs, s),
+        (JointKind::Floating, None) => eliminate_base(tree, i, A_W, s),
+        _ => eliminate_any(tree, i, joint, parent, A_W, s),
     }
 }
 
@@ -206,14 +217,12 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
 fn eliminate_base<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     i: usize,
-    tau: &[T],
     A_W: &Motion<T>,
-    rubs: bool,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate(tree, i, Floating, None, tau, A_W, rubs, s),
+        || eliminate(tree, i, Floating, None, A_W, s),
     );
 }
 
@@ -223,14 +232,12 @@ fn eliminate_any<P: Scalar, T: Over<P>>(
     i: usize,
     joint: JointKind,
     parent: Option<BodyId>,
-    tau: &[T],
     A_W: &Motion<T>,
-    rubs: bool,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate(tree, i, joint, parent, tau, A_W, rubs, s),
+        || eliminate(tree, i, joint, parent, A_W, s),
     );
 }
 
@@ -238,37 +245,23 @@ fn eliminate_any<P: Scalar, T: Over<P>>(
 ///
 /// The inertia is moved before the joint is taken out of it, so that nothing waits for the division. A body on the world accelerates at
 /// once:  v̇ = D⁻¹ (u − Uᵀ X⁻¹ `A_W`).
-///
-/// * `rubs` – whether there is friction
 #[inline(always)]
 fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     tree: &impl Tree<P, T>,
     i: usize,
     joint: J,
     parent: Option<BodyId>,
-    tau: &[T],
     A_W: &Motion<T>,
-    rubs: bool,
     s: &mut Working<T>,
 ) {
-    // A constant: for other numbers this is not compiled.
-    let rubs = Frictions::<T>::MAY_ACT && rubs;
     let v = tree.bodies()[i].v;
     let U = s.factor.columns(i, joint);
-    if rubs {
-        s.decide(i, joint, v, &U, tau);
-    }
     let (F, C) = (s.F[i], &s.C[i]);
     let D = s.factor.factorize(joint, &U, v, &s.resistance);
     let mut u = joint.per_dof(
         #[inline(always)]
-        |k| tau[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
+        |k| s.pushed[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
     );
-    if rubs {
-        for k in 0..joint.nv() {
-            u.as_mut()[k] += s.friction.all[v + k].parts()[0];
-        }
-    }
     match parent {
         Some(p) => {
             let felt: Felt<J, T> = s.factor.felt(i, joint, v, &U, &D);

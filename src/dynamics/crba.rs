@@ -181,9 +181,15 @@ fn inward<P: Scalar, T: Over<P>>(
         }
     }
     // Rotors rotate with their own coordinate only.
-    for (k, &armature) in model.armature().iter().enumerate() {
-        let entry = &mut out[block(k).index(k, k)];
-        *entry = *entry + armature;
+    let (armature, mut first) = (model.armature(), 0);
+    while first < armature.len() {
+        let block = block(first);
+        let diagonal = out[block.index(first, first)..].iter_mut();
+        let own = &armature[first..first + block.size];
+        for (entry, &armature) in diagonal.step_by(block.size + 1).zip(own) {
+            *entry = *entry + armature;
+        }
+        first += block.size;
     }
 }
 

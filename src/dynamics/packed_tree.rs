@@ -7,6 +7,7 @@ use std::mem::discriminant;
 use crate::joint::JointKind;
 use crate::model::{Body, BodyId};
 use crate::scalar::{Lanes, Scalar};
+use crate::sorting::sort_indices;
 use crate::spatial::{Inertia, Transform};
 
 pub(crate) use crate::scalar::LEVEL as WIDTH;
@@ -103,7 +104,8 @@ impl PackedTree {
         let mut open = VecDeque::from([(tip.map(|_| BodyId(0)), start.clone())]);
         while let Some((parent, mut children)) = open.pop_front() {
             // The longest side by side, so that levels stay full for long.
-            children.sort_by_key(|&i| (kind(&bodies[i]), Reverse(tree.height[i])));
+            let key = |i: usize| (kind(&bodies[i]), Reverse(tree.height[i]));
+            sort_indices(&mut children, &|i, j| key(i).cmp(&key(j)));
             for same in children.chunk_by(|&i, &j| kind(&bodies[i]) == kind(&bodies[j])) {
                 for packed in same.chunks(WIDTH) {
                     let level = BodyId(out.levels.len());

@@ -13,6 +13,7 @@ use crate::error::{SingularMassMatrix, UnresistedJoint};
 use crate::joint::Axis;
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::Scalar;
+use crate::sorting::sort_seldom;
 use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};
 
 /// Part of the inertia of all bodies behind a joint, locked, below which what resists with them free is taken for the rounding of the differences
@@ -115,7 +116,7 @@ impl<P: Scalar> Model<P> {
             let joint = self.body_joint(at.body);
             at.body = joint.map_or(at.body, |joint| self.joint_body(joint));
         }
-        found.sort_by_key(|at| at.body);
+        sort_seldom(&mut found, |a, b| a.body.cmp(&b.body));
         found.dedup_by_key(|at| at.body);
         found
     }

@@ -6,7 +6,7 @@
 
 use super::aba::{Working, alone};
 use super::tree::Tree;
-use crate::joint::Joint;
+use crate::joint::{Axis, JointKind};
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
@@ -32,29 +32,40 @@ impl<T: Scalar> Working<T> {
         self.friction.follow();
     }
 
-    /// Guesses which coordinates of body i stick in the first pass, before its joint is eliminated, and adds the resistance of those that stick.
+    /// Guesses which coordinates of body i stick in the first pass, before its joint is eliminated, and adds their friction to joint forces and resistance.
+    ///
+    /// Once for all kinds of joints: compiled into each elimination it made those of robots without friction 3 % longer.
+    #[inline(never)]
+    pub(super) fn decide(&mut self, i: usize, joint: JointKind, v: usize) {
+        T::vectorized(
+            #[inline(always)]
+            || {
+                for k in 0..joint.nv() {
+                    self.decide_one(i, joint.axis(k), v + k);
+                }
+            },
+        );
+    }
+
+    /// The same of one coordinate.
     #[inline(always)]
-    pub(super) fn decide<J: Joint>(
-        &mut self,
-        i: usize,
-        joint: J,
-        v: usize,
-        U: &J::PerDof<Force<T>>,
-        tau: &[T],
-    ) {
-        let F = &self.F[i];
-        for k in 0..joint.nv() {
-            let (own, axis) = (&mut self.friction.eliminated[v + k], joint.axis(k));
-            own.U = U.as_ref()[k];
-            own.bias = axis.project(F) - tau[v + k];
-            own.inertia = axis.project(&own.U);
-            own.resistance = self.resistance[v + k];
-            let friction = &mut self.friction.all[v + k];
-            if self.friction.guess {
-                friction.piece = friction.guess(own.inertia + own.resistance, own.bias);
-            }
-            self.resistance[v + k] += friction.parts()[1];
+    fn decide_one(&mut self, i: usize, axis: Axis, k: usize) {
+        let (F, I) = (&self.F[i], &self.factor.I[i]);
+        let own = &mut self.friction.eliminated[k];
+        own.U = axis.column(
+            #[inline(always)]
+            |axis| I.column(axis),
+        );
+        own.bias = axis.project(F) - self.pushed[k];
+        own.inertia = axis.project(&own.U);
+        own.resistance = self.resistance[k];
+        let friction = &mut self.friction.all[k];
+        if self.friction.guess {
+            friction.piece = friction.guess(own.inertia + own.resistance, own.bias);
         }
+        let [force, resistance] = friction.parts();
+        self.pushed[k] += force;
+        self.resistance[k] += resistance;
     }
 
     /// Finds the pieces that the accelerations of the last pass outward suggest, and where they differ from those of this pass.

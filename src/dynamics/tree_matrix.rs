@@ -14,10 +14,25 @@ use crate::scalar::Scalar;
 pub(crate) struct TreeMatrix<T> {
     /// The blocks by columns, one after the other.
     values: Vec<T>,
-    /// Index that the entry of each column in row zero would have.
-    starts: Vec<usize>,
-    /// Rows of each column: those of its tree.
-    rows: Vec<Range<usize>>,
+    columns: Vec<Column>,
+}
+
+/// Where the entries of a column are; side by side, so that one look finds all of it.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    /// Index that the entry in row zero would have.
+    start: usize,
+    /// First row of its tree, and the one past the last.
+    first: usize,
+    end: usize,
+}
+
+impl Column {
+    /// Indices of its entries.
+    #[inline(always)]
+    fn entries(self) -> Range<usize> {
+        self.start + self.first..self.start + self.end
+    }
 }
 
 /// Where the entries of a tree are.
@@ -40,26 +55,25 @@ impl Block {
 impl<T: Scalar> TreeMatrix<T> {
     /// Zeros.
     pub(crate) fn zeros<P: Scalar>(model: &Model<P>) -> Self {
-        let (mut starts, mut rows, mut before) = (Vec::new(), Vec::new(), 0);
+        let (mut columns, mut before) = (Vec::new(), 0);
         for own in trees(model).chunk_by(|a, b| a == b) {
             let (first, size) = (own[0], own.len());
-            // The blocks before have at least as many entries as rows.
-            starts.extend((0..size).map(|k| before + size * k - first));
-            rows.resize(first + size, first..first + size);
+            let end = first + size;
+            for k in 0..size {
+                // The blocks before have at least as many entries as rows.
+                let start = before + size * k - first;
+                columns.push(Column { start, first, end });
+            }
             before += size * size;
         }
         let values = vec![T::zero(); before];
-        Self {
-            values,
-            starts,
-            rows,
-        }
+        Self { values, columns }
     }
 
     /// Number of rows.
     #[inline(always)]
     pub(crate) fn size(&self) -> usize {
-        self.starts.len()
+        self.columns.len()
     }
 
     /// All entries.
@@ -79,10 +93,9 @@ impl<T: Scalar> TreeMatrix<T> {
         if self.values.len() == matrix.len() {
             return self.values.copy_from_slice(matrix.as_slice());
         }
-        for (k, column) in matrix.column_iter().enumerate() {
-            let rows = self.rows[k].clone();
-            let to = self.starts[k] + rows.start..self.starts[k] + rows.end;
-            let all = self.values[to].iter_mut().zip(&column.as_slice()[rows]);
+        for (own, from) in self.columns.iter().zip(matrix.column_iter()) {
+            let from = &from.as_slice()[own.first..own.end];
+            let all = self.values[own.entries()].iter_mut().zip(from);
             all.for_each(|(own, &x)| *own = x);
         }
     }
@@ -95,26 +108,27 @@ impl<T: Scalar> TreeMatrix<T> {
     /// The entries of a column, by their rows; those before the rows of its tree are no entries.
     #[inline(always)]
     pub(crate) fn column(&self, k: usize) -> &[T] {
-        let start = self.starts[k];
-        &self.values[start..start + self.rows[k].end]
+        let Column { start, end, .. } = self.columns[k];
+        &self.values[start..start + end]
     }
 
     /// Rows of the tree of a coordinate, the columns of that tree before its own one, and its own one.
     #[inline(always)]
     pub(super) fn split_before(&mut self, k: usize) -> (Range<usize>, &mut [T], &mut [T]) {
-        let rows = self.rows[k].clone();
-        let own = self.starts[k] + rows.start;
-        let block = self.starts[rows.start] + rows.start;
-        let (before, own) = self.values[block..own + rows.len()].split_at_mut(own - block);
+        let column = self.columns[k];
+        let (rows, own) = (column.first..column.end, column.entries());
+        let before = rows.len() * (k - rows.start);
+        let (before, own) = self.values[own.start - before..own.end].split_at_mut(before);
         (rows, before, own)
     }
 
     /// All entries, and where those of the tree of a coordinate are.
     pub(super) fn parts_mut(&mut self) -> (&mut [T], impl Fn(usize) -> Block) {
-        let (starts, rows) = (&self.starts, &self.rows);
+        let columns = &self.columns;
         let block = |k: usize| {
-            let size = rows[k].len();
-            let offset = starts[k].wrapping_sub(size * k);
+            let Column { start, first, end } = columns[k];
+            let size = end - first;
+            let offset = start.wrapping_sub(size * k);
             Block { size, offset }
         };
         (&mut self.values, block)
@@ -122,7 +136,8 @@ impl<T: Scalar> TreeMatrix<T> {
 
     /// An entry, zero between trees.
     pub(crate) fn entry(&self, i: usize, j: usize) -> T {
-        match self.rows[j].contains(&i) {
+        let Column { first, end, .. } = self.columns[j];
+        match (first..end).contains(&i) {
             true => self[(i, j)],
             false => T::zero(),
         }
@@ -135,14 +150,14 @@ impl<T: Scalar> Index<(usize, usize)> for TreeMatrix<T> {
 
     #[inline(always)]
     fn index(&self, (i, j): (usize, usize)) -> &T {
-        &self.values[self.starts[j] + i]
+        &self.values[self.columns[j].start + i]
     }
 }
 
 impl<T: Scalar> IndexMut<(usize, usize)> for TreeMatrix<T> {
     #[inline(always)]
     fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut T {
-        &mut self.values[self.starts[j] + i]
+        &mut self.values[self.columns[j].start + i]
     }
 }
 

@@ -1,5 +1,7 @@
 //! Names that a wrong one may have been meant for.
 
+use crate::sorting::sort_seldom;
+
 /// Characters of a name that are compared: longer names are not typing errors.
 const MAX_CHARACTERS: usize = 64;
 
@@ -16,7 +18,7 @@ pub(super) fn similar_first<'a>(name: &str, known: &'a [String]) -> Vec<&'a Stri
         .iter()
         .map(|known| (wanted.rank(&Name::of(known)), known))
         .collect();
-    ranked.sort_by_key(|&(rank, _)| rank);
+    sort_seldom(&mut ranked, |(one, _), (other, _)| one.cmp(other));
     ranked.into_iter().map(|(_, name)| name).collect()
 }
 

@@ -8,6 +8,7 @@ use super::sensors::{self, ImportedSensor};
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Limits, Link, Model};
 use crate::sim::{Sensors, Servo};
+use crate::sorting::sort_seldom;
 
 /// Report on a loaded file.
 ///
@@ -164,7 +165,7 @@ pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> 
     };
     let name = root.map(|link| model.frames()[link.frame.0].name.clone());
     let sorted = |mut notes: Vec<ImportNote>| {
-        notes.sort_by_key(|note| note.line);
+        sort_seldom(&mut notes, |one, other| one.line.cmp(&other.line));
         notes
     };
     let is_limited = |limits: &Limits| *limits != Limits::default();

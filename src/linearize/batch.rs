@@ -117,7 +117,8 @@ impl BatchSimulator {
         assert_eq!(inputs.len(), self.len() * nu, "len × nu inputs");
         let zeros = (0..self.len()).map(|i| S::zeros(self.simulator(i)));
         let mut out: Vec<_> = zeros.collect();
-        let mut workers = vec![S::memory(self.template()); self.threads()];
+        let memory = |_| S::memory(self.template());
+        let mut workers: Vec<S> = (0..self.threads()).map(memory).collect();
         for_each_part(&mut workers, &mut out, |scratch, i, out| {
             let simulator = self.simulator(i);
             if !scratch.is_of(simulator) {

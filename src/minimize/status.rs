@@ -24,7 +24,7 @@ pub enum Status {
     /// The constraints cannot be satisfied near the trajectory: violations remain at the largest penalty.
     Infeasible,
     /// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) was requested, but the [system](crate::trajopt::System::has_step_hessian) has no
-    /// Hessian of its step; for robots enable the feature `second-order`. The trajectory is the guess.
+    /// Hessian of its step, which needs the feature `second-order`. The trajectory is the guess.
     NoStepHessian,
 }
 

@@ -6,6 +6,7 @@ use std::fmt;
 use nalgebra::linalg::SymmetricEigen;
 
 use super::Model;
+use crate::sorting::sort_seldom;
 use crate::spatial::Inertia;
 
 /// Largest violation of what holds for the moments of bodies, relative to the largest moment: the rounding of six
@@ -73,7 +74,7 @@ pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
     }
     let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)?;
     let mut scaled: [f64; 3] = eigen.eigenvalues.into();
-    scaled.sort_by(f64::total_cmp);
+    sort_seldom(&mut scaled, f64::total_cmp);
     let moments = scaled.map(|moment| moment * largest_entry);
     let [a, b, c] = scaled;
     if inertia.mass == 0.0 {

@@ -20,7 +20,7 @@ impl Curvature {
     pub(super) fn is_known_of(self, system: &dyn AnySystem) -> bool {
         match self {
             Self::GaussNewton => true,
-            Self::Exact => system.has_step_hessian(),
+            Self::Exact => cfg!(feature = "second-order") && system.has_step_hessian(),
         }
     }
 }

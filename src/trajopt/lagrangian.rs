@@ -58,10 +58,11 @@ impl<'a> StagePoint<'a> {
         let (at, factor) = (self.point(), self.problem.cost_factor(self.stage));
         let cost = self.problem.cost_at(self.stage);
         out.clear();
-        if curvature == Curvature::GaussNewton {
-            cost.add_expansion(at, factor, memory, out);
-        } else {
-            cost.add_exact_expansion(at, factor, out);
+        match curvature {
+            #[cfg(feature = "second-order")]
+            Curvature::Exact => cost.add_exact_expansion(at, factor, out),
+            // Without that feature solvers take no exact curvature.
+            _ => cost.add_expansion(at, factor, memory, out),
         }
         let mut first = 0;
         for constraint in self.problem.constraints_at(self.stage) {

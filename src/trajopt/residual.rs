@@ -3,6 +3,7 @@
 use std::fmt;
 
 use nalgebra::DMatrix;
+#[cfg(feature = "second-order")]
 use num_dual::HyperDual64;
 
 use super::robot::NO_ROBOT;
@@ -168,9 +169,21 @@ behind_a_pointer! {
     }
 }
 
+/// A residual on the numbers of second derivatives, with the feature `second-order` that takes them.
+#[cfg(feature = "second-order")]
+pub trait EvalTwice: EvalOn<HyperDual64> {}
+#[cfg(feature = "second-order")]
+impl<R: EvalOn<HyperDual64>> EvalTwice for R {}
+
+/// A residual without second derivatives, which the feature `second-order` adds.
+#[cfg(not(feature = "second-order"))]
+pub trait EvalTwice: Send + Sync {}
+#[cfg(not(feature = "second-order"))]
+impl<R: Send + Sync> EvalTwice for R {}
+
 behind_a_pointer! {
     /// A residual of any type on the scalars that solvers use.
-    pub trait AnyResidual: [EvalOn<HyperDual64>] of Residual {
+    pub trait AnyResidual: [EvalTwice] of Residual {
         /// Number of entries.
         fn dim(&self, node: &Node<'_>) -> usize;
         /// Variables that the residual depends on.

@@ -333,6 +333,7 @@ fn bounds_of_a_robot_in_contact_are_as_long_as_its_state() {
     assert_eq!(cost.value(&simulator, 0, x.as_slice(), &[]), 0.0);
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn exact_hessian_equals_differences_of_the_gradient_and_gauss_newton_at_zero_residual() {
     let simulator = Simulator::new(samples::arm());
@@ -358,6 +359,7 @@ fn exact_hessian_equals_differences_of_the_gradient_and_gauss_newton_at_zero_res
     }
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn gauss_newton_hessian_equals_the_exact_one_where_residuals_are_linear() {
     let simulator = Simulator::new(samples::arm());
@@ -478,6 +480,7 @@ fn distance_is_finite_where_frames_touch() {
     let (x, u) = point(&simulator, 1);
     let at = cost.expand(&simulator, 0, x.as_slice(), &u);
     assert_eq!((at.value, at.gradient.amax()), (0.0, 0.0));
+    #[cfg(feature = "second-order")]
     assert!(
         cost.expand_exactly(&simulator, 0, x.as_slice(), &u)
             .hessian

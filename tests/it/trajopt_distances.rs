@@ -200,6 +200,7 @@ fn samples_are_on_the_way_from_the_node_before() {
     assert_eq!(first[..PAIRS.len()], first[PAIRS.len()..2 * PAIRS.len()]);
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn second_derivatives_of_a_barrier_equal_differences_of_its_gradient() {
     let simulator = crowd();

@@ -21,7 +21,7 @@ use super::point::velocity_at;
 use super::point_state::PointState;
 use super::shape_pairs::{BodyShape, MATERIAL_NUMBERS, TURNING_NUMBERS};
 use super::turning::TurningFriction;
-use crate::collision::{BroadPhase, PairFeature, Shape, recorded_witness, witness};
+use crate::collision::{BroadPhase, PairFeature, Shape, Witness, recorded_witness, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar};
@@ -257,24 +257,47 @@ fn state_of_shapes<P: Scalar, T: Over<P>>(
     X: &[Transform<T>; 2],
     V: &[Motion<T>; 2],
 ) -> PairState<T> {
-    let (X_WA, X_WB) = (X[0] * a.X_BS.lift(), X[1] * b.X_BS.lift());
+    let (X_WA, X_WB) = (on(&X[0], &a.X_BS.lift()), on(&X[1], &b.X_BS.lift()));
     let found = if const { T::HAS_VALUES } {
         witness(feature, &a.shape, &X_WA, &b.shape, &X_WB)
     } else {
         let [first, second] = [a, b].map(|own| own.shape.lift());
         recorded_witness(feature, [&first, &second], [&X_WA, &X_WB])
     };
+    state_of_witness(&found, X, V)
+}
+
+/// A pose on a body. A function of its own: over wide dual numbers a product of poses is 10 kB of machine code.
+fn on<T: Scalar>(X_WB: &Transform<T>, X_BS: &Transform<T>) -> Transform<T> {
+    *X_WB * *X_BS
+}
+
+fn state_of_witness<T: Scalar>(
+    found: &Witness<T>,
+    X: &[Transform<T>; 2],
+    V: &[Motion<T>; 2],
+) -> PairState<T> {
     let position = (found.points[0] + found.points[1]) * T::constant(0.5);
-    let [in_first, in_second] = [0, 1].map(|side| X[side].inverse().point(&position));
-    let velocity = |side: usize, at| rotate(&X[side].rotation, &velocity_at(&V[side], at));
+    let (in_first, first) = motion_of(&position, &X[0], &V[0]);
+    let (in_second, second) = motion_of(&position, &X[1], &V[1]);
     PairState {
         point: PointState {
             position,
-            velocity: velocity(0, &in_first) - velocity(1, &in_second),
+            velocity: first - second,
             normal: -found.normal,
             depth: -found.distance,
             in_body: in_first,
         },
         in_second,
     }
+}
+
+/// A point of the world as one of a body: its position there, and its velocity along the axes of the world.
+fn motion_of<T: Scalar>(
+    position: &Vector3<T>,
+    X: &Transform<T>,
+    V: &Motion<T>,
+) -> (Vector3<T>, Vector3<T>) {
+    let at = X.inverse().point(position);
+    (at, rotate(&X.rotation, &velocity_at(V, &at)))
 }

@@ -12,6 +12,7 @@ use crate::control::stability;
 use crate::linearize::Linearization;
 use crate::model::Model;
 use crate::sim::{Simulator, State};
+use crate::sorting::sort_indices;
 use crate::spatial::Representation;
 
 /// A linear-quadratic regulator u = u₀ − K (q ⊖ q₀, v − v₀) about an [`Equilibrium`], for the part of the state that is reachable from the inputs.
@@ -159,7 +160,9 @@ fn described(simulator: &Simulator, directions: &DMatrix<f64>) -> Vec<String> {
 /// Largest components of a direction with their names, the first one positive, since the sign of a direction is arbitrary.
 fn components(names: &[String], direction: DVectorView<'_, f64>) -> String {
     let mut parts: Vec<usize> = (0..direction.len()).collect();
-    parts.sort_by(|&i, &j| direction[j].abs().total_cmp(&direction[i].abs()));
+    sort_indices(&mut parts, &|i, j| {
+        direction[j].abs().total_cmp(&direction[i].abs())
+    });
     parts.truncate(MOST_NAMED);
     parts.retain(|&k| direction[k].abs() >= LEAST_NAMED);
     let sign = parts.first().map_or(1.0, |&k| direction[k].signum());

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::dynamics::rnea::{Accelerated, joint_motion_over};
 use crate::joint::{Joint, JointKind, MAX_NV};
 use crate::model::Body;
-use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar};
+use crate::scalar::{CHUNK, Differentiable, DualNumber, Over, Pack, Scalar};
 use crate::spatial::linear::zero;
 use crate::spatial::{Force, Motion};
 
@@ -92,7 +92,7 @@ pub(super) fn moved<P: Scalar, T: Over<P>, D: DualNumber<T, 1>>(body: &Body<P>) 
     D::new(T::zero(), [body.scaled(T::one())])
 }
 
-/// [`place`] for a joint of a rare kind, whose own coordinates are given.
+/// [`place`] for a joint of a rare kind, whose own coordinates are given: a few directions at a time, compiled for one width of all kinds.
 #[inline(never)]
 pub(super) fn place_rare<P: Scalar, T: Differentiable + Over<P>>(
     body: &Body<P>,
@@ -101,38 +101,38 @@ pub(super) fn place_rare<P: Scalar, T: Differentiable + Over<P>>(
     carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
 ) -> Accelerated<T> {
-    if body.joint.nv() <= 3 {
-        place_in::<P, T, 3>(body, v, a, carried, directions)
-    } else {
-        place_in::<P, T, MAX_NV>(body, v, a, carried, directions)
-    }
-}
-
-/// [`place_rare`] in so many directions.
-fn place_in<P: Scalar, T: Differentiable + Over<P>, const W: usize>(
-    body: &Body<P>,
-    v: &[T],
-    a: &[T],
-    carried: &Accelerated<T>,
-    directions: &mut [Direction<T>],
-) -> Accelerated<T> {
-    let (still, a) = (lifted(v), lifted::<T, T::Dual<W>, W>(a));
-    let mut v_moved = still;
-    for k in 0..v.len() {
-        v_moved[k] = DualNumber::variable(v[k], k);
-    }
     let own = Body {
         q: 0,
         v: 0,
         ..body.clone()
     };
+    let mut out = *carried;
+    for (chunk, directions) in directions.chunks_mut(CHUNK).enumerate() {
+        out = place_some(&own, v, a, carried, (chunk * CHUNK, directions));
+    }
+    out
+}
+
+/// [`place_rare`] in some directions, from the first one on.
+fn place_some<P: Scalar, T: Differentiable + Over<P>>(
+    body: &Body<P>,
+    v: &[T],
+    a: &[T],
+    carried: &Accelerated<T>,
+    (first, directions): (usize, &mut [Direction<T>]),
+) -> Accelerated<T> {
+    let (still, a) = (lifted(v), lifted::<T, T::Dual<CHUNK>, CHUNK>(a));
+    let mut v_moved = still;
+    for k in 0..directions.len() {
+        v_moved[first + k] = DualNumber::variable(v[first + k], k);
+    }
     let at = Seeded {
         v: &still,
         v_moved: &v_moved,
         a: &a,
     };
-    let moved = moved_from_zero::<T, T::Dual<W>, W>(body.joint);
-    place(&own, body.joint, &moved, &at, carried, directions)
+    let moved = moved_from_zero::<T, T::Dual<CHUNK>, CHUNK>(body.joint, first);
+    place(body, body.joint, &moved, &at, carried, directions)
 }
 
 /// Derivative of a force on a body in the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
@@ -157,18 +157,29 @@ pub(super) fn turned_by_rare<T: Differentiable, J: Joint>(
     joint: J,
     F: &Force<T>,
 ) -> J::PerDof<Force<T>> {
-    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(kind);
-    turned_force(joint, &moved, F)
+    let mut all = [Force::zero(); MAX_NV];
+    for (chunk, all) in all[..kind.nv()].chunks_mut(CHUNK).enumerate() {
+        let moved = moved_from_zero::<T, T::Dual<CHUNK>, CHUNK>(kind, chunk * CHUNK);
+        let F: Force<T::Dual<CHUNK>> = kind.force(&moved, F);
+        for (w, out) in all.iter_mut().enumerate() {
+            *out = Force::new(F.linear.map(|x| x.eps()[w]), F.angular.map(|x| x.eps()[w]));
+        }
+    }
+    joint.per_dof(
+        #[inline(always)]
+        |w| all[w],
+    )
 }
 
-/// 0 ⊕ ε: the joint where its frames coincide, moved by one direction for each degree of freedom.
+/// 0 ⊕ ε: the joint where its frames coincide, moved by directions of its degrees of freedom from the first one on.
 fn moved_from_zero<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     joint: JointKind,
+    first: usize,
 ) -> JointCoordinates<D> {
     let mut zero = [T::zero(); MAX_NV + 1];
     let zero = &mut zero[..joint.nq()];
     joint.neutral(zero);
-    moved_by_own_tangents(joint, zero)
+    moved_by_own_tangents(joint, zero, first)
 }
 
 /// The coordinates of a joint; it has at most one position more than velocities.
@@ -185,15 +196,16 @@ pub(crate) fn lifted<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     out
 }
 
-/// q ⊕ ε: moved by one direction for each degree of freedom, the first directions of all.
+/// q ⊕ ε: moved by one direction for each degree of freedom from the first one on, as many as there are directions.
 pub(crate) fn moved_by_own_tangents<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     joint: JointKind,
     q: &[T],
+    first: usize,
 ) -> JointCoordinates<D> {
     let start = lifted(q);
     let (mut tangent, mut moved) = ([D::zero(); MAX_NV + 1], start);
-    for k in 0..joint.nv() {
-        tangent[k] = D::variable(T::zero(), k);
+    for k in first..joint.nv().min(first + W) {
+        tangent[k] = D::variable(T::zero(), k - first);
     }
     let nq = q.len();
     joint.integrate(&start[..nq], &tangent[..joint.nv()], &mut moved[..nq]);

@@ -9,6 +9,7 @@ use crate::collision::Groups;
 use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
 };
+use crate::sorting::sort_seldom;
 use crate::spatial::Transform;
 
 /// Kinds of geoms that touch others by one rule: more do not fit in the bits of groups.
@@ -87,7 +88,7 @@ impl MjcfScene {
             let mut geoms = self.contacts.geoms.iter();
             geoms.position(|own| std::ptr::eq(own, geom))
         };
-        all.sort_by_key(|geom| place(geom));
+        sort_seldom(&mut all, |one, other| place(one).cmp(&place(other)));
         all.truncate(MOST_COMPARED);
         let pairs = (all.iter().enumerate())
             .flat_map(|(i, one)| all[..i].iter().map(move |other| (other, one)));

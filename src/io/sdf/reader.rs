@@ -15,6 +15,7 @@ use crate::io::place::element;
 use crate::io::schema::check;
 use crate::io::values::{Attributes, Values};
 use crate::io::version::Version;
+use crate::sorting::sort_seldom;
 
 /// Largest depth of nested models: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
@@ -128,7 +129,7 @@ impl Reader<'_, '_, '_> {
         let scene = &mut self.shared.scene;
         let names = scene.models[merged].names.clone();
         let mut names: Vec<(String, usize)> = names.into_iter().collect();
-        names.sort_by_key(|&(_, frame)| frame);
+        sort_seldom(&mut names, |(_, one), (_, other)| one.cmp(other));
         for (name, frame) in names {
             if scene.models[scope].names.contains_key(&name) {
                 return Err(scene.frames[frame].place.duplicate(&name));

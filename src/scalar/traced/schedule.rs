@@ -5,6 +5,7 @@
 //! 1970]. The one with fewer results alive at once is taken.
 
 use super::operation::{NodeId, Operation};
+use crate::sorting::sort_indices;
 
 /// Nodes in order, and where each node of before is.
 pub(super) struct Schedule {
@@ -62,7 +63,7 @@ fn on_demand(nodes: &[Operation], wanted: &[NodeId]) -> Vec<usize> {
             open.push((i, true));
             let mut operands: Vec<usize> = nodes[i].operands().map(NodeId::index).collect();
             // The last one is taken first.
-            operands.sort_by_key(|&x| (depth[x], x));
+            sort_indices(&mut operands, &|x, y| (depth[x], x).cmp(&(depth[y], y)));
             open.extend(operands.into_iter().map(|x| (x, false)));
         }
     }

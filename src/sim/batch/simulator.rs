@@ -1,5 +1,7 @@
 //! The simulator of a batch.
 
+use std::sync::Arc;
+
 use super::group::Group;
 use super::one_by_one::OneByOne;
 use super::states::BatchStates;
@@ -31,7 +33,8 @@ use crate::sim::state::State;
 pub struct BatchSimulator {
     /// Simulator with the time step, integrator, actuation and structure of all states.
     simulator: Simulator,
-    variants: Option<Variants>,
+    /// Shared with clones: nothing changes them.
+    variants: Option<Arc<Variants>>,
     len: usize,
     /// Whether states go through lanes.
     side_by_side: bool,
@@ -55,7 +58,7 @@ impl BatchWorker {
 }
 
 /// A simulator for each state, and the same in groups.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Variants {
     singles: Vec<Simulator>,
     groups: Vec<Simulator<BatchScalar>>,
@@ -191,10 +194,10 @@ impl BatchSimulator {
             groups,
             step,
         };
-        Self::of(simulator.clone(), Some(variants), len)
+        Self::of(simulator.clone(), Some(Arc::new(variants)), len)
     }
 
-    fn of(simulator: Simulator, variants: Option<Variants>, len: usize) -> Self {
+    fn of(simulator: Simulator, variants: Option<Arc<Variants>>, len: usize) -> Self {
         let singles = variants.iter().flat_map(|all| &all.singles);
         let may_bounce = simulator.may_bounce() || singles.into_iter().any(Simulator::may_bounce);
         let out = Self {
@@ -330,7 +333,7 @@ impl BatchSimulator {
 
     /// The simulator, its variants, and the working memory of threads.
     pub(super) fn parts(&mut self) -> (&Simulator, Option<&Variants>, &mut [BatchWorker]) {
-        (&self.simulator, self.variants.as_ref(), &mut self.workers)
+        (&self.simulator, self.variants.as_deref(), &mut self.workers)
     }
 
     /// Passes each item to a thread, with the worker that steps the group of the same index.
@@ -341,7 +344,7 @@ impl BatchSimulator {
     ) {
         let (simulator, variants) = (&self.simulator, &self.variants);
         for_each_part(&mut self.workers, items, |worker, k, item| {
-            let variants = variants.as_ref();
+            let variants = variants.as_deref();
             let mut stepper = Stepper {
                 simulator,
                 variants,

@@ -3,13 +3,13 @@
 
 use nalgebra::Vector3;
 
-use super::joint_tangents::{OfNumbers, joint_step, joint_step_in_numbers};
+use super::joint_tangents::{OfNumbers, joint_step, joint_step_in_numbers, stepped_velocity};
 use crate::dynamics::ParameterSlots;
 use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Over, Scalar};
 use crate::sim::state::State;
 
 /// Times of a motion, s.
@@ -123,9 +123,8 @@ impl<T: Scalar> KickDrift<'_, T> {
         out.numbers[1] += second;
         let center = Vector3::new(x, y, z);
         out.slots.add_center(id, body, &center, out.parameters);
-        let w = kicked_velocity(body, from, a, times.kick.re);
-        let drift = Dual::constant_of(times.drift.re);
-        let (dq, dv) = joint_step(body, from, &w, to, drift);
+        let w = stepped_velocity(body, from, a, times.kick.re);
+        let (dq, dv) = joint_step(body, from, &w, to, times.drift.re);
         let (mut q, mut by_w) = ([T::zero(); MAX_NV], [T::zero(); MAX_NV]);
         for (tangent, by) in [dq, dv].iter().zip([&*by_q, &*by_v]) {
             for (x, &weight) in tangent.iter().zip(by) {
@@ -140,14 +139,4 @@ impl<T: Scalar> KickDrift<'_, T> {
             add_scaled(by_v, &w.eps[..nv], x);
         }
     }
-}
-
-/// The velocity of one joint after a kick, with its derivatives in that of before it.
-fn kicked_velocity<T: Scalar>(
-    body: &Body<f64>,
-    from: &State<T>,
-    a: &[T],
-    kick: T,
-) -> [Dual<T, MAX_NV>; MAX_NV] {
-    super::joint_tangents::stepped_velocity(body, from, a, Dual::constant_of(kick))
 }

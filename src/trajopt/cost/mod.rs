@@ -1,5 +1,7 @@
 //! Costs: weighted activations of residuals, their gradients and Hessians.
 
+#[cfg(feature = "second-order")]
+mod exact;
 mod terms;
 
 use std::fmt;
@@ -173,19 +175,6 @@ impl Cost {
         self.add_expansion(at, 1.0, &mut self.memory(at.system), &mut out);
         out.mirror();
         out
-    }
-
-    /// Value, gradient and exact Hessian, by hyper-dual numbers. Allocates.
-    ///
-    /// * `x`, `u` – state and input; no input at the end of the horizon
-    pub fn expand_exactly(
-        &self,
-        dynamics: &(impl AsSystem + ?Sized),
-        stage: usize,
-        x: &[f64],
-        u: &[f64],
-    ) -> Expansion {
-        self.exact_expansion(Point::new(dynamics.as_system(), stage, x, u))
     }
 
     fn memory(&self, system: &dyn AnySystem) -> ResidualJacobian {

@@ -1,5 +1,6 @@
 //! Systems as trait objects, on the scalars that solvers use, so that solvers are compiled once for all systems.
 
+#[cfg(feature = "second-order")]
 use num_dual::HyperDual64;
 
 use super::System;
@@ -62,10 +63,22 @@ behind_a_pointer! {
     }
 }
 
+/// A manifold on the numbers of second derivatives, with the feature `second-order` that takes them.
+#[cfg(feature = "second-order")]
+pub trait ManifoldTwice: Manifold<HyperDual64> {}
+#[cfg(feature = "second-order")]
+impl<M: Manifold<HyperDual64>> ManifoldTwice for M {}
+
+/// A manifold without second derivatives, which the feature `second-order` adds.
+#[cfg(not(feature = "second-order"))]
+pub trait ManifoldTwice: Sizes {}
+#[cfg(not(feature = "second-order"))]
+impl<M: Sizes> ManifoldTwice for M {}
+
 behind_a_pointer! {
     /// A system of any type, as solvers use it: on plain numbers with its derivatives; its manifold also on dual numbers, for first derivatives of
-    /// residuals, and on hyper-dual numbers for second ones. A system with its own derivatives is not compiled on dual numbers here.
-    pub trait AnySystem: [Manifold<f64> + Manifold<Dual<f64, CHUNK>> + Manifold<HyperDual64>] of System {
+    /// residuals, and with the feature `second-order` on hyper-dual numbers for second ones. A system with its own derivatives is not compiled on dual numbers here.
+    pub trait AnySystem: [Manifold<f64> + Manifold<Dual<f64, CHUNK>> + ManifoldTwice] of System {
         /// x⁺ = f(x, u).
         fn step(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, next: &mut [f64]);
         /// ẋ = f(x, u).

@@ -153,7 +153,8 @@ pub trait System: Sized + Send + Sync + 'static {
         tangent::vjp(self, x, u, lambda, scratch, dx, du);
     }
 
-    /// Whether [`add_step_hessian`](Self::add_step_hessian) is there: with the feature `second-order`, or because the system overrides both.
+    /// Whether [`add_step_hessian`](Self::add_step_hessian) is there: with the feature `second-order`, without which solvers take no
+    /// second derivatives.
     fn has_step_hessian(&self) -> bool {
         cfg!(feature = "second-order")
     }

@@ -186,8 +186,8 @@ struct Curved<'a, T: Scalar> {
 impl<T: Scalar> Curved<'_, T> {
     fn add(&self, body: &Body<f64>, weights: &mut [T], out: &mut StepGradientSum<'_, T>) {
         let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
-        let w = stepped_velocity(body, state, self.a, dt);
-        let (dq, dv) = joint_step(body, state, &w, self.next, dt);
+        let w = stepped_velocity(body, state, self.a, T::constant(dt));
+        let (dq, dv) = joint_step(body, state, &w, self.next, T::constant(dt));
         let mut by_w = [T::zero(); MAX_NV];
         for k in 0..nv {
             let (x, y) = (self.by_q[body.v + k], self.by_v[body.v + k]);

@@ -121,8 +121,8 @@ fn curved_rows<T: Scalar>(
     let (model, state, dt) = (at.model(), at.state, at.dt());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
     for body in curved {
-        let w = stepped_velocity(body, state, a, dt);
-        let (dq, dv) = joint_step(body, state, &w, next, dt);
+        let w = stepped_velocity(body, state, a, T::constant(dt));
+        let (dq, dv) = joint_step(body, state, &w, next, T::constant(dt));
         let nv = body.joint.nv();
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
             let by_a = std::array::from_fn(|k| std::array::from_fn(|l| D[k].eps[MAX_NV + l] * dt));

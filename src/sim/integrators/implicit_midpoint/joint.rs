@@ -6,13 +6,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::dynamics::lifted;
 use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{Dual, Scalar};
-use crate::sim::integrators::joint_tangents::integrated_alone;
+use crate::sim::integrators::joint_tangents::{Part, in_both, integrated_alone, seeded};
 use crate::spatial::{Force, SPATIAL};
 
 /// Numbers of one joint along its axes, the first `nv` of which count.
@@ -154,26 +153,24 @@ impl<T: Scalar> JointDerivatives<T> {
     }
 
     fn find_momenta(&mut self, body: &Body<f64>, at: &JointStep<'_, T>) {
-        type Twice<T> = Dual<T, { 2 * MAX_NV }>;
-        let joint = body.joint;
-        let lift = |x: &[T]| -> Along<Twice<T>> {
-            let all: [Twice<T>; MAX_NV + 1] = lifted(x);
-            std::array::from_fn(|k| all[k])
-        };
-        let seeded = |x: &[T], first: usize, scale: f64| -> Along<Twice<T>> {
-            let mut out: Along<Twice<T>> = lift(x);
-            let own = out.iter_mut().take(joint.nv()).enumerate();
-            own.for_each(|(k, out)| out.eps[first + k] = T::constant(scale));
-            out
-        };
-        let (phi, p) = (seeded(at.offsets[0], 0, 0.5 * at.dt), lift(at.p));
-        let impulse = seeded(at.impulse, MAX_NV, 2.0);
-        let middle = at_middle(joint, &phi, &p, &impulse.map(|x| x * 0.5));
+        let (joint, nv) = (body.joint, body.joint.nv());
+        let [middle, end, carry] = in_both(joint, |first| {
+            let of = |x: &[T], slope: f64, direction: usize| -> Along<Part<T>> {
+                let mut out = [Dual::from(0.0); MAX_NV];
+                for (k, &x) in x.iter().enumerate() {
+                    out[k] = seeded(x, T::constant(slope), direction + k, first);
+                }
+                out
+            };
+            let phi = of(at.offsets[0], 0.5 * at.dt, 0);
+            let (p, impulse) = (of(at.p, 0.0, 0), of(at.impulse, 2.0, nv));
+            let middle = at_middle(joint, &phi, &p, &impulse.map(|x| x * 0.5));
+            let end = at_end(joint, &phi, &p, &of(at.impulse, 0.0, 0));
+            [middle, end, carried(joint, &phi, &of(at.p, 1.0, nv))]
+        });
         self.momentum = [part(&middle, 0), part(&middle, MAX_NV)];
-        let impulse: Along<Twice<T>> = lift(at.impulse);
-        self.end_momentum = part(&at_end(joint, &phi, &p, &impulse), 0);
-        let p = seeded(at.p, MAX_NV, 1.0);
-        self.carry = part(&carried(joint, &phi, &p), MAX_NV);
+        self.end_momentum = part(&end, 0);
+        self.carry = part(&carry, MAX_NV);
     }
 
     /// The coordinates of the joint.
