@@ -49,15 +49,26 @@ pub fn witness<P: Scalar, T: Over<P>>(
         NormalSource::First(face) => face_normal(face, a, &X_A),
         NormalSource::Second(face) => -face_normal(face, b, &X_B),
     };
-    let [p, q] = core_points(&placed, &normal, pair.id.normal);
+    let mut found = along(&placed, &normal, pair.id.normal);
+    found.points.iter_mut().for_each(|point| *point += origin);
+    found
+}
+
+/// Distance and points of two features along their normal.
+pub(super) fn along<T: Scalar>(
+    placed: &[Placed<T>; 2],
+    normal: &Vector3<T>,
+    source: NormalSource,
+) -> Witness<T> {
+    let [p, q] = core_points(placed, normal, source);
     let [r, s] = [placed[0].radius, placed[1].radius];
     Witness {
-        distance: dot(&normal, &(q - p)) - r - s,
+        distance: dot(normal, &(q - p)) - r - s,
         points: [
-            scale_add_data::<T, T>(&normal, r, &p) + origin,
-            scale_add_data::<T, T>(&normal, -s, &q) + origin,
+            scale_add_data::<T, T>(normal, r, &p),
+            scale_add_data::<T, T>(normal, -s, &q),
         ],
-        normal,
+        normal: *normal,
     }
 }
 
