@@ -20,6 +20,7 @@ mod collision;
 mod collision_files;
 mod collisions;
 mod common;
+mod cone_lanes;
 mod constraints;
 mod contact;
 mod contact_frames;
