@@ -40,7 +40,7 @@ impl Bounds {
         }
         let solid = Solid::new(shape, X_WS);
         let beyond = Vector3::from_element(solid.radius() + margin);
-        let reach = |axis: usize, sign: f64| solid.support(&(Vector3::ith(axis, sign))).point[axis];
+        let reach = |axis: usize, sign: f64| solid.reach_along(axis, sign);
         Self {
             low: Vector3::from_fn(|axis, _| reach(axis, -1.0)) - beyond,
             high: Vector3::from_fn(|axis, _| reach(axis, 1.0)) + beyond,

@@ -9,6 +9,8 @@ const LOOSE: f64 = 1.5;
 /// Nodes that wait in a search: two for each level of a balanced tree.
 pub(super) const MAX_WAITING: usize = 128;
 
+/// Boxes that are compared with one another: of so few a tree takes longer.
+const FEW: usize = 32;
 /// Pairs that may always be found.
 const MAX_PAIRS: usize = 1 << 16;
 /// Pairs that may be found besides for each box: far more than bodies have neighbours that do not overlap.
@@ -37,8 +39,8 @@ impl std::error::Error for TooManyPairs {}
 
 /// Finds the pairs of shapes whose boxes overlap.
 ///
-/// The boxes are the leaves of a balanced tree, built by medians in O(n log n). Each call fits the tree to the current boxes in O(n), and rebuilds it
-/// if it has become loose. A search costs O(log n) for each box and one step for each pair. After the first call it allocates only for more boxes or
+/// Up to 32 boxes are compared one by one. More are the leaves of a balanced tree, built by medians in O(n log n). Each call fits the tree to the
+/// current boxes in O(n), and rebuilds it if it has become loose. A search costs O(log n) for each box and one step for each pair. After the first call it allocates only for more boxes or
 /// pairs than before. Use one for each state of a batch.
 ///
 /// # Examples
@@ -110,8 +112,12 @@ impl BroadPhase {
         bounds: &[Bounds],
         may_touch: impl Fn(usize, usize) -> bool,
     ) -> Result<&[[usize; 2]], TooManyPairs> {
-        self.fit(bounds);
         self.pairs.clear();
+        if bounds.len() <= FEW {
+            self.compare_all(bounds, may_touch);
+            return Ok(&self.pairs);
+        }
+        self.fit(bounds);
         let most = Self::most_pairs(bounds.len());
         for (at, &i) in self.order.iter().enumerate() {
             let found = &mut self.pairs;
@@ -127,6 +133,18 @@ impl BroadPhase {
         check(self.pairs.len(), most, bounds.len())?;
         self.pairs.sort_unstable();
         Ok(&self.pairs)
+    }
+
+    /// Compares each box with each: of few ones, all pairs are fewer than may always be found.
+    fn compare_all(&mut self, bounds: &[Bounds], may_touch: impl Fn(usize, usize) -> bool) {
+        for (j, own) in bounds.iter().enumerate() {
+            for (i, other) in bounds[..j].iter().enumerate() {
+                if own.overlaps(other) && may_touch(i, j) {
+                    self.pairs.push([i, j]);
+                }
+            }
+        }
+        self.pairs.sort_unstable();
     }
 
     /// The most pairs that are found for so many boxes.

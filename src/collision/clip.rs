@@ -2,11 +2,14 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::feature::{Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature};
+use super::feature::{
+    Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness,
+};
 use super::field_pairs::{each_pair, is_field};
 use super::patch::{Across, MAX_CORNERS, Patch};
+use super::placed::{Placed, face_normal};
 use super::solid::Solid;
-use super::witness::witness;
+use super::witness::{along, witness};
 
 /// Angle within which flat parts count as parallel where one nearest pair is looked for, rad.
 const PARALLEL: f64 = 1e-9;
@@ -72,11 +75,14 @@ pub(super) fn manifold(
     margin: f64,
     out: &mut Manifold,
 ) {
-    let nearest = point(a, b, pair, &Across::new(&pair.seed), 0.0);
-    let slack = SLACK * (a.reach() + b.reach());
+    let nearest = point(a, b, pair, &Across::new(&pair.seed));
     if nearest.distance > margin {
         return;
     }
+    if pair.id.normal == NormalSource::Features && !is_field(a.shape, b.shape) {
+        return out.push(pair);
+    }
+    let slack = SLACK * (a.reach() + b.reach());
     let mut found = [nearest; MAX_PAIRS];
     let mut len = 1;
     each_point(a, b, &pair, TOUCHING, slack, &mut |point| {
@@ -124,7 +130,7 @@ fn each_point(
     let n = &pair.seed;
     let across = Across::new(n);
     if is_field(a.shape, b.shape) {
-        each_pair(a, b, &mut |pair, _| each(point(a, b, pair, &across, 0.0)));
+        each_pair(a, b, &mut |pair, _| each(point(a, b, pair, &across)));
         return;
     }
     let [tight_a, tight_b] = match pair.id.normal {
@@ -134,17 +140,33 @@ fn each_point(
     };
     let first = Patch::new(a, n, tight_a, &across);
     let second = Patch::new(b, &-n, tight_b, &across);
-    let mut offer = |features: [Feature; 2], normal: NormalSource, outside: f64| {
-        let id = FeatureId { features, normal };
-        if outside <= slack {
-            each(point(a, b, PairFeature { id, seed: *n }, &across, outside));
-        }
-    };
     // A face of both shapes, on which their corners lie.
     let [face_a, face_b] = match pair.id.normal {
         NormalSource::First(face) => [Some(face), second.face],
         NormalSource::Second(face) => [first.face, Some(face)],
         NormalSource::Features => [None; 2],
+    };
+    // Their normals are the same for all points.
+    let normal_a = face_a.map(|face| face_normal(face, a.shape, &a.X));
+    let normal_b = face_b.map(|face| -face_normal(face, b.shape, &b.X));
+    let mut offer = |features: [Feature; 2], source: NormalSource, outside: f64| {
+        let normal = match source {
+            NormalSource::First(_) => normal_a,
+            _ => normal_b,
+        };
+        if let Some(normal) = normal.filter(|_| outside <= slack) {
+            let placed = [
+                Placed::new(features[0], a.shape, &a.X),
+                Placed::new(features[1], b.shape, &b.X),
+            ];
+            let id = FeatureId {
+                features,
+                normal: source,
+            };
+            let found = along(&placed, &normal, source);
+            let pair = PairFeature { id, seed: *n };
+            each(Point::new(pair, &found, &across, outside));
+        }
     };
     if let Some(face) = face_a {
         each_corner(&second, &first, &face, |corner, outside| {
@@ -187,13 +209,19 @@ fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
     !are_along && apart(&u, a, c, d) && apart(&v, c, a, b)
 }
 
-fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across, outside: f64) -> Point {
+fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across) -> Point {
     let found = witness::<f64, f64>(&pair, a.shape, &a.X, b.shape, &b.X);
-    let middle: Vector3<f64> = (found.points[0] + found.points[1]) / 2.0;
-    Point {
-        pair,
-        distance: found.distance,
-        at: across.place(&middle),
-        outside,
+    Point::new(pair, &found, across, 0.0)
+}
+
+impl Point {
+    fn new(pair: PairFeature, found: &Witness<f64>, across: &Across, outside: f64) -> Self {
+        let middle: Vector3<f64> = (found.points[0] + found.points[1]) / 2.0;
+        Self {
+            pair,
+            distance: found.distance,
+            at: across.place(&middle),
+            outside,
+        }
     }
 }

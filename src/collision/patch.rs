@@ -9,6 +9,9 @@ use super::solid::Solid;
 /// Most corners of a polygon.
 pub(super) const MAX_CORNERS: usize = RIM_VERTICES as usize;
 
+/// Vertices of a box, of which a table is kept.
+const FEW: usize = 8;
+
 /// A corner of a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
@@ -27,6 +30,13 @@ pub(super) struct Patch {
     pub(super) face: Option<Face>,
     /// Set if it is an end of a cylinder, of whose rim only some points are corners.
     disc: Option<Disc>,
+}
+
+/// A vertex near the farthest one, and its place across the direction.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    vertex: u32,
+    at: Vector2<f64>,
 }
 
 /// A disc across a direction.
@@ -170,25 +180,43 @@ impl Patch {
         }
     }
 
-    /// The vertices of a polytope, wrapped as a gift is: from each corner to that one which has all others on its left.
+    /// The vertices of a polytope that are near the farthest, wrapped as a gift is.
     fn add_polytope(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
-        let farthest = solid.support(n);
-        let is_near = |k: &u32| {
-            let below = farthest.point - solid.vertex(*k);
-            below.dot(n) <= angle * below.norm()
+        let farthest = solid.support(n).point;
+        let near = |k: u32| {
+            let vertex = solid.vertex(k);
+            let below = farthest - vertex;
+            let is_near = below.dot(n) <= angle * below.norm();
+            is_near.then(|| Near {
+                vertex: k,
+                at: across.place(&vertex),
+            })
         };
-        let place = |k: u32| across.place(&solid.vertex(k));
-        let near = || (0..solid.shape.n_vertices()).filter(is_near);
-        let lowest = |a: u32, b: u32| if place(b).x < place(a).x { b } else { a };
-        let Some(first) = near().reduce(lowest) else {
+        let n_vertices = solid.shape.n_vertices();
+        // Those of a box and what has fewer are placed once, not again for each corner.
+        let mut known = [None; FEW];
+        if n_vertices as usize <= FEW {
+            let all = known.iter_mut().zip(0..n_vertices);
+            all.for_each(|(own, k)| *own = near(k));
+            self.wrap(n_vertices, &|k| known[k as usize]);
+        } else {
+            self.wrap(n_vertices, &near);
+        }
+        self.find_face(solid, n);
+    }
+
+    /// From each corner to that one which has all others on its left.
+    fn wrap(&mut self, n_vertices: u32, near: &dyn Fn(u32) -> Option<Near>) {
+        let all = || (0..n_vertices).filter_map(near);
+        let lowest = |a: Near, b: Near| if b.at.x < a.at.x { b } else { a };
+        let Some(first) = all().reduce(lowest) else {
             return;
         };
         let mut corner = first;
         for _ in 0..MAX_CORNERS {
-            self.add_vertex(solid, corner, across);
-            let at = place(corner);
-            let right_of = |a: u32, b: u32| {
-                let (u, v) = (place(a) - at, place(b) - at);
+            self.push(Feature::Vertex(corner.vertex), corner.vertex, corner.at);
+            let right_of = |a: Near, b: Near| {
+                let (u, v) = (a.at - corner.at, b.at - corner.at);
                 let turn = u.perp(&v);
                 let is_straight = turn.abs() <= STRAIGHT * u.norm() * v.norm();
                 let is_better = if is_straight {
@@ -198,16 +226,12 @@ impl Patch {
                 };
                 if is_better { b } else { a }
             };
-            let others = near().filter(|&k| place(k) != at);
-            let Some(next) = others.reduce(right_of) else {
-                break;
-            };
-            if place(next) == place(first) {
-                break;
+            let others = all().filter(|other| other.at != corner.at);
+            match others.reduce(right_of) {
+                Some(next) if next.at != first.at => corner = next,
+                _ => break,
             }
-            corner = next;
         }
-        self.find_face(solid, n);
     }
 
     /// The widest triangle of the corners, of a box always the same.

@@ -52,8 +52,11 @@ impl<'a> Solid<'a> {
             _ => &[],
         };
         let corners = corners.iter().flat_map(|v| v.iter());
-        let pose = self.X.rotation.iter().chain(self.X.translation.iter());
-        pose.chain(sizes).chain(corners).all(|x| x.abs() <= LARGEST)
+        // Without an early end, so that numbers are compared together.
+        let is_small = |all: bool, x: &f64| all & (x.abs() <= LARGEST);
+        let pose = self.X.rotation.iter().fold(true, is_small);
+        let place = self.X.translation.iter().chain(sizes);
+        place.chain(corners).fold(pose, is_small)
     }
 
     /// A vertex in world axes.
@@ -67,6 +70,14 @@ impl<'a> Solid<'a> {
         let vertex = self.farthest_vertex(&n);
         let point = self.X.point(&(self.shape.vertex(vertex) + self.bulge(&n)));
         Support { point, vertex }
+    }
+
+    /// Coordinate along an axis of the world of the point, without the radius around the core, that lies farthest to the side of a sign.
+    pub(super) fn reach_along(&self, axis: usize, sign: f64) -> f64 {
+        let row = self.X.rotation.row(axis);
+        let n = row.transpose() * sign;
+        let point = self.shape.vertex(self.farthest_vertex(&n)) + self.bulge(&n);
+        row[0] * point.x + row[1] * point.y + row[2] * point.z + self.X.translation[axis]
     }
 
     /// Vertex that lies farthest along a direction in the frame of the shape.

@@ -45,6 +45,7 @@ mod implicit;
 mod interior;
 mod interval;
 mod jacobian;
+mod lane;
 mod law;
 mod newton;
 mod problem;

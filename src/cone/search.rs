@@ -76,9 +76,10 @@ impl Search {
     }
 
     /// Takes the forces there are for those of a solution, with a regularisation that was added.
-    pub(super) fn adopt(&mut self, regularization: f64) {
+    pub(super) fn adopt(&mut self, options: &ConeOptions, regularization: f64) {
         self.regularization = regularization;
-        self.newton.kappa = 0.0;
+        self.newton.kappa = options.smoothing;
+        self.newton.smoothed = options.smoothed;
         self.add_to_diagonal(regularization);
         self.newton.evaluate();
     }

@@ -1,6 +1,7 @@
 //! The solver: lane by lane in plain numbers, then derivatives.
 
 use super::certificate::{Certificate, Mode, Status, mode};
+use super::lane::LaneProblem;
 use super::problem::{BlockProblem, ConeProblem};
 use super::recorded::Recorded;
 use super::search::Search;
@@ -89,6 +90,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     /// Options of the solver.
     pub options: ConeOptions,
     pub(super) search: Search,
+    /// Of several lanes, the one at hand.
+    lane: LaneProblem,
     /// For numbers without values.
     recorded: Recorded<T>,
     pub(super) blocks: usize,
@@ -107,6 +110,7 @@ impl<T: Scalar> ConeSolver<T> {
         let mut solver = Self {
             options: ConeOptions::default(),
             search: Search::default(),
+            lane: LaneProblem::default(),
             recorded: Recorded::default(),
             blocks: 0,
             modes: Vec::with_capacity(blocks * T::LANES),
@@ -116,6 +120,9 @@ impl<T: Scalar> ConeSolver<T> {
             transposed: Transposed::new(rows),
         };
         solver.search.reserve(rows);
+        if T::LANES > 1 {
+            solver.lane.reserve(rows);
+        }
         solver
     }
 
@@ -188,7 +195,12 @@ impl<T: Scalar> ConeSolver<T> {
         f: &mut [T],
         lane: usize,
     ) -> Certificate {
-        let finite = self.search.start(problem, f, lane);
+        let finite = if const { T::LANES > 1 } {
+            self.lane.read(problem, f, lane);
+            (self.search).start(&self.lane.problem(), &self.lane.forces, 0)
+        } else {
+            self.search.start(problem, f, lane)
+        };
         let mut certificate = Certificate::default();
         if finite {
             certificate = self.search.run(&self.options);
@@ -196,17 +208,13 @@ impl<T: Scalar> ConeSolver<T> {
         if !finite || !self.search.is_finite() {
             certificate = self.search.give_up();
         }
+        if T::LANES > 1 {
+            f.iter_mut().for_each(|f| set_lane(f, lane, 0.0));
+        }
         let newton = &self.search.newton;
-        for (f, (force, scale)) in f.iter_mut().zip(newton.f.iter().zip(&newton.system.scale)) {
-            let others = *f;
-            let value = |l| {
-                if l == lane {
-                    force * scale
-                } else {
-                    others.value(l)
-                }
-            };
-            *f = T::from_values(value);
+        for (k, (force, scale)) in newton.f.iter().zip(&newton.system.scale).enumerate() {
+            let row = if T::LANES > 1 { self.lane.rows[k] } else { k };
+            set_lane(&mut f[row], lane, force * scale);
         }
         if self.options.measured {
             self.find_modes();
@@ -246,23 +254,52 @@ impl<T: Scalar> ConeSolver<T> {
         certificate
     }
 
-    /// Takes forces that were found by blocks for those of the last solution, and adds the derivatives of the problem.
-    pub(crate) fn adopt(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
-        let regularization = self.search.regularization;
+    /// Regularisation that the last solution added to the scaled diagonal.
+    pub(crate) fn added_regularization(&self) -> f64 {
+        self.search.regularization
+    }
+
+    /// Takes forces that were found elsewhere for those of the last solution, and adds the derivatives of the problem.
+    ///
+    /// * `added` – regularisation that was added there
+    pub(crate) fn adopt(&mut self, problem: &ConeProblem<'_, T>, added: f64, f: &mut [T]) {
+        self.blocks = problem.blocks.len();
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
-        self.search.start(problem, f, 0);
-        self.search.adopt(regularization);
+        let finite = self.search.start(problem, f, 0);
+        if !finite {
+            self.search.give_up();
+            return;
+        }
+        self.search.adopt(&self.options, added);
         if is_more_than_values::<T>() {
             self.differentiate(problem, f);
         }
     }
 
+    /// Of lanes, blocks that take no part are separated.
     fn find_modes(&mut self) {
         let (first, newton) = (self.modes.len(), &self.search.newton);
-        self.modes.resize(first + self.blocks, Mode::Bilateral);
+        let is_one = T::LANES == 1;
+        let rest = if is_one {
+            Mode::Bilateral
+        } else {
+            Mode::Separated
+        };
+        self.modes.resize(first + self.blocks, rest);
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
-            self.modes[first + unit.block] = mode(newton, unit, own);
+            let block = if is_one || newton.has_blocks {
+                unit.block
+            } else {
+                self.lane.blocks[unit.block]
+            };
+            self.modes[first + block] = mode(newton, unit, own);
         }
     }
+}
+
+/// Sets the value of a lane.
+fn set_lane<T: Scalar>(x: &mut T, lane: usize, value: f64) {
+    let others = *x;
+    *x = T::from_values(|l| if l == lane { value } else { others.value(l) });
 }

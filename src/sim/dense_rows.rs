@@ -197,7 +197,11 @@ fn push<T: Scalar>(x: &[[T; GROUP]], f: &[T], tau: &mut [T]) {
 
 /// X Yᵀ, of which as many columns as a tile has, from `first` on.
 #[inline(always)]
-fn products<T: Scalar>(x: &[[T; GROUP]], y: &[[T; GROUP]], first: usize) -> [[T; GROUP]; TILE] {
+pub(super) fn products<T: Scalar>(
+    x: &[[T; GROUP]],
+    y: &[[T; GROUP]],
+    first: usize,
+) -> [[T; GROUP]; TILE] {
     let mut out = [[T::zero(); GROUP]; TILE];
     for (x, y) in x.iter().zip(y) {
         let y = &y[first..first + TILE];

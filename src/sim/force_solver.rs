@@ -10,7 +10,7 @@ use crate::scalar::{Linear, Scalar};
 /// The solver of the forces of all islands.
 #[derive(Clone, Debug)]
 pub(super) struct ForceSolver<T: Scalar> {
-    /// Of all rows where there is one tree; its options are those of all.
+    /// Of all rows where there is one tree, of the forces of one island after the other where there are several; its options are those of all.
     pub(super) one: ConeSolver<T>,
     /// As many as there were at most.
     islands: Vec<Island<T>>,
@@ -84,7 +84,7 @@ impl<T: Scalar> ForceSolver<T> {
         self.statuses.resize(T::LANES, Status::default());
         self.modes.clear();
         self.modes.resize(problem.blocks.len(), Mode::Separated);
-        let (options, count) = (self.one.options, islands.count());
+        let count = islands.count();
         self.list(problem, islands);
         self.last = match count {
             0 => Solved::Nothing,
@@ -95,18 +95,19 @@ impl<T: Scalar> ForceSolver<T> {
         }
         let mut worst = Certificate::default();
         for island in &mut self.islands[..count] {
-            worst = worst.worse(island.solve(problem, options, rows, factor, start, f));
-            let statuses = self.statuses.iter_mut().zip(island.statuses());
+            let solver = &mut self.one;
+            worst = worst.worse(island.solve(problem, solver, rows, factor, start, f));
+            let statuses = self.statuses.iter_mut().zip(island.statuses(solver));
             statuses.for_each(|(worst, &own)| *worst = (*worst).max(own));
-            island.each_mode(|block, mode| self.modes[block] = mode);
+            island.each_mode(solver, |block, mode| self.modes[block] = mode);
         }
         worst
     }
 
     /// Lists rows and blocks of each island.
     fn list(&mut self, problem: &ConeProblem<'_, T>, islands: &Islands) {
-        let (options, most) = (self.one.options, self.islands.len().max(islands.count()));
-        self.islands.resize_with(most, || Island::new(options));
+        let most = self.islands.len().max(islands.count());
+        self.islands.resize_with(most, Island::new);
         self.islands.iter_mut().for_each(Island::clear);
         let mut row = 0;
         for (block, (kind, &own)) in problem.blocks.iter().zip(islands.of_blocks()).enumerate() {
@@ -115,11 +116,11 @@ impl<T: Scalar> ForceSolver<T> {
         }
     }
 
-    /// Readies islands that were solved by blocks for derivatives, which take their rows in one piece.
+    /// Readies islands for derivatives.
     pub(super) fn prepare_slopes(&mut self, problem: &ConeProblem<'_, T>, rows: &SparseRows<T>) {
         if let Solved::Islands(count) = self.last {
             let all = self.islands[..count].iter_mut();
-            all.for_each(|island| island.prepare_slopes(problem, rows));
+            all.for_each(|island| island.prepare_slopes(problem, self.one.options, rows));
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::island_matrix::IslandMatrix;
 use super::sparse_rows::SparseRows;
 use crate::cone::{
     Block, BlockProblem, Certificate, Columns, ConeOptions, ConeProblem, ConeSolver, Law, Mode,
@@ -37,7 +38,9 @@ impl Start {
 /// Least number of rows of an island of several trees that is solved by blocks; smaller ones are quicker in one piece.
 const MANY_ROWS: usize = 48;
 
-/// The problem of an island, with its solver.
+/// The problem of an island, with a solver for its derivatives.
+///
+/// One solver finds the forces of all islands: the memory of a thousand solvers does not fit a cache.
 #[derive(Clone, Debug)]
 pub(super) struct Island<T: Scalar> {
     rows: Vec<usize>,
@@ -46,12 +49,16 @@ pub(super) struct Island<T: Scalar> {
     friction: Vec<T>,
     /// G, where the island is solved in one piece, or derivatives are needed.
     matrix: Vec<T>,
+    products: IslandMatrix<T>,
     regularization: Vec<T>,
     free_velocity: Vec<T>,
     forces: Vec<T>,
     weights: Vec<T>,
     by_friction: Vec<T>,
-    solver: ConeSolver<T>,
+    /// Regularisation that the solver added to the problem.
+    added: f64,
+    /// From the first derivatives on.
+    solver: Option<Box<ConeSolver<T>>>,
     by_blocks: Option<Box<ByBlocks>>,
     is_by_blocks: bool,
 }
@@ -65,7 +72,10 @@ struct ByBlocks {
     nodes: Vec<usize>,
     forces: Vec<f64>,
     statuses: Vec<Status>,
+    modes: Vec<Mode>,
     certificate: Certificate,
+    /// As of the island.
+    added: f64,
 }
 
 /// A lane of a problem by blocks.
@@ -95,19 +105,21 @@ impl Given {
 
 impl<T: Scalar> Island<T> {
     /// Without rows.
-    pub(super) fn new(options: ConeOptions) -> Self {
+    pub(super) fn new() -> Self {
         Self {
             rows: Vec::new(),
             blocks: Vec::new(),
             kinds: Vec::new(),
             friction: Vec::new(),
             matrix: Vec::new(),
+            products: IslandMatrix::new(),
             regularization: Vec::new(),
             free_velocity: Vec::new(),
             forces: Vec::new(),
             weights: Vec::new(),
             by_friction: Vec::new(),
-            solver: ConeSolver::new(0, 0).with_options(options),
+            added: 0.0,
+            solver: None,
             by_blocks: None,
             is_by_blocks: false,
         }
@@ -146,6 +158,9 @@ impl<T: Scalar> Island<T> {
     fn form_matrix(&mut self, rows: &SparseRows<T>) {
         let n = self.rows.len();
         self.matrix.resize(n * n, T::zero());
+        if self.products.form(rows, &self.rows, &mut self.matrix) {
+            return;
+        }
         for i in 0..n {
             let (before, rest) = self.matrix.split_at_mut(n * i);
             rows.products(self.rows[i], &self.rows[..=i], &mut rest[..=i]);
@@ -154,35 +169,30 @@ impl<T: Scalar> Island<T> {
         }
     }
 
-    /// Its problem, the solver beside it.
-    fn parts<'a>(
-        &'a mut self,
-        of: &ConeProblem<'_, T>,
-    ) -> (ConeProblem<'a, T>, &'a mut ConeSolver<T>) {
-        let problem = ConeProblem {
+    /// Its problem.
+    fn problem(&self, of: &ConeProblem<'_, T>) -> ConeProblem<'_, T> {
+        ConeProblem {
             law: of.law,
             blocks: &self.kinds,
             friction: &self.friction,
             matrix: &self.matrix,
             regularization: &self.regularization,
             free_velocity: &self.free_velocity,
-        };
-        (problem, &mut self.solver)
+        }
     }
 
     /// Finds its forces, among those of all rows.
     pub(super) fn solve(
         &mut self,
         of: &ConeProblem<'_, T>,
-        options: ConeOptions,
+        solver: &mut ConeSolver<T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
         start: Start,
         f: &mut [T],
     ) -> Certificate {
-        self.solver.options = options;
         self.load(of, f);
-        let certificate = self.find_forces(of, rows, factor, start);
+        let certificate = self.find_forces(of, solver, rows, factor, start);
         scatter(&self.rows, &self.forces, f);
         certificate
     }
@@ -190,31 +200,46 @@ impl<T: Scalar> Island<T> {
     fn find_forces(
         &mut self,
         of: &ConeProblem<'_, T>,
+        solver: &mut ConeSolver<T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
         start: Start,
     ) -> Certificate {
-        let are_many = self.rows.len() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
+        let are_many = self.most_rows() > MANY_ROWS && !rows.are_on_one_tree(&self.rows);
         let has_moments = self.kinds.iter().any(|kind| kind.is_moment());
-        self.is_by_blocks = are_many && !has_moments && self.solver.options.smoothing == 0.0;
+        self.is_by_blocks = are_many && !has_moments && solver.options.smoothing == 0.0;
         if self.is_by_blocks {
-            return self.solve_by_blocks(of, rows, factor, start);
+            return self.solve_by_blocks(of, solver, rows, factor, start);
         }
         self.form_matrix(rows);
         if start != Start::Last {
             self.forces.fill(T::zero());
         }
         let mut forces = std::mem::take(&mut self.forces);
-        let (problem, solver) = self.parts(of);
-        let certificate = solver.solve(&problem, &mut forces);
+        let certificate = solver.solve(&self.problem(of), &mut forces);
+        self.added = solver.added_regularization();
         self.forces = forces;
         certificate
+    }
+
+    /// Number of rows that take part, in the lane that has most.
+    fn most_rows(&self) -> usize {
+        if T::LANES == 1 {
+            return self.rows.len();
+        }
+        let takes_part = |r: &T, lane| r.value(lane) != f64::INFINITY;
+        let own = |lane| {
+            let rows = self.regularization.iter();
+            rows.filter(|r| takes_part(r, lane)).count()
+        };
+        (0..T::LANES).map(own).max().unwrap_or(0)
     }
 
     /// Finds its forces by blocks, lane by lane, then their derivatives. Where the problem is that of the last solution, so are the forces.
     fn solve_by_blocks(
         &mut self,
         of: &ConeProblem<'_, T>,
+        solver: &mut ConeSolver<T>,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
         start: Start,
@@ -224,10 +249,11 @@ impl<T: Scalar> Island<T> {
         let mut worst = Certificate::default();
         for lane in 0..T::LANES {
             std::mem::swap(&mut own.given, &mut own.last);
-            self.fill_lane(of.law, rows, factor, lane, &mut own);
+            (own.given.law, own.given.options) = (of.law, solver.options);
+            self.fill_lane(rows, factor, lane, &mut own);
             let is_same = is_one && start != Start::Nothing && own.given == own.last;
             if !is_same {
-                self.solve_lane(lane, &mut own);
+                self.solve_lane(solver, lane, &mut own);
             }
             worst = worst.worse(own.certificate);
             for (f, &value) in self.forces.iter_mut().zip(&own.forces) {
@@ -235,25 +261,26 @@ impl<T: Scalar> Island<T> {
                 *f = T::from_values(|l| if l == lane { value } else { others.value(l) });
             }
         }
-        self.by_blocks = Some(own);
         if is_more_than_values::<T>() && worst.status != Status::NotFinite {
             self.form_matrix(rows);
-            self.adopt(of);
+            let mut forces = std::mem::take(&mut self.forces);
+            solver.adopt(&self.problem(of), own.added, &mut forces);
+            self.forces = forces;
         }
+        self.added = own.added;
+        self.by_blocks = Some(own);
         worst
     }
 
     /// Writes a lane of the problem.
     fn fill_lane(
         &self,
-        law: Law,
         rows: &SparseRows<T>,
         factor: &MassMatrixFactor<T>,
         lane: usize,
         own: &mut ByBlocks,
     ) {
         let ByBlocks { given, nodes, .. } = own;
-        (given.law, given.options) = (law, self.solver.options);
         given.kinds.clone_from(&self.kinds);
         rows.fill_columns(factor, &self.rows, lane, nodes, &mut given.columns);
         values(&self.friction, lane, &mut given.friction);
@@ -262,41 +289,52 @@ impl<T: Scalar> Island<T> {
     }
 
     /// Finds the forces of a lane from those that there are.
-    fn solve_lane(&mut self, lane: usize, own: &mut ByBlocks) {
+    fn solve_lane(&self, solver: &mut ConeSolver<T>, lane: usize, own: &mut ByBlocks) {
         values(&self.forces, lane, &mut own.forces);
         let problem = own.given.problem();
-        own.certificate = self.solver.solve_blocks(&problem, &mut own.forces);
+        own.certificate = solver.solve_blocks(&problem, &mut own.forces);
         own.statuses.resize(T::LANES, Status::default());
         own.statuses[lane] = own.certificate.status;
+        own.added = solver.added_regularization();
+        own.modes.clear();
+        own.modes.extend_from_slice(solver.modes());
     }
 
-    /// Readies what was solved by blocks for derivatives, which take the rows in one piece.
-    pub(super) fn prepare_slopes(&mut self, of: &ConeProblem<'_, T>, rows: &SparseRows<T>) {
+    fn take_solver(&mut self) -> Box<ConeSolver<T>> {
+        let new = || Box::new(ConeSolver::new(0, 0));
+        self.solver.take().unwrap_or_else(new)
+    }
+
+    /// Readies a solver for derivatives: with the rows in one piece, and the forces that were found.
+    pub(super) fn prepare_slopes(
+        &mut self,
+        of: &ConeProblem<'_, T>,
+        options: ConeOptions,
+        rows: &SparseRows<T>,
+    ) {
         if self.is_by_blocks {
             self.form_matrix(rows);
-            self.adopt(of);
         }
-    }
-
-    /// Lets the solver take its forces for those of the problem in one piece.
-    fn adopt(&mut self, of: &ConeProblem<'_, T>) {
+        let mut solver = self.take_solver();
         let mut forces = std::mem::take(&mut self.forces);
-        let (problem, solver) = self.parts(of);
-        solver.adopt(&problem, &mut forces);
-        self.forces = forces;
+        solver.options = options;
+        solver.adopt(&self.problem(of), self.added, &mut forces);
+        (self.solver, self.forces) = (Some(solver), forces);
     }
 
     /// Status of the last solution in each lane.
-    pub(super) fn statuses(&self) -> &[Status] {
+    pub(super) fn statuses<'a>(&'a self, solver: &'a ConeSolver<T>) -> &'a [Status] {
         match self.by_blocks.as_deref().filter(|_| self.is_by_blocks) {
             Some(own) => &own.statuses,
-            None => self.solver.statuses(),
+            None => solver.statuses(),
         }
     }
 
     /// Hands the mode of each of its blocks in the first lane to `each`.
-    pub(super) fn each_mode(&self, mut each: impl FnMut(usize, Mode)) {
-        let modes = self.blocks.iter().zip(self.solver.modes());
+    pub(super) fn each_mode(&self, solver: &ConeSolver<T>, mut each: impl FnMut(usize, Mode)) {
+        let own = self.by_blocks.as_deref().filter(|_| self.is_by_blocks);
+        let modes = own.map_or(solver.modes(), |own| &own.modes);
+        let modes = self.blocks.iter().zip(modes);
         modes.for_each(|(&block, &mode)| each(block, mode));
     }
 
@@ -317,8 +355,9 @@ impl<T: Scalar> Island<T> {
         if !by_friction.is_empty() {
             gather(&self.blocks, by_friction, &mut slopes);
         }
-        let (problem, solver) = self.parts(of);
-        solver.respond_transposed(&problem, &forces, &mut own, &mut slopes);
+        let mut solver = self.take_solver();
+        solver.respond_transposed(&self.problem(of), &forces, &mut own, &mut slopes);
+        self.solver = Some(solver);
         scatter(&self.rows, &own, weights);
         if !by_friction.is_empty() {
             scatter(&self.blocks, &slopes, by_friction);
@@ -343,8 +382,10 @@ impl<T: Scalar> Island<T> {
         memory.resize(3 * n, S::zero());
         let (changed, rest) = memory.split_at_mut(n);
         let forces = std::mem::take(&mut self.forces);
-        let (problem, solver) = self.parts(of);
-        solver.apply_sensitivity(&problem, &forces, std::iter::once(&mut *changed), rest);
+        let mut solver = self.take_solver();
+        let one = std::iter::once(&mut *changed);
+        solver.apply_sensitivity(&self.problem(of), &forces, one, rest);
+        self.solver = Some(solver);
         scatter(&self.rows, changed, change);
         self.forces = forces;
     }

@@ -53,6 +53,7 @@ mod integrator;
 mod integrators;
 mod interop;
 mod island;
+mod island_matrix;
 mod islands;
 mod named_forces;
 mod names;

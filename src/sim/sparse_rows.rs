@@ -119,6 +119,22 @@ impl<T: Scalar> SparseRows<T> {
         segments.iter().map(|segment| segment.tree)
     }
 
+    /// Number of coordinates of a tree.
+    pub(super) fn coordinates(&self, tree: usize) -> usize {
+        self.trees[tree].len()
+    }
+
+    /// Hands the entries of X and D⁻¹ X of a row to `each(tree, coordinate in the tree, x, scaled)`.
+    pub(super) fn each_half(&self, row: usize, mut each: impl FnMut(usize, usize, T, T)) {
+        let both = self
+            .parts(&self.half, row)
+            .zip(self.parts(&self.scaled, row));
+        for ((tree, x), (_, scaled)) in both {
+            let entries = x.iter().zip(scaled).enumerate();
+            entries.for_each(|(k, (&x, &scaled))| each(tree, k, x, scaled));
+        }
+    }
+
     /// Whether some rows act on one and the same tree.
     pub(super) fn are_on_one_tree(&self, rows: &[usize]) -> bool {
         let mut trees = rows.iter().flat_map(|&row| self.trees_of(row));

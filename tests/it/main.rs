@@ -21,6 +21,7 @@ mod collision_files;
 mod collisions;
 mod common;
 mod compliance;
+mod cone_lanes;
 mod constraints;
 mod contact;
 mod contact_frames;
