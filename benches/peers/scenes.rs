@@ -53,7 +53,16 @@ fn read(file: &str) -> String {
 }
 
 fn print_loading(text: &str) {
-    let load = || drop(Simulator::from_mjcf_str(text).expect("a scene"));
+    let options = ModelOptions::default();
+    let load = || {
+        drop(
+            options
+                .load_mjcf_scene_str(text)
+                .expect("a scene")
+                .0
+                .simulator(),
+        )
+    };
     println!("load {:.3}", Clock::EXACT.median(load) * 1e6);
 }
 

@@ -38,7 +38,6 @@ mod actuation;
 mod applied_forces;
 mod assembly;
 mod balance;
-mod base;
 mod batch;
 mod carried;
 mod dense_rows;

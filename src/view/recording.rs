@@ -99,7 +99,7 @@ impl Recording {
         let nu = rollout.inputs.first().map_or(0, |u| u.len());
         let track = &mut recording.robots[0];
         track.u = Rows::new(nu);
-        track.inputs = rollout.input_names().to_vec();
+        track.inputs = rollout.input_names.clone();
         for (k, state) in rollout.states.iter().enumerate() {
             track.push(state);
             match rollout.inputs.get(k) {
@@ -197,36 +197,6 @@ impl Recording {
         self.times.push(time);
         let series = self.series.iter_mut();
         series.for_each(|series| series.values.push(f64::NAN));
-    }
-
-    /// Sets a scalar at the last time, while a recording is filled; NaN at times without a value.
-    ///
-    /// # Panics
-    /// If the recording is empty.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{State, model::samples, view::Recording};
-    ///
-    /// let mut recording = Recording::new(&samples::pendulum());
-    /// for k in 0..3 {
-    ///     let angle = 0.1 * f64::from(k);
-    ///     recording.push(f64::from(k), &State::new(&[angle], &[0.0]), &[]);
-    ///     recording.set_series("height of the tip [m]", -angle.cos());
-    /// }
-    /// assert_eq!(recording.series()[0].values[0], -1.0);
-    /// ```
-    pub fn set_series(&mut self, name: &str, value: f64) -> &mut Self {
-        assert!(self.len() > 0, "\"{name}\" has no moment yet");
-        let known = self.series.iter().position(|series| series.name == name);
-        let at = known.unwrap_or(self.series.len());
-        if at == self.series.len() {
-            let values = vec![f64::NAN; self.len()];
-            self.add_series(name, values);
-        }
-        let last = self.len() - 1;
-        self.series[at].values[last] = value;
-        self
     }
 
     fn check_next(&self, time: f64, given: usize) {

@@ -299,22 +299,22 @@ impl<P: Scalar> FrameActuator<P> {
     }
 
     /// Attachment frame at which it acts.
-    pub fn place(&self) -> &Anchor<P> {
+    pub(crate) fn place(&self) -> &Anchor<P> {
         &self.place
     }
 
     /// Representation of the wrench: the axes and point of its coordinates while the attachment frame moves.
-    pub fn representation(&self) -> Representation {
+    pub(crate) fn representation(&self) -> Representation {
         self.representation
     }
 
     /// Lower limit of the input; `None` without limits.
-    pub fn lower(&self) -> Option<P> {
+    pub(crate) fn lower(&self) -> Option<P> {
         self.lower
     }
 
     /// Upper limit of the input; `None` without limits.
-    pub fn upper(&self) -> Option<P> {
+    pub(crate) fn upper(&self) -> Option<P> {
         self.upper
     }
 

@@ -365,28 +365,3 @@ fn shape_without_a_size_is_refused() {
     };
     Recording::new(&samples::pendulum()).add_shape("wall", wall, Transform::identity(), [1.0; 4]);
 }
-
-#[test]
-fn scalars_and_forces_set_while_recording_are_those_of_their_moments() {
-    let model = samples::cartpole();
-    let mut recording = Recording::new(&model);
-    for k in 0..4 {
-        let x = f64::from(k);
-        recording.push(x, &State::new(&[x, 0.0], &[0.0; 2]), &[]);
-        if k != 0 {
-            recording.set_series("late", x).set_series("late", 2.0 * x);
-        }
-        if k == 2 {
-            let push = Vector3::new(x, 0.0, 0.0);
-            recording.robot_mut(0).set_force("pole", push).unwrap();
-        }
-    }
-    let late = &recording.series()[0].values;
-    assert!(late[0].is_nan() && late[1..] == [2.0, 4.0, 6.0]);
-    let forces = recording.robot(0).forces()[0].values.iter().map(|f| f.x);
-    assert_eq!(forces.collect::<Vec<_>>(), [0.0, 0.0, 2.0, 0.0]);
-    let unknown = recording
-        .robot_mut(0)
-        .set_force("no such", Vector3::zeros());
-    assert!(unknown.is_err());
-}
