@@ -173,7 +173,7 @@ impl<T: Scalar> ConeSolver<T> {
     }
 
     /// The mode of each block in the last solution, lane by lane.
-    pub(crate) fn modes(&self) -> &[Mode] {
+    pub fn modes(&self) -> &[Mode] {
         &self.modes
     }
 

@@ -15,7 +15,8 @@ use super::{Over, Scalar};
 /// type is a plain array: the compiler makes vector instructions of the width of the target. It is aligned, so that no vector crosses a cache line
 /// unnecessarily.
 ///
-/// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, see [`is_supported`](Self::is_supported).
+/// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, and panic on others; there
+/// [`BatchSimulator`](crate::sim::BatchSimulator) steps its states one by one, with bit-identical results.
 ///
 /// # Examples
 /// ```

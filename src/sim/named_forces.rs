@@ -77,7 +77,7 @@ impl Simulator<f64> {
     /// # Panics
     /// If the forces are those of another model, or one is not finite.
     #[must_use]
-    pub(crate) fn with_frame_forces(self, forces: &NamedForces) -> Self {
+    pub fn with_frame_forces(self, forces: &NamedForces) -> Self {
         let mut all = self.external_forces().to_vec();
         let on_bodies = forces
             .on_frames()

@@ -76,7 +76,7 @@ impl<T: Scalar> Motion<T> {
     /// The rate of change of a force fixed in a frame that moves with `self`:
     /// V ×* F = (ω × f; ω × n + v × f) for F = (f; n) [Featherstone 2008, 2.30].
     #[inline(always)]
-    pub(crate) fn cross_force(&self, force: &Force<T>) -> Force<T> {
+    pub fn cross_force(&self, force: &Force<T>) -> Force<T> {
         Force::new(
             cross(&self.angular, &force.linear),
             add_cross(

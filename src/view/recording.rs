@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 ///     recording.push(0.01 * k as f64, &state, &torque);
 ///     state = simulator.step(&state, &torque);
 /// }
-/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robot(0).state(k).q[0])).collect::<Vec<_>>());
+/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robots()[0].state(k).q[0])).collect::<Vec<_>>());
 /// recording.robot_mut(0).trace("rod")?;
 /// assert_eq!(recording.len(), 100);
 /// # Ok::<(), dualbody::UnknownName>(())
@@ -275,14 +275,6 @@ impl Recording {
     /// Robots with their motions.
     pub fn robots(&self) -> &[Track] {
         &self.robots
-    }
-
-    /// A robot.
-    ///
-    /// # Panics
-    /// If there is no such robot.
-    pub fn robot(&self, i: usize) -> &Track {
-        &self.robots[i]
     }
 
     /// A robot, mutable, for its display settings.

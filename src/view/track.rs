@@ -114,8 +114,8 @@ impl Track {
     /// let simulator = Simulator::new(samples::cartpole());
     /// let start = State::new(&[0.0, 0.5], &[0.0; 2]);
     /// let recording = Recording::from_rollout(simulator.model(), &simulator.rollout(&start, 10, |_, _, _| {}));
-    /// let resumed = simulator.rollout(&recording.robot(0).state(5), 5, |_, _, _| {});
-    /// assert_eq!(*resumed.last(), recording.robot(0).state(10));
+    /// let resumed = simulator.rollout(&recording.robots()[0].state(5), 5, |_, _, _| {});
+    /// assert_eq!(*resumed.last(), recording.robots()[0].state(10));
     /// ```
     pub fn state(&self, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(k));

@@ -465,7 +465,7 @@ fn recorded_arrows_equal_the_thrust_along_the_axis_of_the_rotor() {
     let flight = drone.rollout(&start, 3, |_, _, u| u.copy_from_slice(&[2.0, 4.0]));
     let mut recording = Recording::from_rollout(drone.model(), &flight);
     recording.robot_mut(0).add_applied_forces(&drone);
-    let forces = recording.robot(0).forces();
+    let forces = recording.robots()[0].forces();
     assert_eq!(forces.len(), 2);
     for (force, thrust) in forces.iter().zip([2.0, 3.0]) {
         assert!((force.values[0] - vector![thrust, 0.0, 0.0]).norm() < SAME_ALGEBRA);

@@ -294,7 +294,7 @@ impl FrameActuator<f64> {
 
 impl<P: Scalar> FrameActuator<P> {
     /// Name of the input.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
@@ -325,7 +325,7 @@ impl<P: Scalar> FrameActuator<P> {
     }
 
     /// The servo along its wrench; `None` if the input scales the wrench.
-    pub fn servo(&self) -> Option<&Servo<P>> {
+    pub(crate) fn servo(&self) -> Option<&Servo<P>> {
         self.servo.as_ref()
     }
 
