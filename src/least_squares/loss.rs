@@ -23,7 +23,7 @@ pub enum Loss {
 
 impl Loss {
     /// ρ(s).
-    pub(crate) fn value(self, s: f64) -> f64 {
+    pub fn value(self, s: f64) -> f64 {
         match self {
             Self::Square => s,
             Self::Huber(delta) if s <= delta * delta => s,
@@ -38,7 +38,7 @@ impl Loss {
     }
 
     /// ρ'(s), the weight of a residual relative to the square: 1 for small ones, less for large ones.
-    pub(crate) fn weight(self, s: f64) -> f64 {
+    pub fn weight(self, s: f64) -> f64 {
         match self {
             Self::Square => 1.0,
             Self::Huber(delta) if s <= delta * delta => 1.0,
