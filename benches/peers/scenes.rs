@@ -55,13 +55,8 @@ fn read(file: &str) -> String {
 fn print_loading(text: &str) {
     let options = ModelOptions::default();
     let load = || {
-        drop(
-            options
-                .load_mjcf_scene_str(text)
-                .expect("a scene")
-                .0
-                .simulator(),
-        )
+        let (scene, _) = options.load_mjcf_scene_str(text).expect("a scene");
+        drop(scene.simulator());
     };
     println!("load {:.3}", Clock::EXACT.median(load) * 1e6);
 }
