@@ -84,11 +84,10 @@ fn stand(simulator: &Simulator, balance: &EquilibriumLqr) -> Rollout {
 
 fn save(model: &Model, stood: Rollout) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all("out/quadruped_stand")?;
-    let names = stood.input_names().to_vec();
     let states = stood.states.into_iter().step_by(SHOWN).collect();
     let inputs = stood.inputs.into_iter().step_by(SHOWN).collect();
-    let shown = Rollout::new(model, TIME_STEP * SHOWN as f64, states, inputs);
-    let shown = shown.with_input_names(names);
+    let mut shown = Rollout::new(model, TIME_STEP * SHOWN as f64, states, inputs);
+    shown.input_names = stood.input_names;
     shown.write_csv(model, File::create("out/quadruped_stand/rollout.csv")?)?;
     let recording = Recording::from_rollout(model, &shown).with_title("quadruped stand");
     Ok(recording.save_html("out/quadruped_stand/index.html")?)

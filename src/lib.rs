@@ -158,7 +158,7 @@ pub use sim::{Integrator, Simulator, State};
 pub use stop::StopSignal;
 #[cfg(feature = "trajopt")]
 pub use trajopt::Ddp;
-/// The crate whose `Robot` [`Model::from_urdf`] takes.
+/// The crate whose `Robot` [`ModelOptions::load_urdf`] takes.
 #[cfg(feature = "formats")]
 pub use urdf_rs;
 #[cfg(feature = "view")]

@@ -15,14 +15,12 @@ use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
     ForwardDynamicsDerivativesScratch, ForwardDynamicsGradient, ForwardDynamicsVjpScratch,
     InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, InverseDynamicsGradient,
-    InverseDynamicsVjpScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch, NamedForces,
-    RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at, coriolis_matrix_into,
-    external_forces_into, forward_dynamics_derivatives_into, forward_dynamics_into,
-    forward_dynamics_vjp_into, forward_kinematics_into, frame_jacobian_derivatives_into,
-    frame_jacobian_into, frame_jacobians_into, frame_pose, frame_pose_at, frame_velocity,
+    InverseDynamicsVjpScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch, RneaScratch,
+    add_frame_force, bias_forces_into, coriolis_matrix_into, forward_dynamics_derivatives_into,
+    forward_dynamics_into, forward_dynamics_vjp_into, forward_kinematics_into,
+    frame_jacobian_derivative_into, frame_jacobian_into, frame_pose, frame_pose_at, frame_velocity,
     gravity_forces_into, inverse_dynamics_derivatives_into, inverse_dynamics_into,
-    inverse_dynamics_vjp_into, joint_forces_into, kinetic_energy_at, mass_matrix_into,
-    mass_matrix_inverse_into, potential_energy_at,
+    inverse_dynamics_vjp_into, mass_matrix_into, mass_matrix_inverse_into,
 };
 use dualbody::linearize::{LinearizeScratch, StepGradient, VjpScratch};
 use dualbody::model::{FrameId, Model, samples};
@@ -77,19 +75,6 @@ fn models() -> Vec<Model> {
     ]
 }
 
-/// A force on the first joint and one on a frame.
-fn named_forces<T: Over<f64>>(model: &Model, frame: FrameId) -> NamedForces<T> {
-    let mut forces = NamedForces::default();
-    let (joint, frame) = (&model.joints()[0], &model.frames()[frame.0]);
-    let force = vec![T::one(); joint.kind.nv()];
-    let on_joint = forces.set_joint_forces(model, &[(&joint.name, &force)]);
-    on_joint.expect("a joint of the model");
-    let push = Force::from_array([T::one(); 6]);
-    let on_frame = forces.add_frame_force(model, &frame.name, &push, Representation::Mixed);
-    on_frame.expect("a frame of the model");
-    forces
-}
-
 /// Finds the gradient of a step.
 fn check_vjp(what: &str, simulator: &Simulator, state: &State, u: &[f64]) {
     let adjoint = vec![0.1; simulator.n_tangent()];
@@ -127,11 +112,7 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
     let mut forward_slopes = ForwardDynamicsGradient::zeros(model);
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
-    let forces = named_forces(model, last);
-    let links = model.link_frames();
-    let mut jacobians = vec![DMatrix::zeros(6, model.nv()); links.len()];
     without_allocation("dynamics", || {
-        joint_forces_into(model, &forces, &mut out);
         forward_kinematics_into(model, &q, &v, &mut kinematics);
         add_frame_force(
             model,
@@ -141,7 +122,6 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
             Representation::Mixed,
             &mut external,
         );
-        external_forces_into(model, &kinematics, &forces, &mut external);
         inverse_dynamics_into(model, &q, &v, &v, &external, &mut rnea, &mut out);
         bias_forces_into(model, &q, &v, &[], &mut rnea, &mut out);
         gravity_forces_into(model, &q, &mut rnea, &mut out);
@@ -156,21 +136,11 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         let slopes = &mut forward_slopes;
         forward_dynamics_vjp_into(model, &q, &v, &v, &external, &v, &mut forward_vjp, slopes);
         frame_jacobian_into(model, &q, last, Representation::Inertial, &mut jacobian);
-        frame_jacobians_into(model, &q, &links, Representation::Mixed, &mut jacobians);
-        frame_jacobian_derivatives_into(
-            model,
-            &q,
-            &v,
-            &links,
-            Representation::Mixed,
-            &mut jacobians,
-        );
+        let r = Representation::Mixed;
+        frame_jacobian_derivative_into(model, &q, &v, last, r, &mut jacobian);
         frame_pose(model, &q, last);
         frame_pose_at(model, &kinematics, last);
         frame_velocity(model, &q, &v, last, Representation::Body);
-        center_of_mass_at(model, &kinematics);
-        kinetic_energy_at(model, &kinematics, &v);
-        potential_energy_at(model, &kinematics);
     });
 }
 
@@ -189,11 +159,15 @@ fn bases_of_states_are_read_and_set_without_allocation() {
     let mut state: State = State::neutral(&model);
     without_allocation("the base", || {
         for representation in [Representation::Mixed, Representation::Inertial] {
-            let pose = state.base_pose(&model).expect("a floating base");
-            state.set_base_pose(&model, &pose);
-            let velocity = state.base_velocity(&model, representation);
+            let pose = state
+                .free_pose(&model, "floating_base")
+                .expect("a floating base");
+            let set = state.set_free_pose(&model, "floating_base", &pose);
+            set.expect("a floating base");
+            let velocity = state.free_velocity(&model, "floating_base", representation);
             let velocity = velocity.expect("a floating base");
-            state.set_base_velocity(&model, &velocity, representation);
+            let set = state.set_free_velocity(&model, "floating_base", &velocity, representation);
+            set.expect("a floating base");
         }
     });
 }
@@ -293,7 +267,7 @@ fn step_and_linearize_with_forces_on_frames_do_not_allocate() {
 }
 
 #[test]
-fn frames_of_contact_do_not_allocate() {
+fn states_of_contact_points_do_not_allocate() {
     let path = format!("{}/assets/quadruped.urdf", env!("CARGO_MANIFEST_DIR"));
     let model = Model::from_urdf_file(path).expect("an asset of the crate");
     let law = ContactLaw::Rigid(Rigid::default());
@@ -302,17 +276,9 @@ fn frames_of_contact_do_not_allocate() {
     let mut kinematics = Kinematics::new(&model);
     let n = contacts.points().len();
     let mut points = vec![PointState::zero(); n];
-    let mut frames = vec![Transform::identity(); n];
-    let mut jacobians = vec![DMatrix::zeros(6, model.nv()); n];
-    let mut touching = vec![false; model.links().len()];
-    without_allocation("frames of contact", || {
-        let (all, r) = (&mut jacobians, Representation::Mixed);
+    without_allocation("states of contact points", || {
         forward_kinematics_into(&model, q.as_slice(), &v, &mut kinematics);
         contacts.states_into(&kinematics, &mut points);
-        contacts.frames_into(&model, &kinematics, &points, &mut frames);
-        contacts.frame_jacobians_into(&model, &kinematics, &points, r, all);
-        contacts.frame_jacobian_derivatives_into(&model, &kinematics, &points, r, all);
-        contacts.links_in_contact_into(&model, &points, &mut touching);
     });
 }
 

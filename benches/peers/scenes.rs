@@ -53,7 +53,11 @@ fn read(file: &str) -> String {
 }
 
 fn print_loading(text: &str) {
-    let load = || drop(Simulator::from_mjcf_str(text).expect("a scene"));
+    let options = ModelOptions::default();
+    let load = || {
+        let (scene, _) = options.load_mjcf_scene_str(text).expect("a scene");
+        drop(scene.simulator());
+    };
     println!("load {:.3}", Clock::EXACT.median(load) * 1e6);
 }
 

@@ -51,13 +51,9 @@ pub(crate) fn save_plan(
     plan.write_csv(time_step, create(name, "plan.csv")?)?;
     let states = plan.states.iter().map(|x| simulator.unpack(x.as_slice()));
     let (model, inputs) = (simulator.model(), plan.inputs.clone());
-    let motion = Rollout::new(model, time_step, states.collect(), inputs);
-    record(
-        name,
-        model,
-        &motion.with_input_names(simulator.input_names()),
-        traced,
-    )
+    let mut motion = Rollout::new(model, time_step, states.collect(), inputs);
+    motion.input_names = simulator.input_names();
+    record(name, model, &motion, traced)
 }
 
 /// A motion for a page.

@@ -134,7 +134,7 @@ impl PyGraph {
 
     /// Raises a ValueError unless the graph was recorded from this robot with its current parameters.
     fn check_origin(&self, model: &Bound<'_, PyModel>) -> PyResult<()> {
-        check_origin(&self.graph, &*model.get().model).or_raise()
+        check_origin(self.graph.origin(), &*model.get().model).or_raise()
     }
 
     /// The graph as a function of C99: a Source (name, header, source). precision: "double" or "single".

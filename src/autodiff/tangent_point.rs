@@ -50,11 +50,6 @@ impl<S: Scalar> TangentPoint<S> {
         self.z.extend(z);
     }
 
-    /// (δ, u), to be seeded.
-    pub(crate) fn z_mut(&mut self) -> &mut [S] {
-        &mut self.z
-    }
-
     /// (x ⊕ δ, u).
     pub(crate) fn moved(&mut self, mut integrate: impl FnMut(&[S], &[S], &mut [S])) -> [&[S]; 2] {
         let (delta, u) = self.z.split_at(self.n_tangent);

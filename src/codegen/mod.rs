@@ -64,5 +64,5 @@ pub use adjoint::step_adjoint;
 pub use c::{CodeError, CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs, Source};
 pub use dynamics::{forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix};
 pub use linearization::{linearization, linearization_of_variants};
-pub use origin::{OtherRobot, check_made_of, check_origin};
+pub use origin::{OtherRobot, check_origin};
 pub use step::{feedback_step, step, step_of_variants};

@@ -39,29 +39,23 @@ pub(super) fn trace_of<P: Scalar>(model: &Model<P>, work: impl FnOnce(&mut Trace
     trace(work).with_origin(origin(model))
 }
 
-/// Checks that a graph was recorded from a robot, and that the robot has not changed since.
+/// Checks that a graph, or code that was generated from it, was recorded from a robot, and that the robot has not changed since.
+///
+/// * `own` – [origin](Graph::origin) of the graph or code
 ///
 /// # Errors
 /// If it is of another robot, or a parameter of the robot has changed.
 ///
 /// # Examples
 /// ```
-/// use dualbody::{codegen, model::samples};
+/// use dualbody::{codegen::{self, check_origin}, model::samples};
 ///
 /// let model = samples::pendulum();
 /// let graph = codegen::mass_matrix(&model);
-/// assert!(codegen::check_origin(&graph, &model).is_ok());
-/// assert!(codegen::check_origin(&graph, &model.with_armature(0, 0.1)).is_err());
+/// assert!(check_origin(graph.origin(), &model).is_ok());
+/// assert!(check_origin(graph.origin(), &model.with_armature(0, 0.1)).is_err());
 /// ```
-pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), OtherRobot> {
-    check_made_of(graph.origin(), model)
-}
-
-/// [`check_origin`] for code that was generated from a graph with this origin.
-///
-/// # Errors
-/// As [`check_origin`].
-pub fn check_made_of<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result<(), OtherRobot> {
+pub fn check_origin<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result<(), OtherRobot> {
     let now = origin(model);
     if own == Some(&now) {
         return Ok(());

@@ -496,7 +496,7 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Number of entries of [`State::contact`](crate::State) that the contacts need: three for each bristle.
-    pub fn n_states(&self) -> usize {
+    pub(crate) fn n_states(&self) -> usize {
         let bristle = self.laws.kind().is_some_and(|kind| kind.bristle);
         if bristle { ROWS * self.points.len() } else { 0 }
     }

@@ -24,28 +24,10 @@ impl<P: Scalar> Contacts<P> {
     /// If `q` has the wrong length, or the contacts are those of another robot.
     pub fn frames<T: Over<P>>(&self, model: &Model<P>, q: &[T]) -> Vec<Transform<T>> {
         let (kinematics, points) = self.at_rest(model, q);
-        let mut out = vec![Transform::identity(); points.len()];
-        self.frames_into(model, &kinematics, &points, &mut out);
-        out
-    }
-
-    /// [`frames`](Self::frames) of known [states](Self::states_into) of the points, without allocation.
-    ///
-    /// * `out` – output, one for each point
-    ///
-    /// # Panics
-    /// If a slice does not have one entry for each point, or an argument belongs to another robot.
-    pub fn frames_into<T: Over<P>>(
-        &self,
-        model: &Model<P>,
-        kinematics: &Kinematics<T>,
-        points: &[PointState<T>],
-        out: &mut [Transform<T>],
-    ) {
-        self.check_points(model, points, out.len());
-        for (k, (point, out)) in points.iter().zip(out).enumerate() {
-            *out = self.frame(model, kinematics, k, point);
-        }
+        let points = points.iter().enumerate();
+        points
+            .map(|(k, point)| self.frame(model, &kinematics, k, point))
+            .collect()
     }
 
     /// Computes the Jacobian of each point's frame, 6 × `nv`, rows `[linear; angular]`. In the mixed representation the
@@ -63,29 +45,11 @@ impl<P: Scalar> Contacts<P> {
     ) -> Vec<DMatrix<T>> {
         let (kinematics, points) = self.at_rest(model, q);
         let mut out = matrices(model, points.len());
-        self.frame_jacobians_into(model, &kinematics, &points, representation, &mut out);
-        out
-    }
-
-    /// [`frame_jacobians`](Self::frame_jacobians) of known [states](Self::states_into) of the points, without allocation.
-    ///
-    /// * `out` – output, a matrix 6 × `nv` for each point
-    ///
-    /// # Panics
-    /// If a slice has not one entry for each point, a matrix has another shape, or something belongs to another robot.
-    pub fn frame_jacobians_into<T: Over<P>>(
-        &self,
-        model: &Model<P>,
-        kinematics: &Kinematics<T>,
-        points: &[PointState<T>],
-        representation: Representation,
-        out: &mut [DMatrix<T>],
-    ) {
-        self.check_points(model, points, out.len());
-        for (k, (point, out)) in points.iter().zip(out).enumerate() {
-            let frame = self.attached(model, kinematics, k, point);
-            frame.jacobian_into(model, kinematics, representation, out);
+        for (k, (point, out)) in points.iter().zip(&mut out).enumerate() {
+            let frame = self.attached(model, &kinematics, k, point);
+            frame.jacobian_into(model, &kinematics, representation, out);
         }
+        out
     }
 
     /// Computes the rate of the Jacobian of each point's frame, 6 × `nv`:  d(J v)/dt = J v̇ + J̇ v is the acceleration of the
@@ -105,30 +69,11 @@ impl<P: Scalar> Contacts<P> {
     ) -> Vec<DMatrix<T>> {
         let (kinematics, points) = self.moving(model, q, v);
         let mut out = matrices(model, points.len());
-        self.frame_jacobian_derivatives_into(model, &kinematics, &points, representation, &mut out);
-        out
-    }
-
-    /// [`frame_jacobian_derivatives`](Self::frame_jacobian_derivatives) of known [states](Self::states_into) of the points,
-    /// without allocation.
-    ///
-    /// * `out` – output, a matrix 6 × `nv` for each point
-    ///
-    /// # Panics
-    /// If a slice has not one entry for each point, a matrix has another shape, or something belongs to another robot.
-    pub fn frame_jacobian_derivatives_into<T: Over<P>>(
-        &self,
-        model: &Model<P>,
-        kinematics: &Kinematics<T>,
-        points: &[PointState<T>],
-        representation: Representation,
-        out: &mut [DMatrix<T>],
-    ) {
-        self.check_points(model, points, out.len());
-        for (k, (point, out)) in points.iter().zip(out).enumerate() {
-            let frame = self.attached(model, kinematics, k, point);
-            frame.jacobian_derivative_into(model, kinematics, representation, out);
+        for (k, (point, out)) in points.iter().zip(&mut out).enumerate() {
+            let frame = self.attached(model, &kinematics, k, point);
+            frame.jacobian_derivative_into(model, &kinematics, representation, out);
         }
+        out
     }
 
     fn attached<T: Over<P>>(
@@ -178,16 +123,6 @@ impl<P: Scalar> Contacts<P> {
         self.states_into(&kinematics, &mut points);
         (kinematics, points)
     }
-
-    fn check_points<T>(&self, model: &Model<P>, points: &[PointState<T>], outputs: usize) {
-        self.check(model);
-        let n = self.points().len();
-        assert!(
-            points.len() == n && outputs == n,
-            "there are {n} contact points, got {} states and {outputs} outputs",
-            points.len()
-        );
-    }
 }
 
 impl Contacts<f64> {
@@ -201,30 +136,12 @@ impl Contacts<f64> {
     /// If `q` has the wrong length, or the contacts are those of another robot.
     pub fn links_in_contact(&self, model: &Model, q: &[f64]) -> Vec<bool> {
         let (_, points) = self.at_rest(model, q);
-        let mut out = vec![false; model.links().len()];
-        self.links_in_contact_into(model, &points, &mut out);
-        out
-    }
-
-    /// [`links_in_contact`](Self::links_in_contact) of known [states](Self::states_into) of the points, without allocation.
-    ///
-    /// * `out` – output, one for each link
-    ///
-    /// # Panics
-    /// If a slice has the wrong length, or the contacts are those of another robot.
-    pub fn links_in_contact_into(
-        &self,
-        model: &Model,
-        points: &[PointState<f64>],
-        out: &mut [bool],
-    ) {
-        self.check_points(model, points, self.points().len());
-        let links = model.links();
-        assert_eq!(out.len(), links.len(), "a flag for each link");
-        for (link, out) in links.iter().zip(out) {
-            let mut own = self.points().iter().zip(points);
-            *out = own.any(|(point, state)| point.link == link.frame && state.depth > 0.0);
-        }
+        let touches = |frame| {
+            let mut own = self.points().iter().zip(&points);
+            own.any(|(point, state)| point.link == frame && state.depth > 0.0)
+        };
+        let links = model.links().iter();
+        links.map(|link| touches(link.frame)).collect()
     }
 }
 

@@ -215,7 +215,7 @@ impl LinkShapes {
     ///
     /// # Panics
     /// If the shapes are those of another robot.
-    pub fn find_link(&self, model: &Model, name: &str) -> Result<FrameId, UnknownName> {
+    pub(crate) fn find_link(&self, model: &Model, name: &str) -> Result<FrameId, UnknownName> {
         self.check(model);
         let links = || self.shapes.iter().map(|shape| shape.link);
         let found = model

@@ -164,7 +164,7 @@ impl LinkShapes {
     /// The distance is that of the nearest pair of shapes of both links; of equally near pairs the first. Its gradient is ∂d/∂q = n · (J₂ − J₁) with
     /// the Jacobians of the links at the two points. Where features switch, it is the gradient of one side.
     ///
-    /// * `links` – frames of the links, see [`find_link`](Self::find_link)
+    /// * `links` – frames of the links, see [`Model::find_frame`]
     ///
     /// # Panics
     /// If `out`, the kinematics or the shapes are those of another robot.

@@ -39,7 +39,7 @@ impl<T: Scalar> PointState<T> {
     /// Two unit vectors across the normal that make a right-handed frame (t₁, t₂, n) with it, in the world.
     ///
     /// They rotate smoothly with the normal while it points upwards [Duff et al. 2017].
-    pub fn tangents(&self) -> [Vector3<T>; 2] {
+    pub(crate) fn tangents(&self) -> [Vector3<T>; 2] {
         let n = &self.normal;
         let a = -(T::one() / (n.z + 1.0));
         let b = n.x * n.y * a;

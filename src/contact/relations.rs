@@ -29,7 +29,7 @@ impl Relations {
             let both = number(&joint.parent).zip(number(&joint.child));
             both.filter(|&(parent, _)| names[parent] != WORLD || parent != 0)
         };
-        let joints = builder.joints().iter();
+        let joints = builder.joints.iter();
         let all: Vec<_> = joints
             .filter(|joint| joint.kind != JointKind::Floating)
             .filter_map(|joint| ends(joint).map(|ends| (joint.kind == JointKind::Fixed, ends)))

@@ -79,12 +79,12 @@ impl Smoothing {
     }
 
     /// κ, W.
-    pub fn kappa(&self) -> f64 {
+    pub(crate) fn kappa(&self) -> f64 {
         self.kappa
     }
 
     /// The height up to which points take part, m.
-    pub fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         self.reach
     }
 }

@@ -28,7 +28,7 @@ mod stability;
 mod triple;
 mod weights;
 
-pub use computed_torque::{ComputedTorque, ComputedTorqueScratch};
+pub use computed_torque::ComputedTorque;
 pub use equilibrium::{Dropped, Equilibrium, EquilibriumLqr, EquilibriumStatus};
 pub use finite_horizon::{FiniteHorizonLqr, FiniteHorizonStatus, LqrStage};
 pub use lqr::{Lqr, LqrStatus};

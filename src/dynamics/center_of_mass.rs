@@ -30,7 +30,7 @@ pub fn center_of_mass<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> Vecto
 }
 
 /// [`center_of_mass`] from known poses, without allocation:  c = Σ (m p + R h) / Σ m.
-pub fn center_of_mass_at<P: Scalar, T: Over<P>>(
+pub(crate) fn center_of_mass_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
 ) -> Vector3<T> {

@@ -46,7 +46,7 @@ pub fn momentum<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If the kinematics are those of another robot.
-pub fn momentum_at<P: Scalar, T: Over<P>>(
+pub(crate) fn momentum_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
     frame: MomentumFrame,
@@ -161,7 +161,7 @@ pub fn locked_inertia<P: Scalar, T: Over<P>>(
 ///
 /// # Panics
 /// If the kinematics are those of another robot.
-pub fn locked_inertia_at<P: Scalar, T: Over<P>>(
+pub(crate) fn locked_inertia_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
     frame: MomentumFrame,

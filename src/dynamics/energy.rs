@@ -35,7 +35,7 @@ pub fn kinetic_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T])
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
+pub(crate) fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
     v: &[T],
@@ -103,7 +103,7 @@ pub fn potential_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> T {
 }
 
 /// [`potential_energy`] from known poses, without allocation.
-pub fn potential_energy_at<P: Scalar, T: Over<P>>(
+pub(crate) fn potential_energy_at<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
 ) -> T {

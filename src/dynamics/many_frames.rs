@@ -34,27 +34,10 @@ pub fn frame_jacobians<P: Scalar, T: Over<P>>(
     representation: Representation,
 ) -> Vec<DMatrix<T>> {
     let mut out = vec![DMatrix::zeros(SPATIAL, model.nv()); frames.len()];
-    frame_jacobians_into(model, q, frames, representation, &mut out);
-    out
-}
-
-/// [`frame_jacobians`] without allocation.
-///
-/// * `out` – output, a matrix 6 × `nv` for each frame
-///
-/// # Panics
-/// As there, or if `out` has the wrong size.
-pub fn frame_jacobians_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    frames: &[FrameId],
-    representation: Representation,
-    out: &mut [DMatrix<T>],
-) {
-    check_length(frames, out);
-    for (&frame, out) in frames.iter().zip(out) {
+    for (&frame, out) in frames.iter().zip(&mut out) {
         frame_jacobian_into(model, q, frame, representation, out);
     }
+    out
 }
 
 /// Computes the rates J̇ of the Jacobians of several frames, 6 × `nv` each, as
@@ -73,31 +56,8 @@ pub fn frame_jacobian_derivatives<P: Scalar, T: Over<P>>(
     representation: Representation,
 ) -> Vec<DMatrix<T>> {
     let mut out = vec![DMatrix::zeros(SPATIAL, model.nv()); frames.len()];
-    frame_jacobian_derivatives_into(model, q, v, frames, representation, &mut out);
-    out
-}
-
-/// [`frame_jacobian_derivatives`] without allocation.
-///
-/// * `out` – output, a matrix 6 × `nv` for each frame
-///
-/// # Panics
-/// As there, or if `out` has the wrong size.
-pub fn frame_jacobian_derivatives_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    v: &[T],
-    frames: &[FrameId],
-    representation: Representation,
-    out: &mut [DMatrix<T>],
-) {
-    check_length(frames, out);
-    for (&frame, out) in frames.iter().zip(out) {
+    for (&frame, out) in frames.iter().zip(&mut out) {
         frame_jacobian_derivative_into(model, q, v, frame, representation, out);
     }
-}
-
-fn check_length<T>(frames: &[FrameId], out: &[DMatrix<T>]) {
-    let (given, n) = (out.len(), frames.len());
-    assert_eq!(given, n, "there are {n} frames, and {given} matrices");
+    out
 }

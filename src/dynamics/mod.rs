@@ -118,12 +118,14 @@ pub use adjoint::{
 pub use base_frame::{BaseFrame, BaseQuantity};
 pub(crate) use base_frame::{deviation_to_representation, gradient_to_representation};
 pub(crate) use calls::Calls;
-pub use center_of_mass::{center_of_mass, center_of_mass_at};
+pub use center_of_mass::center_of_mass;
+pub(crate) use center_of_mass::center_of_mass_at;
+pub(crate) use centroidal::momentum_at;
 pub use centroidal::{
     MomentumFrame, average_velocity, average_velocity_jacobian, center_of_mass_acceleration,
     center_of_mass_jacobian, center_of_mass_velocity, centroidal_momentum,
-    centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, locked_inertia_at,
-    momentum, momentum_at, momentum_matrix,
+    centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, momentum,
+    momentum_matrix,
 };
 pub(crate) use coriolis::add_coriolis_matrix;
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
@@ -138,10 +140,10 @@ pub use derivatives::{
     centroidal_momentum_derivatives, centroidal_momentum_matrix_derivative,
     forward_dynamics_derivatives, forward_dynamics_derivatives_into, frame_placement_derivatives,
     frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
-    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+    inverse_dynamics_second_derivatives,
 };
-pub(crate) use energy::each_kinetic_derivative;
-pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
+pub(crate) use energy::{each_kinetic_derivative, kinetic_energy_at, potential_energy_at};
+pub use energy::{kinetic_energy, potential_energy};
 pub use external::add_frame_force;
 pub use forward_dynamics::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub(crate) use forward_dynamics::{
@@ -153,18 +155,13 @@ pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
 };
-pub use many_frames::{
-    frame_jacobian_derivatives, frame_jacobian_derivatives_into, frame_jacobians,
-    frame_jacobians_into,
-};
+pub use many_frames::{frame_jacobian_derivatives, frame_jacobians};
 pub(crate) use mass_matrix_factor::Ancestors;
 pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
-pub use named_forces::{
-    NamedForces, external_forces, external_forces_into, joint_forces, joint_forces_into,
-};
+pub use named_forces::{NamedForces, external_forces, joint_forces};
 pub(crate) use passes::to_world;
 #[cfg(feature = "identification")]
 pub(crate) use passive::add_passive_forces;

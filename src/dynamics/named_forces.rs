@@ -72,23 +72,6 @@ impl<T: Scalar> NamedForces<T> {
         Ok(())
     }
 
-    /// The force of a joint, N·m or N; zero by default.
-    ///
-    /// # Errors
-    /// If there is no joint with this name.
-    pub fn joint_force<P: Scalar>(
-        &self,
-        model: &Model<P>,
-        name: &str,
-    ) -> Result<DVector<T>, UnknownName> {
-        let joint = model.find_joint(name)?;
-        let own = self.joints.iter().find(|(other, _)| *other == joint);
-        Ok(match own {
-            Some((_, force)) => DVector::from_column_slice(force),
-            None => DVector::zeros(model.joint_v(joint).len()),
-        })
-    }
-
     /// Adds a force (N, N·m) on a link or any other frame, in a representation as in
     /// [`add_frame_force`](super::add_frame_force), to the forces on it.
     ///
@@ -106,23 +89,6 @@ impl<T: Scalar> NamedForces<T> {
         Ok(())
     }
 
-    /// Replaces the forces on a link or any other frame; forces on other frames of the body are unchanged.
-    ///
-    /// # Errors
-    /// If there is no frame with this name.
-    pub fn set_frame_force<P: Scalar>(
-        &mut self,
-        model: &Model<P>,
-        name: &str,
-        force: &Force<T>,
-        representation: Representation,
-    ) -> Result<(), UnknownName> {
-        let frame = model.find_frame(name)?;
-        self.frames.retain(|(other, ..)| *other != frame);
-        self.frames.push((frame, *force, representation));
-        Ok(())
-    }
-
     /// The forces on frames.
     pub(crate) fn on_frames(&self) -> impl Iterator<Item = (FrameId, &Force<T>, Representation)> {
         let frames = self.frames.iter();
@@ -131,28 +97,14 @@ impl<T: Scalar> NamedForces<T> {
 }
 
 /// Collects the joint forces τ of named forces, length `nv`. Allocates its result.
+///
+/// # Panics
+/// If the forces are those of another model.
 pub fn joint_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     forces: &NamedForces<T>,
 ) -> DVector<T> {
     let mut tau = DVector::zeros(model.nv());
-    joint_forces_into(model, forces, tau.as_mut_slice());
-    tau
-}
-
-/// [`joint_forces`] without allocation.
-///
-/// * `tau` – output, length `nv` (N·m or N)
-///
-/// # Panics
-/// If `tau` has the wrong length, or the forces are those of another model.
-pub fn joint_forces_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    forces: &NamedForces<T>,
-    tau: &mut [T],
-) {
-    model.check_v(tau);
-    tau.fill(T::zero());
     for (joint, force) in &forces.joints {
         // Of two bodies none follows.
         let body = model.body(model.joint_body(*joint));
@@ -160,6 +112,7 @@ pub fn joint_forces_into<P: Scalar, T: Over<P>>(
             tau[k] += body.scaled(force);
         }
     }
+    tau
 }
 
 /// Collects the external force on each body, in its body frame, length `n_bodies`, as
@@ -174,24 +127,15 @@ pub fn external_forces<P: Scalar, T: Over<P>>(
     forces: &NamedForces<T>,
 ) -> Vec<Force<T>> {
     let mut bodies = vec![Force::zero(); model.n_bodies()];
-    external_forces_into(model, kinematics, forces, &mut bodies);
-    bodies
-}
-
-/// [`external_forces`] without allocation.
-///
-/// * `bodies` – output, length `n_bodies`
-///
-/// # Panics
-/// As there, and if `bodies` has the wrong length.
-pub fn external_forces_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    kinematics: &Kinematics<T>,
-    forces: &NamedForces<T>,
-    bodies: &mut [Force<T>],
-) {
-    bodies.fill(Force::zero());
     for (frame, force, representation) in &forces.frames {
-        add_frame_force(model, kinematics, *frame, force, *representation, bodies);
+        add_frame_force(
+            model,
+            kinematics,
+            *frame,
+            force,
+            *representation,
+            &mut bodies,
+        );
     }
+    bodies
 }

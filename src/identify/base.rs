@@ -35,14 +35,14 @@ const EQUATIONS: usize = 4;
 /// [Gautier 1991; Golub, Van Loan 2013, section 5.4].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
-    /// Independent unknowns, by index.
-    independent: Vec<usize>,
-    /// Unknowns that go into them, by index.
-    dependent: Vec<usize>,
+    /// Independent unknowns, by index: one for each base parameter.
+    pub independent: Vec<usize>,
+    /// Dependent unknowns, by index, which are merged into the independent ones.
+    pub dependent: Vec<usize>,
     /// C, independent × dependent.
-    combination: DMatrix<f64>,
-    /// Unknowns on which no force depends.
-    without_effect: Vec<usize>,
+    pub combination: DMatrix<f64>,
+    /// Unknowns on which no force depends, by index.
+    pub without_effect: Vec<usize>,
     /// Names of the unknowns.
     names: Vec<String>,
     /// Velocity coordinates whose forces depend on each independent unknown.
@@ -120,26 +120,6 @@ impl BaseParameters {
     /// Number of base parameters.
     pub fn len(&self) -> usize {
         self.independent.len()
-    }
-
-    /// Indices of the independent unknowns, one for each base parameter.
-    pub fn independent(&self) -> &[usize] {
-        &self.independent
-    }
-
-    /// Indices of the dependent unknowns, which are merged into others.
-    pub fn dependent(&self) -> &[usize] {
-        &self.dependent
-    }
-
-    /// C, independent × dependent.
-    pub fn combination(&self) -> &DMatrix<f64> {
-        &self.combination
-    }
-
-    /// Indices of the unknowns on which no force depends.
-    pub fn without_effect(&self) -> &[usize] {
-        &self.without_effect
     }
 
     /// Whether the force along a velocity coordinate depends on a base parameter.

@@ -159,7 +159,7 @@ impl<T: Scalar> Block<'_, T> {
         segment: &Segment,
         out: &mut [Equations],
     ) {
-        let independent = base.independent();
+        let independent = &base.independent;
         for lane in 0..T::LANES.min(segment.len() - self.first) {
             let sample = self.first + lane;
             for (k, equations) in out.iter_mut().enumerate() {

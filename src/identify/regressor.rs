@@ -202,7 +202,7 @@ impl Regressor {
     }
 
     /// Shape of dry friction; `None` if dry friction is not an unknown.
-    pub fn dry_friction(&self) -> Option<DryFriction> {
+    pub(crate) fn dry_friction(&self) -> Option<DryFriction> {
         self.dry_friction
     }
 

@@ -76,16 +76,4 @@ impl Simulator<f64> {
         let (model, report) = ModelOptions::default().load_urdf_file(path)?;
         Ok(report.simulator(model))
     }
-
-    /// Makes a simulator of the text of a URDF file with the default [`ModelOptions`]; see [`ImportReport::simulator`].
-    ///
-    /// # Errors
-    /// See [`LoadError`].
-    ///
-    /// # Panics
-    /// If the mass matrix of the model is singular.
-    pub fn from_urdf_str(xml: &str) -> Result<Self, LoadError> {
-        let (model, report) = ModelOptions::default().load_urdf_str(xml)?;
-        Ok(report.simulator(model))
-    }
 }

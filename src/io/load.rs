@@ -219,24 +219,6 @@ impl Model<f64> {
         Ok(ModelOptions::default().load_urdf_file(path)?.0)
     }
 
-    /// Makes a robot from a [`urdf_rs`] robot, with the default [`ModelOptions`]; see [`ModelOptions::load_urdf`].
-    ///
-    /// # Errors
-    /// See [`LoadError`].
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Model, urdf_rs};
-    ///
-    /// let cartpole = Model::from_urdf(&urdf_rs::read_file("assets/cartpole.urdf")?)?;
-    /// let same = Model::from_urdf_file("assets/cartpole.urdf")?;
-    /// assert_eq!(cartpole.total_mass(), same.total_mass());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn from_urdf(robot: &urdf_rs::Robot) -> Result<Self, LoadError> {
-        Ok(ModelOptions::default().load_urdf(robot)?.0)
-    }
-
     /// Loads a robot from the text of a URDF file with the default [`ModelOptions`].
     ///
     /// # Errors

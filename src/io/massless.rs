@@ -34,7 +34,7 @@ impl MasslessLinks {
         match self {
             Self::Kept => Ok(model),
             Self::Refused => model.check_mass_matrix().map(|()| model).map_err(|source| {
-                let file = parts.source().into();
+                let file = parts.source.clone();
                 LoadError::MissingInertia { file, source }
             }),
             Self::SolidBall { mass, radius } => {

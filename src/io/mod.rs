@@ -8,7 +8,7 @@
 //! | question | function | cost |
 //! |---|---|---|
 //! | load a URDF robot? | [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`from_urdf_str`](crate::Model::from_urdf_str) | linear in the text |
-//! | convert a [`urdf_rs`] robot? | [`Model::from_urdf`](crate::Model::from_urdf) | linear in links and joints |
+//! | convert a [`urdf_rs`] robot? | [`ModelOptions::load_urdf`] | linear in links and joints |
 //! | load an SDF robot, with included files? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
 //! | load an MJCF robot, with included and attached files? | [`Model::from_mjcf_file`](crate::Model::from_mjcf_file), [`from_mjcf_str`](crate::Model::from_mjcf_str) | linear in the texts and in the content of replicas |
 //! | load motors, keyframes, equalities, ground? | [`MjcfScene`], [`Simulator::from_mjcf_file`](crate::Simulator::from_mjcf_file) | the same |

@@ -236,7 +236,7 @@ impl ModelOptions {
             Ok(parts) => self.massless_links.build(parts),
             Err(EditError::Load(error)) => Err(error),
             Err(source) => Err(LoadError::JointChoice {
-                file: parts.source().into(),
+                file: parts.source,
                 source: Box::new(source),
             }),
         }

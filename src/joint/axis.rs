@@ -85,7 +85,7 @@ impl Axis {
 
     /// Advance along z per angle about z, m/rad; 0 except for a screw.
     #[inline(always)]
-    pub fn pitch(self) -> f64 {
+    pub(crate) fn pitch(self) -> f64 {
         self.pitch
     }
 

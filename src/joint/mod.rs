@@ -133,7 +133,7 @@ impl JointKind {
     }
 
     /// Number of bodies of the joint in a model: 0 for a fixed joint, 2 for a universal joint, otherwise 1.
-    pub fn n_bodies(self) -> usize {
+    pub(crate) fn n_bodies(self) -> usize {
         match self {
             Self::Fixed => 0,
             Self::Universal => 2,

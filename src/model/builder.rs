@@ -311,7 +311,7 @@ pub(super) struct Override {
     pub(super) armature: f64,
 }
 
-/// Collects links, joints and frames, then [builds](Self::build) the model.
+/// Collects links, joints and frames, then [builds](Self::build) the model, which checks everything.
 ///
 /// # Examples
 /// ```
@@ -328,15 +328,23 @@ pub(super) struct Override {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelBuilder {
-    pub(super) name: String,
-    pub(super) source: String,
+    /// Name of the robot.
+    pub name: String,
+    /// Source in error messages, for example a path.
+    pub source: String,
     pub(super) positions: Positions,
-    pub(super) gravity: Vector3<f64>,
-    pub(super) base: Base,
-    pub(super) mimicry: Mimicry,
-    pub(super) links: Vec<LinkSpec>,
-    pub(super) joints: Vec<JointSpec>,
-    pub(super) frames: Vec<FrameSpec>,
+    /// Gravity in the world, m/s²; [`DEFAULT_GRAVITY`] by default.
+    pub gravity: Vector3<f64>,
+    /// Base of the robot, fixed in the world or floating.
+    pub base: Base,
+    /// Treatment of mimic joints.
+    pub mimicry: Mimicry,
+    /// The links, in the order in which they were added.
+    pub links: Vec<LinkSpec>,
+    /// The joints, in the order in which they were added.
+    pub joints: Vec<JointSpec>,
+    /// The added frames. Each link is a frame, too, and is not in this list.
+    pub frames: Vec<FrameSpec>,
     pub(super) overrides: Vec<Override>,
 }
 
@@ -372,10 +380,13 @@ pub enum Mimicry {
 
 /// A frame to build.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct FrameSpec {
-    pub(super) name: String,
-    pub(super) link: String,
-    pub(super) placement: Transform<f64>,
+pub struct FrameSpec {
+    /// Name of the frame.
+    pub name: String,
+    /// Name of its link.
+    pub link: String,
+    /// Pose in the frame of the link, m.
+    pub placement: Transform<f64>,
 }
 
 impl ModelBuilder {
@@ -417,10 +428,17 @@ impl ModelBuilder {
         own.get(name).cloned().unwrap_or_else(whole)
     }
 
-    /// Sets the source in error messages, for example a path.
+    /// Sets the source in error messages.
     #[must_use]
-    pub fn with_source(mut self, source: impl Into<String>) -> Self {
+    pub(crate) fn with_source(mut self, source: impl Into<String>) -> Self {
         self.source = source.into();
+        self
+    }
+
+    /// Sets the treatment of mimic joints.
+    #[must_use]
+    pub(crate) fn with_mimicry(mut self, mimicry: Mimicry) -> Self {
+        self.mimicry = mimicry;
         self
     }
 
@@ -435,13 +453,6 @@ impl ModelBuilder {
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
-        self
-    }
-
-    /// Sets the treatment of mimic joints.
-    #[must_use]
-    pub fn with_mimicry(mut self, mimicry: Mimicry) -> Self {
-        self.mimicry = mimicry;
         self
     }
 

@@ -92,7 +92,7 @@ impl Model<f64> {
     /// Returns the links with physically inconsistent inertias, each with the violation. Includes edits of the model, as in [`to_builder`](Self::to_builder).
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
         let builder = self.to_builder();
-        let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
+        let inertias: HashMap<&str, &Inertia<f64>> = (builder.links.iter())
             .map(|link| (link.name.as_str(), &link.inertia))
             .collect();
         let flaw = |link: &super::Link| {

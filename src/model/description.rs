@@ -9,13 +9,13 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use super::axes::{body_frame, unit_axis};
 use super::builder::Override;
 use super::manifold::v_range;
-use super::parts::{Base, Spring};
-use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
+use super::parts::Spring;
+use super::{BodyId, JointSpec, Model, ModelBuilder};
 use crate::joint::JointKind;
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
@@ -28,52 +28,10 @@ impl JointSpec {
 }
 
 impl ModelBuilder {
-    /// Name of the robot.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Source that errors name.
-    pub(crate) fn source(&self) -> &str {
-        &self.source
-    }
-
-    /// The links, in the order in which they were added.
-    pub fn links(&self) -> &[LinkSpec] {
-        &self.links
-    }
-
-    /// The joints, in the order in which they were added.
-    pub fn joints(&self) -> &[JointSpec] {
-        &self.joints
-    }
-
-    /// The added frames: name, link, pose in that link.
-    pub fn frames(&self) -> impl Iterator<Item = (&str, &str, &Transform<f64>)> {
-        self.frames
-            .iter()
-            .map(|frame| (frame.name.as_str(), frame.link.as_str(), &frame.placement))
-    }
-
-    /// Gravity in the world, m/s².
-    pub fn gravity(&self) -> &Vector3<f64> {
-        &self.gravity
-    }
-
-    /// Treatment of joints that mimic others.
-    pub fn mimicry(&self) -> Mimicry {
-        self.mimicry
-    }
-
     /// `true` if the axes of a joint (`None`: of the floating base) have parameters of their own.
     pub(crate) fn has_override(&self, joint: Option<&str>) -> bool {
         let of_joint = |edit: &Override| edit.joint.as_deref() == joint;
         self.overrides.iter().any(of_joint)
-    }
-
-    /// Base of the robot, fixed in the world or floating.
-    pub fn base(&self) -> Base {
-        self.base
     }
 }
 
@@ -90,7 +48,7 @@ impl Model<f64> {
     ///
     /// let cartpole = samples::cartpole();
     /// let builder = cartpole.to_builder();
-    /// assert_eq!(builder.links().len(), 3);
+    /// assert_eq!(builder.links.len(), 3);
     /// assert_eq!(builder.build()?.nv(), 2);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -234,9 +192,9 @@ pub(super) fn indices<'a>(names: impl Iterator<Item = &'a str>) -> HashMap<Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Mimic;
-    use crate::model::samples;
+    use crate::model::{Base, LinkSpec, Mimic, samples};
     use crate::tests::ROUNDING;
+    use nalgebra::Vector3;
 
     fn models() -> Vec<Model> {
         let mut models = vec![samples::pendulum(), samples::cartpole(), samples::arm()];

@@ -42,9 +42,9 @@ impl Model<f64> {
     pub fn link_inertias(&self) -> Vec<Inertia<f64>> {
         let builder = self.to_builder();
         let places =
-            super::description::indices(builder.links().iter().map(|link| link.name.as_str()));
+            super::description::indices(builder.links.iter().map(|link| link.name.as_str()));
         let inertia = |name: &str| match places.get(name) {
-            Some(&place) => builder.links()[place].inertia,
+            Some(&place) => builder.links[place].inertia,
             None => Inertia::zero(),
         };
         self.link_names().into_iter().map(inertia).collect()

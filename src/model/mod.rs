@@ -68,7 +68,7 @@ use nalgebra::Vector3;
 
 pub(crate) use axes::unit;
 pub use body::{Body, Coupling};
-pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
+pub use builder::{DEFAULT_GRAVITY, FrameSpec, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::InertiaFlaw;
 pub(crate) use consistency::inertia_flaw;
 pub(crate) use generation::Generation;
@@ -89,6 +89,7 @@ pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
 pub(crate) use weightless::Weightless;
+pub(crate) use world::BASE_JOINT;
 pub use world::{Object, World};
 
 use crate::error::UnknownName;
@@ -404,7 +405,7 @@ impl<P: Scalar> Model<P> {
     ///
     /// # Panics
     /// If the id is not one of this model.
-    pub fn joint_bodies(&self, joint: JointId) -> impl Iterator<Item = BodyId> + use<P> {
+    pub(crate) fn joint_bodies(&self, joint: JointId) -> impl Iterator<Item = BodyId> + use<P> {
         self.joint_of(joint).bodies().map(BodyId)
     }
 

@@ -13,20 +13,7 @@ impl<const N: usize> Model<Dual<f64, N>> {
     /// parameters are functions of variables. The transpose converts a gradient in the parameters to one in the variables.
     ///
     /// Placements are increments, as there: their rows are translation and rotation along the axes of the joint or frame.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Model, model::samples, scalar::Dual};
-    ///
-    /// // The mass of the pole is x², at x = 3.
-    /// let x = Dual::<f64, 1>::variable(3.0, 0);
-    /// let model: Model<Dual<f64, 1>> = samples::cartpole().cast();
-    /// let mass = model.parameter_layout().find("pole: mass")?;
-    /// let heavier = model.with_some_parameters(&[mass], &[x * x]);
-    /// assert_eq!(heavier.parameter_derivatives()[(mass, 0)], 6.0);
-    /// # Ok::<(), dualbody::UnknownName>(())
-    /// ```
-    pub fn parameter_derivatives(&self) -> DMatrix<f64> {
+    pub(crate) fn parameter_derivatives(&self) -> DMatrix<f64> {
         let parameters = self.parameters();
         let mut out = DMatrix::from_fn(parameters.len(), N, |i, k| parameters[i].eps[k]);
         for (group, range) in self.parameter_layout().groups() {

@@ -15,7 +15,8 @@ use super::{Over, Scalar};
 /// type is a plain array: the compiler makes vector instructions of the width of the target. It is aligned, so that no vector crosses a cache line
 /// unnecessarily.
 ///
-/// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, see [`is_supported`](Self::is_supported).
+/// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, and panic on others; there
+/// [`BatchSimulator`](crate::sim::BatchSimulator) steps its states one by one, with bit-identical results.
 ///
 /// # Examples
 /// ```
@@ -48,7 +49,7 @@ pub struct SingleLanes<const N: usize>(pub [f32; N]);
 impl<const N: usize> Lanes<N> {
     /// Whether the dynamics run over lanes on this CPU: always, except in optimised programs for x86-64 on a CPU without AVX2, where they panic. On
     /// such a CPU [`BatchSimulator`](crate::sim::BatchSimulator) steps its states one by one, with bit-identical results.
-    pub fn is_supported() -> bool {
+    pub(crate) fn is_supported() -> bool {
         has_lanes()
     }
 }

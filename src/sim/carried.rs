@@ -4,8 +4,8 @@
 
 use std::collections::HashMap;
 
-use super::base::{BASE_POSE, write_pose};
 use super::free_body::is_free;
+use super::free_body::{BASE_POSE, write_pose};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::Contacts;

@@ -1,22 +1,25 @@
-//! Pose and velocity of free bodies in a world, by name.
+//! Pose and velocity of the floating base of a robot, and of free bodies in a world.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::base::{write_pose, write_velocity};
 use super::state::State;
 use crate::error::UnknownName;
 use crate::joint::JointKind;
 use crate::model::manifold::{q_range, v_range};
-use crate::model::{Body, Model};
+use crate::model::{BASE_JOINT, Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Motion, Representation, Transform};
+use crate::spatial::{Motion, Quaternion, Representation, Transform};
+
+/// Entries of q that a floating base has: position and quaternion.
+pub(super) const BASE_POSE: usize = 7;
 
 /// The body that a floating joint on the world moves.
 fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, UnknownName> {
-    let found = model
-        .joint(joint)
-        .map(|id| model.body(model.joint_body(id)));
-    let free = found.filter(|body| is_free(body));
+    let found = match model.joint(joint) {
+        Some(id) => Some(model.joint_body(id)),
+        None => (joint == BASE_JOINT && floats(model)).then_some(BodyId(0)),
+    };
+    let free = found.map(|id| model.body(id)).filter(|body| is_free(body));
     free.ok_or_else(|| UnknownName {
         model: model.name().into(),
         element: "floating joint on the world".into(),
@@ -28,7 +31,14 @@ fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, 
 fn names<P: Scalar>(model: &Model<P>) -> Vec<String> {
     let joints = model.joints().iter();
     let free = joints.filter(|joint| is_free(model.body(joint.body)));
-    free.map(|joint| joint.name.clone()).collect()
+    let named = free.map(|joint| joint.name.clone());
+    let base = floats(model).then(|| BASE_JOINT.to_owned());
+    base.into_iter().chain(named).collect()
+}
+
+/// Whether the robot has a floating base, whose joint has no name in the model.
+fn floats<P: Scalar>(model: &Model<P>) -> bool {
+    model.has_floating_base() && model.body_joint(BodyId(0)).is_none()
 }
 
 /// Whether a joint lets a body move freely in the world.
@@ -37,12 +47,13 @@ pub(super) fn is_free<P>(body: &Body<P>) -> bool {
 }
 
 impl<T: Scalar> State<T> {
-    /// Pose `X_WB` in the world of a body on a floating joint, such as an object or a floating robot of a [`World`](crate::model::World).
+    /// Pose `X_WB` in the world of a body on a floating joint: of the floating base of a robot, or of an object or a floating robot of a
+    /// [`World`](crate::model::World). Does not allocate.
     ///
-    /// * `joint` – name of the joint: the name of an object, or `{prefix}floating_base` of a robot
+    /// * `joint` – name of the joint: `floating_base` for the base of a robot, in a world `{prefix}floating_base`; for an object its name
     ///
     /// # Errors
-    /// If the world has no floating joint of this name; the error lists its floating joints. For a single robot use [`base_pose`](Self::base_pose).
+    /// If the model has no floating joint of this name, for example if the base is fixed; the error lists its floating joints.
     ///
     /// # Panics
     /// If the state has the wrong length.
@@ -150,4 +161,21 @@ impl<T: Scalar> State<T> {
         );
         Ok(())
     }
+}
+
+/// Writes a pose as the configuration of a floating joint.
+pub(super) fn write_pose<T: Scalar>(q: &mut [T], X: &Transform<T>) {
+    q[..3].copy_from_slice(X.translation.as_slice());
+    Quaternion::from_matrix(&X.rotation).write_to(&mut q[3..]);
+}
+
+/// Writes the velocity of a floating joint, given in a representation at a pose.
+pub(super) fn write_velocity<T: Scalar>(
+    v: &mut [T],
+    X_WB: &Transform<T>,
+    velocity: &Motion<T>,
+    representation: Representation,
+) {
+    let V_WB_B = representation.velocity_to_body(X_WB, velocity);
+    v.copy_from_slice(&V_WB_B.to_array());
 }

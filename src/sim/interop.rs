@@ -11,8 +11,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::base::write_pose;
 use super::free_body::is_free;
+use super::free_body::write_pose;
 use super::state::State;
 use crate::error::UnknownName;
 use crate::joint::{Joint, JointKind};
@@ -51,7 +51,8 @@ pub enum Engine {
 /// let theirs = EngineCoordinates::new(&model, Engine::Pinocchio)
 ///     .with_joint_order(&["universe", "pivot", "linear"])?; // pin_model.names
 /// let q = [0.3, 0.5];
-/// let (ours, M) = (dynamics::mass_matrix(&model, &q), theirs.mass_matrix_to(&q, &dynamics::mass_matrix(&model, &q)));
+/// let (ours, T) = (dynamics::mass_matrix(&model, &q), theirs.tangent_map(&q));
+/// let M = &T * &ours * T.transpose();
 /// assert_eq!((M[(0, 0)], M[(1, 1)]), (ours[(1, 1)], ours[(0, 0)]));
 /// assert_eq!(theirs.configuration_to(&q).len(), 3); // cos and sin of the pivot, then the slide
 /// # Ok::<(), dualbody::UnknownName>(())
@@ -190,7 +191,7 @@ impl<'m> EngineCoordinates<'m> {
     /// If `q` or `v` have the wrong length.
     pub fn tangent_to(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
         self.model.check_v(v);
-        self.rates(q) * DVector::from_column_slice(v)
+        self.tangent_map(q) * DVector::from_column_slice(v)
     }
 
     /// A velocity, force, gradient or small displacement from the engine's coordinates:  v = Tᵀ v'.
@@ -199,7 +200,7 @@ impl<'m> EngineCoordinates<'m> {
     /// If `q` or `v` have the wrong length.
     pub fn tangent_from(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
         self.model.check_v(v);
-        self.rates(q).tr_mul(&DVector::from_column_slice(v))
+        self.tangent_map(q).tr_mul(&DVector::from_column_slice(v))
     }
 
     /// An acceleration in the engine's coordinates, the rate of the velocity there:  a' = T a + Ṫ v.
@@ -226,40 +227,6 @@ impl<'m> EngineCoordinates<'m> {
         self.tangent_from(q, a) - self.turning(v)
     }
 
-    /// A Jacobian whose columns belong to the engine's coordinates:  J' = J Tᵀ. Its rows are unchanged.
-    ///
-    /// # Panics
-    /// If `q` has the wrong length or `J` not `nv` columns.
-    pub fn jacobian_to(&self, q: &[f64], J: &DMatrix<f64>) -> DMatrix<f64> {
-        J * self.rates(q).transpose()
-    }
-
-    /// A Jacobian from one whose columns belong to the engine's coordinates:  J = J' T.
-    ///
-    /// # Panics
-    /// If `q` has the wrong length or `J` not `nv` columns.
-    pub fn jacobian_from(&self, q: &[f64], J: &DMatrix<f64>) -> DMatrix<f64> {
-        J * self.rates(q)
-    }
-
-    /// A mass matrix, its inverse, or another symmetric matrix, in the engine's coordinates:  M' = T M Tᵀ.
-    ///
-    /// # Panics
-    /// If `q` has the wrong length or `M` is not `nv` × `nv`.
-    pub fn mass_matrix_to(&self, q: &[f64], M: &DMatrix<f64>) -> DMatrix<f64> {
-        let T = self.rates(q);
-        &T * M * T.transpose()
-    }
-
-    /// A mass matrix, its inverse, or another symmetric matrix, from the engine's coordinates:  M = Tᵀ M' T.
-    ///
-    /// # Panics
-    /// If `q` has the wrong length or `M` is not `nv` × `nv`.
-    pub fn mass_matrix_from(&self, q: &[f64], M: &DMatrix<f64>) -> DMatrix<f64> {
-        let T = self.rates(q);
-        T.tr_mul(M) * T
-    }
-
     /// Where a floating joint is placed on the world, for an engine whose free joints have the pose in the world.
     fn placed(&self, body: &'m Body<f64>) -> Option<&'m Transform<f64>> {
         let moves = self.engine == Engine::MuJoCo
@@ -281,8 +248,12 @@ impl<'m> EngineCoordinates<'m> {
         start..start + own.map(width).sum::<usize>()
     }
 
-    /// The matrix T: rows of the engine, columns of this library.
-    fn rates(&self, q: &[f64]) -> DMatrix<f64> {
+    /// The orthogonal matrix T from tangent vectors of this library to those of the engine, v' = T v, for matrices: a Jacobian is J' = J Tᵀ, a mass
+    /// matrix or its inverse M' = T M Tᵀ. Allocates.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length.
+    pub fn tangent_map(&self, q: &[f64]) -> DMatrix<f64> {
         self.model.check_q(q);
         let nv = self.model.nv();
         let (mut T, mut row) = (DMatrix::zeros(nv, nv), 0);
@@ -451,9 +422,11 @@ mod tests {
             let tau = inverse_dynamics(model, q, v.as_slice(), a.as_slice());
             let to = |x: &DVector<f64>| theirs.tangent_to(q, x.as_slice());
             let power = to(&tau).dot(&to(&v)) - tau.dot(&v);
-            let energy = to(&v).dot(&(theirs.mass_matrix_to(q, &M) * to(&v))) - v.dot(&(&M * &v));
+            let T = theirs.tangent_map(q);
+            let M_there = &T * &M * T.transpose();
+            let energy = to(&v).dot(&(M_there * to(&v))) - v.dot(&(&M * &v));
             let J = DMatrix::from_fn(2, model.nv(), |i, k| (i as f64 + 1.3 * k as f64).sin());
-            let output = theirs.jacobian_to(q, &J) * to(&v) - &J * &v;
+            let output = &J * T.transpose() * to(&v) - &J * &v;
             let scale = 1e-12 * (M.amax() + tau.amax()) * model.nv() as f64;
             assert!(
                 power.abs() < scale && energy.abs() < scale && output.amax() < scale,
@@ -480,15 +453,9 @@ mod tests {
                 (theirs.acceleration_from(q, v, there.as_slice()) - &a).amax() < 1e-13,
                 "{name}"
             );
-            let M = DMatrix::from_fn(model.nv(), model.nv(), |i, k| ((i * k) as f64).cos());
-            assert!(
-                (theirs.mass_matrix_from(q, &theirs.mass_matrix_to(q, &M)) - &M).amax() < 1e-13,
-                "{name}"
-            );
-            assert!(
-                (theirs.jacobian_from(q, &theirs.jacobian_to(q, &M)) - &M).amax() < 1e-13,
-                "{name}"
-            );
+            let T = theirs.tangent_map(q);
+            let one = DMatrix::identity(model.nv(), model.nv());
+            assert!((T.tr_mul(&T) - one).amax() < 1e-13, "{name}");
         });
     }
 

@@ -27,8 +27,7 @@
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
 //! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
 //! | the same in another engine's coordinates? | [`EngineCoordinates`] | O(n), O(n²) for matrices | |
-//! | where is the base, how fast? | [`State::base_pose`], [`State::base_velocity`], and to set them [`State::set_base_pose`], [`State::set_base_velocity`] | O(1) | |
-//! | where are the free bodies of a world, how fast? | [`State::free_pose`], [`State::set_free_pose`], [`State::free_velocity`], [`State::set_free_velocity`] | O(n) | |
+//! | where are the base and the free bodies of a world, how fast? | [`State::free_pose`], [`State::set_free_pose`], [`State::free_velocity`], [`State::set_free_velocity`] | O(n) | |
 //! | a state in a world with other members? | [`State::carried`], [`Simulator::carried_state`] | O(n) | |
 //! | a random state? | [`State::random`], [`State::random_within`] | O(n) | |
 //! | is a state from a file or another program valid? | [`State::check`] | O(n) | |
@@ -38,7 +37,6 @@ mod actuation;
 mod applied_forces;
 mod assembly;
 mod balance;
-mod base;
 mod batch;
 mod carried;
 mod dense_rows;

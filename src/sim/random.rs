@@ -3,10 +3,11 @@
 use nalgebra::DVector;
 use rand::{Rng, RngExt};
 
+use super::free_body::{BASE_POSE, write_pose, write_velocity};
 use super::state::State;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
-use crate::spatial::{Motion, Quaternion, Representation, Transform};
+use crate::spatial::{Motion, Quaternion, Representation, SPATIAL, Transform};
 
 /// Bounds of a random state: `[lower, upper]` of each coordinate, which is uniformly distributed between them. Equal bounds fix a coordinate.
 ///
@@ -73,12 +74,12 @@ impl State<f64> {
             contact: DVector::zeros(0),
         };
         if model.has_floating_base() {
-            state.place_base(model, rng, bounds);
+            state.place_base(rng, bounds);
         }
         state
     }
 
-    fn place_base<R: Rng + ?Sized>(&mut self, model: &Model, rng: &mut R, bounds: &StateBounds) {
+    fn place_base<R: Rng + ?Sized>(&mut self, rng: &mut R, bounds: &StateBounds) {
         let mut three = |name: &str, bounds: &[[f64; 2]; 3]| -> [f64; 3] {
             std::array::from_fn(|k| uniform(rng, name, bounds[k]))
         };
@@ -90,9 +91,10 @@ impl State<f64> {
         let linear = three("base_linear_velocity", &bounds.base_linear_velocity);
         let angular = three("base_angular_velocity", &bounds.base_angular_velocity);
         let pose = Transform::new(rotation.to_matrix(), position.into());
-        self.set_base_pose(model, &pose);
         let velocity = Motion::new(linear.into(), angular.into());
-        self.set_base_velocity(model, &velocity, Representation::Mixed);
+        write_pose(&mut self.q.as_mut_slice()[..BASE_POSE], &pose);
+        let own = &mut self.v.as_mut_slice()[..SPATIAL];
+        write_velocity(own, &pose, &velocity, Representation::Mixed);
     }
 }
 

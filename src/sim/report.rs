@@ -76,7 +76,11 @@ impl<T: Scalar> ContactReport<T> {
         })
     }
 
-    /// Computes the [Jacobians](PairReport::jacobian) of all points between bodies, in the order of [`pairs`](Self::pairs), with one pass over the bodies. Allocates.
+    /// Computes the Jacobian of each point between bodies, 6 × `nv`, rows `[linear; angular]` in the world's axes, in the order of
+    /// [`pairs`](Self::pairs). Allocates.
+    ///
+    /// It is that of the velocity of the first link relative to the second at the point: J q̇ is the velocity of the [`point`](PairReport::point) and the
+    /// difference of the angular velocities. A force there acts on the joints by the transpose of the first three rows.
     ///
     /// * `q` – configuration of the report, length `nq`
     ///
@@ -91,8 +95,8 @@ impl<T: Scalar> ContactReport<T> {
         pairs.map(|p| p.jacobian_at(model, &kinematics)).collect()
     }
 
-    /// Computes the [rates of the Jacobians](PairReport::jacobian_derivative) of all points between bodies, in the order of [`pairs`](Self::pairs), with one pass over the
-    /// bodies. Allocates.
+    /// Computes the rates of the [Jacobians](Self::pair_jacobians) of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of the first
+    /// point minus that of the second. Allocates.
     ///
     /// * `q`, `v` – configuration and velocity of the report, lengths `nq` and `nv`
     ///
@@ -125,36 +129,6 @@ impl<T: Scalar> ContactReport<T> {
 }
 
 impl<T: Scalar> PairReport<T> {
-    /// Computes the Jacobian of the velocity of the first link relative to the second at the point, 6 × `nv`, rows `[linear; angular]` in the world's axes:
-    /// J q̇ is the velocity of the [`point`](Self::point) and the difference of the angular velocities. A force there acts on the joints by the transpose of the first three
-    /// rows. Allocates.
-    ///
-    /// * `q` – configuration of the report, length `nq`
-    ///
-    /// # Panics
-    /// If `q` has the wrong length, or the report is one of another robot.
-    pub fn jacobian<P: Scalar>(&self, model: &Model<P>, q: &[T]) -> DMatrix<T>
-    where
-        T: Over<P>,
-    {
-        let kinematics = forward_kinematics(model, q, &vec![T::zero(); model.nv()]);
-        self.jacobian_at(model, &kinematics)
-    }
-
-    /// Computes the rate of the [Jacobian](Self::jacobian), 6 × `nv`, of points that are fixed to their links:  J v̇ + J̇ v is the acceleration of
-    /// the first point minus that of the second. Allocates.
-    ///
-    /// * `q`, `v` – configuration and velocity of the report, lengths `nq` and `nv`
-    ///
-    /// # Panics
-    /// If a slice has the wrong length, or the report is one of another robot.
-    pub fn jacobian_derivative<P: Scalar>(&self, model: &Model<P>, q: &[T], v: &[T]) -> DMatrix<T>
-    where
-        T: Over<P>,
-    {
-        self.rate_at(model, &forward_kinematics(model, q, v))
-    }
-
     /// Returns the frame C of the contact, `X_WC`: its origin at the point, z along the normal, x and y across it.
     pub fn frame(&self) -> Transform<T> {
         let [z, x, y] = self.point.axes_of_any_normal();

@@ -30,7 +30,8 @@ pub struct Rollout<T: Scalar = f64> {
     pub solver_failure: Option<SolverFailure>,
     /// Structure of the robot that it is of.
     robot: Structure,
-    input_names: Vec<String>,
+    /// Name of the joint or actuator of each input, for plots and tables; empty if unknown. See [`Simulator::input_names`].
+    pub input_names: Vec<String>,
 }
 
 impl Simulator<f64> {
@@ -202,18 +203,6 @@ impl Rollout {
             input_names: Vec::new(),
             solver_failure: None,
         }
-    }
-
-    /// Name of the joint or actuator of each input; empty if unknown. See [`Simulator::input_names`].
-    pub fn input_names(&self) -> &[String] {
-        &self.input_names
-    }
-
-    /// Names the inputs of the trajectory, for plots and tables.
-    #[must_use]
-    pub fn with_input_names(mut self, names: Vec<String>) -> Self {
-        self.input_names = names;
-        self
     }
 
     /// Checks that it is one of this robot or a variant of it.

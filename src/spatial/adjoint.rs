@@ -35,14 +35,6 @@ impl<T: Scalar> Transform<T> {
     }
 }
 
-impl<T: Scalar> Motion<T> {
-    /// Matrix V × of the [cross product](Self::cross) with a motion: (\[ω\], \[v\]; 0, \[ω\]). That of the [cross product](Self::cross_force)
-    /// with a force is −(V ×)ᵀ.
-    pub fn cross_matrix(&self) -> Matrix6<T> {
-        matrix(|k| self.cross(&Self::basis(k)).to_array())
-    }
-}
-
 fn basis_force<T: Scalar>(k: usize) -> Force<T> {
     let unit: Motion<T> = Motion::basis(k);
     let (linear, angular): (Vector3<T>, Vector3<T>) = (unit.linear, unit.angular);
@@ -53,6 +45,15 @@ fn basis_force<T: Scalar>(k: usize) -> Force<T> {
 fn matrix<T: Scalar>(column: impl Fn(usize) -> [T; SPATIAL]) -> Matrix6<T> {
     let columns: [[T; SPATIAL]; SPATIAL] = std::array::from_fn(column);
     Matrix6::from_fn(|row, k| columns[k][row])
+}
+
+#[cfg(test)]
+impl<T: Scalar> Motion<T> {
+    /// Matrix V × of the [cross product](Self::cross) with a motion: (\[ω\], \[v\]; 0, \[ω\]). That of the [cross product](Self::cross_force)
+    /// with a force is −(V ×)ᵀ.
+    pub(crate) fn cross_matrix(&self) -> Matrix6<T> {
+        matrix(|k| self.cross(&Self::basis(k)).to_array())
+    }
 }
 
 #[cfg(test)]

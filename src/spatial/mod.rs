@@ -12,7 +12,7 @@
 //! | question | type, function | reference |
 //! |---|---|---|
 //! | pose of a frame, transformation of vectors? | [`Transform`]: [`point`](Transform::point), [`motion`](Transform::motion), [`force`](Transform::force), [`inertia`](Transform::inertia) | [Featherstone 2008, 2.8] |
-//! | as 6 × 6 matrices? | [`Transform::adjoint`], [`Transform::force_adjoint`], [`Motion::cross_matrix`] | [Murray, Li, Sastry 1994, 2.4] |
+//! | as 6 × 6 matrices? | [`Transform::adjoint`], [`Transform::force_adjoint`] | [Murray, Li, Sastry 1994, 2.4] |
 //! | roll, pitch and yaw? | [`Quaternion::from_roll_pitch_yaw`], [`Quaternion::to_roll_pitch_yaw`] | |
 //! | rotation? | [`Quaternion`], [`Quaternion::to_matrix`], [`Quaternion::from_matrix`] | [Shepperd 1978] |
 //! | pose after a constant velocity, and back? | [`Transform::exp`], [`Transform::log`], [`Quaternion::exp`], [`Quaternion::log`] | [Murray, Li, Sastry 1994, chapter 2] |

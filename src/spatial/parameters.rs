@@ -78,7 +78,7 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// Makes a spatial inertia from a pseudo-inertia (its upper triangle): J = tr(Σ) 1 − Σ.
-    pub fn from_pseudo_inertia(p: &Matrix4<P>) -> Self {
+    pub(crate) fn from_pseudo_inertia(p: &Matrix4<P>) -> Self {
         let trace = p.m11 + p.m22 + p.m33;
         Self {
             mass: p.m44,
@@ -132,18 +132,9 @@ impl<P: Scalar> Inertia<P> {
     /// The exact Jacobian ∂π/∂θ of the [standard parameters](Self::to_parameters) π (rows) in the log-Cholesky parameters θ (columns). Never singular;
     /// its inverse is the Jacobian of [`to_log_cholesky`](Self::to_log_cholesky). The pseudo-inertia is linear in π.
     ///
-    /// # Examples
-    /// ```
-    /// use dualbody::spatial::Inertia;
-    ///
-    /// // m = e^2α
-    /// let jacobian = Inertia::log_cholesky_jacobian([0.5_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    /// assert!((jacobian[(0, 0)] - 2.0 * 1.0_f64.exp()).abs() < 1e-14);
-    /// ```
-    ///
     /// # References
     /// [Rucker, Wensing 2022].
-    pub fn log_cholesky_jacobian(
+    pub(crate) fn log_cholesky_jacobian(
         theta: [P; INERTIAL_PARAMETERS],
     ) -> SMatrix<P, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS> {
         let seeded = std::array::from_fn(|k| Dual::variable(theta[k], k));

@@ -31,7 +31,11 @@ impl Representation {
     /// Converts a velocity of F from the body representation to this one; `X_WF` is the pose of F.
     // Out of line it costs a frame Jacobian a tenth more instructions.
     #[inline(always)]
-    pub fn velocity_from_body<T: Scalar>(self, X_WF: &Transform<T>, V_F: &Motion<T>) -> Motion<T> {
+    pub(crate) fn velocity_from_body<T: Scalar>(
+        self,
+        X_WF: &Transform<T>,
+        V_F: &Motion<T>,
+    ) -> Motion<T> {
         let R = &X_WF.rotation;
         match self {
             Self::Body => *V_F,
@@ -42,7 +46,11 @@ impl Representation {
 
     /// Converts a velocity of F from this representation to the body representation.
     #[inline]
-    pub fn velocity_to_body<T: Scalar>(self, X_WF: &Transform<T>, V: &Motion<T>) -> Motion<T> {
+    pub(crate) fn velocity_to_body<T: Scalar>(
+        self,
+        X_WF: &Transform<T>,
+        V: &Motion<T>,
+    ) -> Motion<T> {
         let R = &X_WF.rotation;
         match self {
             Self::Body => *V,
@@ -53,7 +61,11 @@ impl Representation {
 
     /// Converts a force on F from the body representation to this one, with equal power.
     #[inline]
-    pub fn force_from_body<T: Scalar>(self, X_WF: &Transform<T>, F_F: &Force<T>) -> Force<T> {
+    pub(crate) fn force_from_body<T: Scalar>(
+        self,
+        X_WF: &Transform<T>,
+        F_F: &Force<T>,
+    ) -> Force<T> {
         let R = &X_WF.rotation;
         match self {
             Self::Body => *F_F,
@@ -64,7 +76,7 @@ impl Representation {
 
     /// Converts a force on F from this representation to the body representation.
     #[inline]
-    pub fn force_to_body<T: Scalar>(self, X_WF: &Transform<T>, F: &Force<T>) -> Force<T> {
+    pub(crate) fn force_to_body<T: Scalar>(self, X_WF: &Transform<T>, F: &Force<T>) -> Force<T> {
         let R = &X_WF.rotation;
         match self {
             Self::Body => *F,

@@ -143,7 +143,7 @@ impl Problem {
     ///
     /// # Panics
     /// If it does not have length `nx`.
-    pub fn set_start(&mut self, start: &[f64]) {
+    pub(crate) fn set_start(&mut self, start: &[f64]) {
         check_start(self.dynamics(), start);
         self.start.copy_from_slice(start);
     }
@@ -220,14 +220,9 @@ impl Problem {
         self.initial
     }
 
-    /// Lower bounds of the inputs, length `nu`.
-    pub fn input_lower(&self) -> &DVector<f64> {
-        &self.lower
-    }
-
-    /// Upper bounds of the inputs, length `nu`.
-    pub fn input_upper(&self) -> &DVector<f64> {
-        &self.upper
+    /// Lower and upper bounds of the inputs, length `nu` each; infinite for no bound.
+    pub fn input_bounds(&self) -> (&DVector<f64>, &DVector<f64>) {
+        (&self.lower, &self.upper)
     }
 
     /// Constraints of every stage.

@@ -74,7 +74,7 @@ impl Trajectory {
     }
 
     /// Shifts the trajectory by one stage and repeats the last state and input: the guess for the next problem of a receding horizon.
-    pub fn shift(&mut self) {
+    pub(crate) fn shift(&mut self) {
         for all in [&mut self.states, &mut self.inputs] {
             for k in 1..all.len() {
                 let (before, after) = all.split_at_mut(k);

@@ -26,7 +26,7 @@ impl Track {
     /// let flight = rocket.rollout(&rocket.neutral_state(), 100, |_, _, u| u[0] = 25.0);
     /// let mut recording = Recording::from_rollout(rocket.model(), &flight);
     /// recording.robot_mut(0).add_applied_forces(&rocket);
-    /// assert_eq!(recording.robot(0).forces()[0].values[100].z, 25.0);
+    /// assert_eq!(recording.robots()[0].forces()[0].values[100].z, 25.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn add_applied_forces(&mut self, simulator: &Simulator) -> &mut Self {

@@ -12,7 +12,7 @@ impl Recording {
     ///
     /// # Panics
     /// If the simulator is one of another robot.
-    pub fn show_contacts(&mut self, simulator: &Simulator) -> &mut Self {
+    pub(crate) fn show_contacts(&mut self, simulator: &Simulator) -> &mut Self {
         let track = &mut self.robots[0];
         assert!(
             track.model.structure() == simulator.model().structure(),

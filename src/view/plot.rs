@@ -371,7 +371,7 @@ mod tests {
             .collect();
         assert_eq!(points.len(), recording.len());
         // Pixels grow downwards and in proportion: (y − y₀) / (y₁ − y₀) is the same in both.
-        let q = |k: usize| recording.robot(0).q(k)[1];
+        let q = |k: usize| recording.robots()[0].q(k)[1];
         let far = (0..=300).max_by(|&a, &b| q(a).total_cmp(&q(b))).unwrap();
         let share = |k: usize| (points[k] - points[0]) / (points[far] - points[0]);
         for k in [50, 100, 200, 300] {

@@ -31,7 +31,7 @@ impl Recording {
         let mut series = vec![Vec::with_capacity(n); sensors.len()];
         let mut y = vec![0.0; sensors.len()];
         for k in 0..n {
-            let track = self.robot(0);
+            let track = &self.robots()[0];
             let (state, u) = (track.state(k), track.u(k));
             let is_known = state.is_finite() && u.iter().all(|u| u.is_finite());
             match is_known {

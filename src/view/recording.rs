@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 ///     recording.push(0.01 * k as f64, &state, &torque);
 ///     state = simulator.step(&state, &torque);
 /// }
-/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robot(0).state(k).q[0])).collect::<Vec<_>>());
+/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robots()[0].state(k).q[0])).collect::<Vec<_>>());
 /// recording.robot_mut(0).trace("rod")?;
 /// assert_eq!(recording.len(), 100);
 /// # Ok::<(), dualbody::UnknownName>(())
@@ -99,7 +99,7 @@ impl Recording {
         let nu = rollout.inputs.first().map_or(0, |u| u.len());
         let track = &mut recording.robots[0];
         track.u = Rows::new(nu);
-        track.inputs = rollout.input_names().to_vec();
+        track.inputs = rollout.input_names.clone();
         for (k, state) in rollout.states.iter().enumerate() {
             track.push(state);
             match rollout.inputs.get(k) {
@@ -199,36 +199,6 @@ impl Recording {
         series.for_each(|series| series.values.push(f64::NAN));
     }
 
-    /// Sets a scalar at the last time, while a recording is filled; NaN at times without a value.
-    ///
-    /// # Panics
-    /// If the recording is empty.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{State, model::samples, view::Recording};
-    ///
-    /// let mut recording = Recording::new(&samples::pendulum());
-    /// for k in 0..3 {
-    ///     let angle = 0.1 * f64::from(k);
-    ///     recording.push(f64::from(k), &State::new(&[angle], &[0.0]), &[]);
-    ///     recording.set_series("height of the tip [m]", -angle.cos());
-    /// }
-    /// assert_eq!(recording.series()[0].values[0], -1.0);
-    /// ```
-    pub fn set_series(&mut self, name: &str, value: f64) -> &mut Self {
-        assert!(self.len() > 0, "\"{name}\" has no moment yet");
-        let known = self.series.iter().position(|series| series.name == name);
-        let at = known.unwrap_or(self.series.len());
-        if at == self.series.len() {
-            let values = vec![f64::NAN; self.len()];
-            self.add_series(name, values);
-        }
-        let last = self.len() - 1;
-        self.series[at].values[last] = value;
-        self
-    }
-
     fn check_next(&self, time: f64, given: usize) {
         check_later(time, self.times.last().copied());
         assert_eq!(given, self.robots.len(), "one state for each robot");
@@ -305,14 +275,6 @@ impl Recording {
     /// Robots with their motions.
     pub fn robots(&self) -> &[Track] {
         &self.robots
-    }
-
-    /// A robot.
-    ///
-    /// # Panics
-    /// If there is no such robot.
-    pub fn robot(&self, i: usize) -> &Track {
-        &self.robots[i]
     }
 
     /// A robot, mutable, for its display settings.

@@ -114,8 +114,8 @@ impl Track {
     /// let simulator = Simulator::new(samples::cartpole());
     /// let start = State::new(&[0.0, 0.5], &[0.0; 2]);
     /// let recording = Recording::from_rollout(simulator.model(), &simulator.rollout(&start, 10, |_, _, _| {}));
-    /// let resumed = simulator.rollout(&recording.robot(0).state(5), 5, |_, _, _| {});
-    /// assert_eq!(*resumed.last(), recording.robot(0).state(10));
+    /// let resumed = simulator.rollout(&recording.robots()[0].state(5), 5, |_, _, _| {});
+    /// assert_eq!(*resumed.last(), recording.robots()[0].state(10));
     /// ```
     pub fn state(&self, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(k));
@@ -146,7 +146,7 @@ impl Track {
 
     /// Names the inputs, for plots and tables; a rollout already contains these names, see
     /// [`Simulator::input_names`](crate::Simulator::input_names).
-    pub fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
+    pub(crate) fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
         self.inputs = names;
         self
     }
@@ -192,32 +192,6 @@ impl Track {
         let values: Vec<_> = values.into_iter().collect();
         assert_eq!(values.len(), self.len(), "one force for each time");
         self.forces.push(ForceTrack { frame, values });
-        Ok(self)
-    }
-
-    /// Sets the force on a frame at the last time, while a recording is filled; zero at times without a force.
-    ///
-    /// * `value` – along the world's axes, N
-    ///
-    /// # Errors
-    /// If the robot has no frame of that name.
-    ///
-    /// # Panics
-    /// If there is no moment yet.
-    pub fn set_force(
-        &mut self,
-        frame: &str,
-        value: Vector3<f64>,
-    ) -> Result<&mut Self, UnknownName> {
-        assert!(self.len() > 0, "the force on \"{frame}\" has no moment yet");
-        let id = self.model.find_frame(frame)?;
-        let known = self.forces.iter().position(|force| force.frame == id);
-        let at = known.unwrap_or(self.forces.len());
-        if at == self.forces.len() {
-            self.add_force(frame, vec![Vector3::zeros(); self.len()])?;
-        }
-        let last = self.len() - 1;
-        self.forces[at].values[last] = value;
         Ok(self)
     }
 
@@ -288,19 +262,7 @@ impl Track {
     ///
     /// # Panics
     /// If a constraint is one of another robot.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::constraint::{Anchor, Constraint};
-    /// use dualbody::{model::samples, view::Recording};
-    ///
-    /// let model = samples::double_pendulum();
-    /// let rod = Constraint::distance([Anchor::frame(&model, "lower")?, Anchor::world()], 1.0);
-    /// let mut recording = Recording::new(&model);
-    /// recording.robot_mut(0).show_constraints(&[rod]);
-    /// # Ok::<(), dualbody::UnknownName>(())
-    /// ```
-    pub fn show_constraints(&mut self, constraints: &[Constraint]) -> &mut Self {
+    pub(crate) fn show_constraints(&mut self, constraints: &[Constraint]) -> &mut Self {
         constraints
             .iter()
             .for_each(|constraint| constraint.check(&self.model));

@@ -77,7 +77,7 @@ fn variants(model: &Model, n: usize) -> Vec<Model> {
 }
 
 fn assert_equals_singles(batch: &mut BatchSimulator, what: &str) {
-    let (n, nu) = (batch.len(), batch.nu());
+    let (n, nu) = (batch.len(), batch.simulator(0).nu());
     let starts = random_states(batch.simulator(0).model(), n, 3);
     let inputs = random_inputs(n * STEPS * nu, 4);
     let rollout = batch.rollout_inputs(&starts, STEPS, &inputs);

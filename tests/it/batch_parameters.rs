@@ -58,11 +58,13 @@ fn check(simulator: &Simulator, parameters: &[f64], start: &State) {
         batch.with_states_one_by_one(),
     ] {
         let mut states = batch.states(&vec![start.clone(); STATES]);
-        let inputs: Vec<f64> = (0..STATES * batch.nu()).map(|k| (k as f64).cos()).collect();
+        let inputs: Vec<f64> = (0..STATES * batch.simulator(0).nu())
+            .map(|k| (k as f64).cos())
+            .collect();
         batch.step_times(&mut states, &inputs, 30);
         for (i, row) in parameters.chunks_exact(width).enumerate() {
             let alone = simulator.with_parameters(row);
-            let u = &inputs[i * batch.nu()..(i + 1) * batch.nu()];
+            let u = &inputs[i * batch.simulator(0).nu()..(i + 1) * batch.simulator(0).nu()];
             let end = (0..30).fold(start.clone(), |state, _| alone.step(&state, u));
             assert_eq!(states.state(i), end, "state {i}");
             assert_eq!(states.status(i), RolloutStatus::Completed);
@@ -149,7 +151,11 @@ fn a_box_slides_as_far_as_its_own_friction_lets_it() {
     };
     let starts: Vec<State> = (0..STATES).map(start).collect();
     let mut states = batch.states(&starts);
-    batch.step_times(&mut states, &vec![0.0; STATES * batch.nu()], 1200);
+    batch.step_times(
+        &mut states,
+        &vec![0.0; STATES * batch.simulator(0).nu()],
+        1200,
+    );
     for i in 0..STATES {
         let state = states.state(i);
         let expected = 1.0 / (2.0 * friction(i) * 9.81);
@@ -198,7 +204,7 @@ fn several_steps_are_as_many_single_ones() {
 }
 
 #[test]
-fn a_mask_sets_its_states_only_and_lets_them_run_again() {
+fn states_that_are_set_run_again_and_others_stay() {
     let simulator = Simulator::new(samples::pendulum()).with_divergence_bound(5.0);
     let mut batch = BatchSimulator::new(simulator.clone(), STATES);
     let mut states = batch.states(&vec![simulator.neutral_state(); STATES]);
@@ -208,7 +214,11 @@ fn a_mask_sets_its_states_only_and_lets_them_run_again() {
     assert!(matches!(states.status(3), RolloutStatus::Diverged { .. }));
     let before = states.to_vec();
     let mask: Vec<bool> = (0..STATES).map(|i| i % 3 == 0).collect();
-    states.set_where(&mask, |i, state| state.q[0] = 0.1 * i as f64);
+    for i in (0..STATES).filter(|&i| mask[i]) {
+        let mut state = states.state(i);
+        state.q[0] = 0.1 * i as f64;
+        states.set(i, &state);
+    }
     for (i, before) in before.iter().enumerate() {
         let q = if mask[i] { 0.1 * i as f64 } else { before.q[0] };
         assert_eq!(

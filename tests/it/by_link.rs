@@ -14,6 +14,9 @@ use crate::common::{
     OTHER_ALGORITHM, ROUNDING, SAME_ALGEBRA, floating_robot, generator, random_point, robots,
 };
 
+/// Name of the joint of a floating base.
+const BASE: &str = "floating_base";
+
 /// A board with a lamp fixed to it, turned and set off.
 fn board() -> Model {
     let mut builder = ModelBuilder::new("board");
@@ -94,16 +97,21 @@ fn pose_and_velocity_of_the_base_come_back_as_they_were_set() {
         Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix(),
         Vector3::new(1.0, -2.0, 0.5),
     );
-    state.set_base_pose(&model, &pose);
-    let back = state.base_pose(&model).expect("a floating base");
+    state
+        .set_free_pose(&model, BASE, &pose)
+        .expect("a floating base");
+    let back = state.free_pose(&model, BASE).expect("a floating base");
     assert!((back.rotation - pose.rotation).amax() < 10.0 * ROUNDING);
     assert_eq!(back.translation, pose.translation);
     let velocity = Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
     for r in Representation::ALL {
-        state.set_base_velocity(&model, &velocity, r);
+        let set = state.set_free_velocity(&model, BASE, &velocity, r);
+        set.expect("a floating base");
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         let of_frame = frame_velocity(&model, q, v, FrameId(0), r);
-        let own = state.base_velocity(&model, r).expect("a floating base");
+        let own = state
+            .free_velocity(&model, BASE, r)
+            .expect("a floating base");
         for k in 0..6 {
             let (a, b, c) = (
                 own.to_array()[k],
@@ -123,18 +131,20 @@ fn pose_and_velocity_of_the_base_come_back_as_they_were_set() {
 }
 
 #[test]
-fn a_fixed_base_has_no_pose_to_read() {
+fn a_fixed_base_has_no_pose_to_read_or_set() {
     let model = samples::arm();
     let state: State = State::neutral(&model);
-    assert!(state.base_pose(&model).is_none());
-    assert!(state.base_velocity(&model, Representation::Mixed).is_none());
-}
-
-#[test]
-#[should_panic(expected = "is fixed")]
-fn a_fixed_base_has_no_pose_to_set() {
-    let model = samples::arm();
-    State::<f64>::neutral(&model).set_base_pose(&model, &Transform::identity());
+    let error = state.free_pose(&model, BASE).expect_err("no floating base");
+    assert!(
+        error.to_string().contains(BASE) && error.known.is_empty(),
+        "{error}"
+    );
+    let mut state = state;
+    assert!(
+        state
+            .set_free_pose(&model, BASE, &Transform::identity())
+            .is_err()
+    );
 }
 
 #[test]
@@ -155,13 +165,13 @@ fn random_states_are_within_their_bounds_and_reach_them() {
     let (mut least, mut largest) = (f64::MAX, f64::MIN);
     for _ in 0..500 {
         let state = State::random_within(&model, &mut rng, &bounds);
-        let pose = state.base_pose(&model).expect("a floating base");
+        let pose = state.free_pose(&model, BASE).expect("a floating base");
         let p = pose.translation;
         assert!((1.0..=2.0).contains(&p.x) && (-3.0..=-2.0).contains(&p.y) && p.z == 0.5);
         let [roll, pitch, yaw] = Quaternion::from_matrix(&pose.rotation).to_roll_pitch_yaw();
         assert!(roll.abs() + pitch.abs() < OTHER_ALGORITHM && yaw.abs() <= 0.5 + OTHER_ALGORITHM);
         let V = state
-            .base_velocity(&model, Representation::Mixed)
+            .free_velocity(&model, BASE, Representation::Mixed)
             .expect("a floating base");
         assert!(V.linear.y.abs() < SAME_ALGEBRA && V.linear.z < SAME_ALGEBRA);
         assert!(V.angular.iter().all(|w| (1.999..=3.001).contains(w)));

@@ -355,7 +355,7 @@ fn coupler_moves_like_a_follower() {
         .build()
         .expect("a robot that is known to be right");
     let mut loose = gripper();
-    loose = loose.with_mimicry(dualbody::model::Mimicry::Independent);
+    loose.mimicry = dualbody::model::Mimicry::Independent;
     let loose = loose.build().expect("a robot that is known to be right");
     let pairs = [
         (["right_joint", "left_joint"], 1.0, 0.0),
@@ -585,5 +585,5 @@ fn batches_and_robots_without_freedom_have_constraints_too() {
     assert!(stone.assemble(&start).is_ok());
     let matrix = stone.linearize(&start, &[]).a;
     assert_eq!(matrix, DMatrix::zeros(0, 0));
-    assert_eq!(stone.model().to_builder().base(), Base::Fixed);
+    assert_eq!(stone.model().to_builder().base, Base::Fixed);
 }

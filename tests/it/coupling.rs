@@ -21,10 +21,9 @@ use crate::common::{
 /// The robot with mimic joints, and the same with six free joints.
 fn both() -> (Model, Model) {
     let coupled = gripper().build().expect("a gripper");
-    let free = gripper()
-        .with_mimicry(Mimicry::Independent)
-        .build()
-        .expect("a gripper");
+    let mut free = gripper();
+    free.mimicry = Mimicry::Independent;
+    let free = free.build().expect("a gripper");
     assert_eq!((coupled.nv(), free.nv()), (3, 6));
     (coupled, free)
 }

@@ -228,7 +228,7 @@ fn ball_in_a_bowl(law: ContactLaw) -> Simulator {
     builder.add_joint(JointSpec::new("free", JointKind::Floating, "bowl", "ball"));
     let model = builder.build().expect("a model");
     let mut shapes = LinkShapes::without_meshes(&model);
-    let bowl = shapes.find_link(&model, "bowl").expect("a bowl");
+    let bowl = model.find_frame("bowl").expect("a bowl");
     let own = shapes.shapes_mut().iter_mut().find(|own| own.link == bowl);
     own.expect("a bowl").shape = field(Bowl(1.0), 1.0);
     let options = CollisionOptions::default().with_self_collision();

@@ -12,7 +12,7 @@ use dualbody::dynamics::{
     frame_jacobian, frame_placement_derivatives, frame_pose, frame_velocity,
     frame_velocity_derivatives, inverse_dynamics, inverse_dynamics_derivatives,
     inverse_dynamics_derivatives_into, inverse_dynamics_into, inverse_dynamics_second_derivatives,
-    inverse_dynamics_second_derivatives_times, mass_matrix, mass_matrix_inverse,
+    mass_matrix, mass_matrix_inverse,
 };
 use dualbody::model::{BodyId, FrameId, samples};
 use dualbody::spatial::{Force, Representation};
@@ -21,8 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::common::everything::REPRESENTATIONS;
 use crate::common::{
-    FINITE_DIFFERENCE, OTHER_ALGORITHM, Point, SAME_ALGEBRA, assert_close, floating_robot,
-    random_point, robots,
+    FINITE_DIFFERENCE, OTHER_ALGORITHM, Point, SAME_ALGEBRA, assert_close, random_point, robots,
 };
 
 /// One function of (δq, v, w) at a configuration.
@@ -292,31 +291,6 @@ fn second_derivatives_of_inverse_dynamics_equal_differences_of_the_first() {
                     &format!("{}, τ{i}, direction {k}", model.name()),
                 );
             }
-        }
-    }
-}
-
-#[test]
-fn second_derivatives_times_a_direction_equal_the_contracted_tensor() {
-    for model in [samples::double_pendulum(), floating_robot()] {
-        let point = random_point(&model, 24);
-        let (q, v, a) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());
-        let d: Vec<f64> = (0..3 * model.nv())
-            .map(|k| (1.3 * k as f64).sin())
-            .collect();
-        let times = inverse_dynamics_second_derivatives_times(&model, q, v, a, &d);
-        for (i, h) in inverse_dynamics_second_derivatives(&model, q, v, a)
-            .iter()
-            .enumerate()
-        {
-            let expected = (h * DVector::from_column_slice(&d)).transpose();
-            let expected = DMatrix::from_row_slice(1, 3 * model.nv(), expected.as_slice());
-            assert_close(
-                &times.rows(i, 1).into(),
-                &expected,
-                OTHER_ALGORITHM,
-                model.name(),
-            );
         }
     }
 }

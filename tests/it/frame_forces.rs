@@ -65,6 +65,16 @@ impl ForceFunction for Spring {
 
 const SPRING: [f64; 5] = [7.0, 0.3, 0.1, -0.2, 0.4];
 
+/// A force at a frame A, from a representation to the axes and origin of A.
+fn in_body(r: Representation, X_WA: &Transform<f64>, force: &Force<f64>) -> Force<f64> {
+    let about = match r {
+        Representation::Body => return *force,
+        Representation::Mixed => Transform::new(X_WA.rotation, Vector3::zeros()),
+        Representation::Inertial => *X_WA,
+    };
+    about.inverse().force(force)
+}
+
 #[test]
 fn acceleration_under_forces_on_a_frame_equals_forward_dynamics_under_their_joint_forces() {
     for model in robots() {
@@ -77,7 +87,7 @@ fn acceleration_under_forces_on_a_frame_equals_forward_dynamics_under_their_join
             let J = frame_jacobian(&model, q, frame, Representation::Body);
             let X_WF = dualbody::dynamics::frame_pose(&model, q, frame);
             let X_WA = place.pose_in_world(&model, q);
-            let F_A = r.force_to_body(&X_WA, &push());
+            let F_A = in_body(r, &X_WA, &push());
             let F_F = place.placement.force(&F_A);
             let tau = J.transpose() * DVector::from_row_slice(&F_F.to_array());
             let passive = Simulator::new(model.clone());
@@ -455,7 +465,7 @@ fn recorded_arrows_equal_the_thrust_along_the_axis_of_the_rotor() {
     let flight = drone.rollout(&start, 3, |_, _, u| u.copy_from_slice(&[2.0, 4.0]));
     let mut recording = Recording::from_rollout(drone.model(), &flight);
     recording.robot_mut(0).add_applied_forces(&drone);
-    let forces = recording.robot(0).forces();
+    let forces = recording.robots()[0].forces();
     assert_eq!(forces.len(), 2);
     for (force, thrust) in forces.iter().zip([2.0, 3.0]) {
         assert!((force.values[0] - vector![thrust, 0.0, 0.0]).norm() < SAME_ALGEBRA);

@@ -267,7 +267,7 @@ fn sizes_of_a_limb_equal_those_of_jaxsim() {
             ),
             (0.686, [0.014, 0.0, -0.07], [0.0008605184; 3]),
         ];
-        for (link, (mass, com, moments)) in description.links().iter().zip(expected) {
+        for (link, (mass, com, moments)) in description.links.iter().zip(expected) {
             let inertia = &link.inertia;
             let about_com = inertia.about_com();
             assert!(
@@ -284,7 +284,7 @@ fn sizes_of_a_limb_equal_those_of_jaxsim() {
             );
         }
         let origins = [[0.15, 0.04, -0.12], [0.011, 0.022, -1.02]];
-        for (joint, origin) in description.joints().iter().zip(origins) {
+        for (joint, origin) in description.joints.iter().zip(origins) {
             assert!((joint.placement.translation - Vector3::from(origin)).amax() < ROUNDING);
         }
         let duals: Vec<Along> = x.iter().map(|&x| x.into()).collect();
@@ -428,7 +428,7 @@ fn other_shapes_of_a_link_move_and_keep_their_kind() {
     let chosen = ScaledLink::new("leg", &[Dimension::Radius, Dimension::Length]);
     let hardware = Hardware::new(&builder.build().unwrap(), &[chosen]).unwrap();
     let longer = hardware.description(&[0.04, 0.6]).unwrap();
-    let shapes = &longer.links()[0].collisions;
+    let shapes = &longer.links[0].collisions;
     let size = |k: usize| match shapes[k].geometry {
         Geometry::Sphere { radius } => [radius, 0.0],
         Geometry::Cylinder { radius, length } => [radius, length],
@@ -811,7 +811,7 @@ fn choices_that_make_no_sense_are_errors_that_name_the_link() {
         Geometry::Sphere { radius: 0.1 },
         Transform::identity(),
     ));
-    builder.set_link_inertia("ghost", Inertia::zero()).unwrap();
+    builder.links[0].inertia = Inertia::zero();
     let ghost = Hardware::new(
         &builder.build().unwrap(),
         &[ScaledLink::new("ghost", &[Dimension::Density])],

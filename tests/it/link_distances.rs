@@ -209,7 +209,7 @@ fn neighbours_excluded_pairs_and_groups_never_touch() {
     let model = robot();
     let mut shapes = LinkShapes::without_meshes(&model);
     let index = |shapes: &LinkShapes, name: &str| {
-        let link = shapes.find_link(&model, name).expect("a link");
+        let link = model.find_frame(name).expect("a link");
         shapes
             .shapes()
             .iter()
@@ -247,7 +247,7 @@ fn links_that_touch_at_a_configuration_are_listed_by_name() {
             .expect("few")
             .is_empty()
     );
-    let hand = shapes.find_link(&model, "left/hand").expect("a link");
+    let hand = model.find_frame("left/hand").expect("a link");
     for shape in shapes
         .shapes_mut()
         .iter_mut()

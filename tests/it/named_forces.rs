@@ -44,7 +44,7 @@ fn torques_with_forces_on_named_frames_equal_those_without_less_transposed_jacob
 }
 
 #[test]
-fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_frame() {
+fn forces_on_frames_of_a_body_sum_up() {
     let model = samples::arm();
     let point = random_point(&model, 42);
     let kinematics = forward_kinematics(&model, point.q.as_slice(), point.v.as_slice());
@@ -64,21 +64,17 @@ fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_f
         .expect("a link");
     assert_close_vector(&on_last(&forces), &(&once * 2.0), OTHER_ALGORITHM, "added");
     forces
-        .set_frame_force(&model, "tool", &force, r)
+        .add_frame_force(&model, "tool", &force, r)
         .expect("a frame");
     let with_tool = on_last(&forces);
-    forces
-        .set_frame_force(&model, link, &force, r)
-        .expect("a link");
-    assert_close_vector(
-        &on_last(&forces),
-        &(&with_tool - &once),
-        OTHER_ALGORITHM,
-        "set",
-    );
+    let mut tool = NamedForces::default();
+    tool.add_frame_force(&model, "tool", &force, r)
+        .expect("a frame");
+    let expected = once * 2.0 + on_last(&tool);
+    assert_close_vector(&with_tool, &expected, OTHER_ALGORITHM, "on two frames");
     let before = forces.clone();
     let error = forces
-        .set_frame_force(&model, "tol", &force, r)
+        .add_frame_force(&model, "tol", &force, r)
         .expect_err("no frame");
     assert!(error.to_string().contains("\"tol\"") && error.known.contains(&"tool".to_owned()));
     assert_eq!(forces, before);
@@ -109,8 +105,6 @@ fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
     };
     assert!((tau[at("shoulder_joint")] - (3.0 * -0.7 + 5.0 * -1.4)).abs() < OTHER_ALGORITHM);
     assert_eq!((tau[at("left_joint")], tau[at("elbow_joint")]), (2.0, 0.0));
-    let force = |name| forces.joint_force(&model, name).expect("a joint")[0];
-    assert_eq!((force("tip_joint"), force("shoulder_joint")), (5.0, 0.0));
     let before = forces.clone();
     let wrong: [(&str, &[f64]); 2] = [("elbow_joint", &[1.0]), ("knee", &[1.0])];
     let error = forces

@@ -73,8 +73,9 @@ fn forces_of_contact_by_their_jacobians_balance_gravity() {
     for (k, force) in report.forces.iter().enumerate() {
         tau += contacts.jacobian(model, q, k).transpose() * force;
     }
-    for pair in &report.pairs {
-        tau += pair.jacobian(model, q).rows(0, 3).transpose() * pair.force;
+    let jacobians = report.pair_jacobians(model, q);
+    for (pair, jacobian) in report.pairs.iter().zip(jacobians) {
+        tau += jacobian.rows(0, 3).transpose() * pair.force;
     }
     assert!(tau.amax() < 0.02, "{tau}");
 }
@@ -92,8 +93,10 @@ fn velocity_at_a_point_equals_jacobian_times_velocity() {
     let simulator = tower();
     let (state, report) = moving(&simulator);
     assert!(report.pairs.len() >= 4);
-    for pair in &report.pairs {
-        let velocity = pair.jacobian(simulator.model(), state.q.as_slice()) * &state.v;
+    let jacobians = report.pair_jacobians(simulator.model(), state.q.as_slice());
+    assert_eq!(jacobians.len(), report.pairs.len());
+    for (pair, jacobian) in report.pairs.iter().zip(jacobians) {
+        let velocity = jacobian * &state.v;
         let off = (velocity.rows(0, 3) - pair.point.velocity).norm();
         // The point of the report is half way between those of the two links.
         assert!(off < 1e-3, "{off}");
@@ -123,10 +126,16 @@ fn rate_of_the_jacobian_equals_differences() {
         let q = model.integrate(q, (&state.v * h).as_slice());
         let mut moved = pair.clone();
         moved.point.position = frame_pose(model, q.as_slice(), pair.links[0]).point(&in_link);
-        moved.jacobian(model, q.as_slice())
+        let mut other = report.clone();
+        other.pairs = vec![moved];
+        other.pair_jacobians(model, q.as_slice()).remove(0)
     };
     let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-    let found = pair.jacobian_derivative(model, q, state.v.as_slice());
+    let mut one = report.clone();
+    one.pairs = vec![pair];
+    let found = one
+        .pair_jacobian_derivatives(model, q, state.v.as_slice())
+        .remove(0);
     assert!((found - expected).amax() < 1e-8);
 }
 
@@ -143,22 +152,6 @@ fn frames_are_right_handed_about_any_normal() {
         assert_eq!(frame.translation, pair.point.position);
         let off = frame.rotation.transpose() * frame.rotation - Matrix3::identity();
         assert!(off.amax() < 1e-15 && (frame.rotation.determinant() - 1.0).abs() < 1e-15);
-    }
-}
-
-#[test]
-fn matrices_of_all_points_are_those_of_each() {
-    let simulator = tower();
-    let (state, report) = moving(&simulator);
-    let (model, q, v) = (simulator.model(), state.q.as_slice(), state.v.as_slice());
-    let [jacobians, rates] = [
-        report.pair_jacobians(model, q),
-        report.pair_jacobian_derivatives(model, q, v),
-    ];
-    assert!(jacobians.len() == report.pairs.len() && rates.len() == report.pairs.len());
-    for (k, pair) in report.pairs.iter().enumerate() {
-        assert_eq!(jacobians[k], pair.jacobian(model, q));
-        assert_eq!(rates[k], pair.jacobian_derivative(model, q, v));
     }
 }
 

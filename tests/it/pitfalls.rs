@@ -185,7 +185,6 @@ fn every_lookup_of_an_unknown_name_is_an_error_that_names_it() {
         model.find_frame("nobody").map(|_| ()),
         model.parameter_layout().find("nobody").map(|_| ()),
         forces.set_joint_forces(&model, &[("nobody", &[1.0])]),
-        forces.joint_force(&model, "nobody").map(|_| ()),
         forces.add_frame_force(&model, "nobody", &push, Representation::Body),
         Simulator::new(model.clone())
             .with_actuated_joints(&["nobody"])

@@ -7,8 +7,8 @@ use dualbody::dynamics::{
     centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_matrix_derivative,
     centroidal_momentum_rate, forward_dynamics, forward_dynamics_into, forward_kinematics,
     frame_acceleration, frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative,
-    frame_pose, frame_velocity, kinetic_energy, locked_inertia, locked_inertia_at, mass_matrix,
-    momentum, momentum_at, momentum_matrix, potential_energy,
+    frame_pose, frame_velocity, kinetic_energy, locked_inertia, mass_matrix, momentum,
+    momentum_matrix, potential_energy,
 };
 use dualbody::model::FrameId;
 use dualbody::spatial::Force;
@@ -225,21 +225,6 @@ fn momentum_matrix_times_velocity_equals_momentum_in_every_frame() {
                 SAME_ALGEBRA,
                 &format!("{what}, {frame:?}"),
             );
-        }
-    });
-}
-
-#[test]
-fn momentum_and_locked_inertia_from_known_poses_equal_those_of_the_configuration() {
-    for_all(|model, point, what| {
-        let (q, v) = (point.q.as_slice(), point.v.as_slice());
-        let kinematics = forward_kinematics(model, q, v);
-        for frame in MOMENTUM_FRAMES {
-            let h = momentum_at(model, &kinematics, frame).to_array();
-            assert_eq!(h, momentum(model, q, v, frame).to_array(), "{what}");
-            let inertia = locked_inertia_at(model, &kinematics, frame).to_parameters();
-            let expected = locked_inertia(model, q, frame).to_parameters();
-            assert_eq!(inertia, expected, "{what}");
         }
     });
 }

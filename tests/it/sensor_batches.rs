@@ -38,7 +38,7 @@ fn sensors(model: &Model) -> Sensors {
 /// Steps a batch three times, and compares all readings with those of single states.
 fn check(what: &str, mut batch: BatchSimulator, starts: &[State]) {
     let sensors = sensors(batch.simulator(0).model());
-    let nu = batch.nu();
+    let nu = batch.simulator(0).nu();
     let inputs: Vec<f64> = (0..STATES * nu).map(|k| 0.1 * (k as f64).sin()).collect();
     let (mut states, mut plain) = (batch.states(starts), batch.states(starts));
     let mut y = vec![f64::NAN; STATES * sensors.len()];

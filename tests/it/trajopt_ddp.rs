@@ -27,7 +27,8 @@ fn check_result(problem: &Problem, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
         for i in 0..u.len() {
-            let (lower, upper) = (problem.input_lower()[i], problem.input_upper()[i]);
+            let (lower, upper) = problem.input_bounds();
+            let (lower, upper) = (lower[i], upper[i]);
             assert!((lower - 1e-9..=upper + 1e-9).contains(&u[i]), "{u}");
         }
     }

@@ -279,7 +279,7 @@ fn pairs_without_a_distance_are_refused_and_lost_coordinates_are_no_number() {
     assert!(error.to_string().contains("shelf") && error.to_string().contains("tool"));
     let all = LinkDistances::all(shapes.clone());
     // tool, box, can, wall: six pairs that no joint connects; the tool and the wall have the world between them.
-    assert_eq!(all.pairs().len(), 6);
+    assert_eq!(all.dim(&Node::new(&simulator, 0)), 6);
     let none = LinkDistances::new(model, shapes, &[]).expect("no pair");
     let node = Node::new(&simulator, 1);
     assert!(values(&none.with_samples_between(2), &node, &[0.0; 64]).is_empty());

@@ -69,7 +69,7 @@ fn outcomes(problem: &Problem, guess: &Trajectory) -> Vec<Outcome> {
 
 fn check(problem: &Problem, outcome: &Outcome) {
     let (solver, trajectory) = (&outcome.solver, &outcome.trajectory);
-    let (lower, upper) = (problem.input_lower(), problem.input_upper());
+    let (lower, upper) = problem.input_bounds();
     for u in &trajectory.inputs {
         let beyond = (u - upper).sup(&(lower - u)).max();
         // A guess that is not a number does not change.

@@ -182,7 +182,8 @@ fn check_result(problem: &Problem, minimizer: Minimizer, solution: &ShootingSolu
     assert_eq!(history.len(), solution.iterations + 1, "{minimizer:?}");
     for u in &trajectory.inputs {
         for i in 0..u.len() {
-            let (lower, upper) = (problem.input_lower()[i], problem.input_upper()[i]);
+            let (lower, upper) = problem.input_bounds();
+            let (lower, upper) = (lower[i], upper[i]);
             assert!((lower..=upper).contains(&u[i]), "{minimizer:?}: {u}");
         }
     }

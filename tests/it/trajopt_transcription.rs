@@ -102,7 +102,8 @@ fn check_result(problem: &Problem, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
         for (i, u) in u.iter().enumerate() {
-            let (lower, upper) = (problem.input_lower()[i], problem.input_upper()[i]);
+            let (lower, upper) = problem.input_bounds();
+            let (lower, upper) = (lower[i], upper[i]);
             assert!((lower - 1e-9..=upper + 1e-9).contains(u), "{u}");
         }
     }

@@ -140,10 +140,10 @@ fn weights_without(model: &Model, q: &[f64]) -> DVector<f64> {
 fn heavy() -> Model {
     let mut builder = ModelBuilder::new("robot").with_gravity([0.3, -1.0, -9.0]);
     let own = robot().to_builder();
-    for link in own.links() {
+    for link in &own.links {
         builder.add_link(LinkSpec::new(&link.name).with_inertia(link.inertia));
     }
-    own.joints().iter().for_each(|joint| {
+    own.joints.iter().for_each(|joint| {
         builder.add_joint(joint.clone());
     });
     builder.build().expect("a robot")

@@ -5,7 +5,7 @@ use std::fmt;
 use cudarc::driver::CudaFunction;
 use cudarc::nvrtc::Ptx;
 use dualbody::Model;
-use dualbody::codegen::{CudaSizes, CudaSource, check_made_of};
+use dualbody::codegen::{CudaSizes, CudaSource, check_origin};
 use dualbody::scalar::traced::{Condition, Graph, Origin};
 
 use crate::compiler::Compiler;
@@ -59,7 +59,7 @@ impl Kernel {
 
     /// Checks that it was recorded from a robot, and that the robot has not changed since.
     pub(crate) fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
-        Ok(check_made_of(self.origin.as_ref(), model)?)
+        Ok(check_origin(self.origin.as_ref(), model)?)
     }
 }
 

@@ -109,10 +109,10 @@ pub(crate) fn _base_parameters<'py>(regressor: &Bound<'py, PyAny>) -> PyResult<B
     let base = guarded(|| BaseParameters::new(&own))?;
     let meanings = (0..base.len()).map(|k| base.meaning(k)).collect();
     Ok((
-        base.independent().to_vec(),
-        base.dependent().to_vec(),
-        matrix(py, base.combination()),
-        base.without_effect().to_vec(),
+        base.independent.clone(),
+        base.dependent.clone(),
+        matrix(py, &base.combination),
+        base.without_effect.clone(),
         meanings,
     ))
 }

@@ -124,8 +124,8 @@ pub(crate) fn _build_model(
     };
     let mut builder = ModelBuilder::new(name.clone())
         .with_gravity(gravity)
-        .with_base(base_of(base)?)
-        .with_mimicry(mimicry);
+        .with_base(base_of(base)?);
+    builder.mimicry = mimicry;
     for link in &links {
         builder.add_link(link_of(link)?);
     }

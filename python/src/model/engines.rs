@@ -238,12 +238,13 @@ macro_rules! methods {
             })
         }
     })* };
-    ($($(#[$doc:meta])* $name:ident(q, $matrix:ident: $rows:expr);)*) => { $(#[pymethods] impl PyEngineCoordinates {
+    ($($(#[$doc:meta])* $name:ident(q, $matrix:ident: $rows:expr) => $function:expr;)*) => { $(#[pymethods] impl PyEngineCoordinates {
         $(#[$doc])*
         fn $name<'py>(&self, q: &Bound<'py, PyAny>, $matrix: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
             let rows: fn(&Model) -> Option<usize> = $rows;
             let rows = rows(&self.model.get().model);
-            self.matrices(q, (stringify!($matrix), $matrix), rows, |own, q, x| own.$name(q, x))
+            let of: fn(DMatrix<f64>, &DMatrix<f64>) -> DMatrix<f64> = $function;
+            self.matrices(q, (stringify!($matrix), $matrix), rows, |own, q, x| of(own.tangent_map(q), x))
         }
     })* };
 }
@@ -270,16 +271,16 @@ methods! {
 
 methods! {
     /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
-    jacobian_to(q, jacobian: |_| None);
+    jacobian_to(q, jacobian: |_| None) => |t, x| x * t.transpose();
 
     /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
-    jacobian_from(q, jacobian: |_| None);
+    jacobian_from(q, jacobian: |_| None) => |t, x| x * t;
 
     /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    mass_matrix_to(q, mass_matrix: |m| Some(m.nv()));
+    mass_matrix_to(q, mass_matrix: |m| Some(m.nv())) => |t, x| &t * x * t.transpose();
 
     /// Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    mass_matrix_from(q, mass_matrix: |m| Some(m.nv()));
+    mass_matrix_from(q, mass_matrix: |m| Some(m.nv())) => |t, x| t.tr_mul(x) * t;
 }
 
 #[pymethods]

@@ -67,7 +67,11 @@ fn trajectory(
     };
     let time_step = rollout.getattr("time_step")?.extract()?;
     let (states, inputs) = (states.collect(), inputs.collect());
-    guarded(|| Rollout::new(model, time_step, states, inputs).with_input_names(names))
+    guarded(|| {
+        let mut rollout = Rollout::new(model, time_step, states, inputs);
+        rollout.input_names = names;
+        rollout
+    })
 }
 
 pub(super) fn read<'py>(

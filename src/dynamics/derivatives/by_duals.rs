@@ -195,38 +195,6 @@ pub fn inverse_dynamics_second_derivatives(
     out
 }
 
-/// Computes the second derivatives of τ = ID(q, v, a) contracted with a direction: the matrix ∂/∂x (∂τ/∂x · d) for
-/// x = (δq, v, a), `nv` × 3 `nv`. O(nv) evaluations; allocates.
-///
-/// * `direction` – d, length 3 `nv`
-///
-/// # Panics
-/// If a slice has the wrong length.
-#[inline]
-pub fn inverse_dynamics_second_derivatives_times(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-    direction: &[f64],
-) -> DMatrix<f64> {
-    let n = 3 * model.nv();
-    assert_eq!(direction.len(), n, "the direction is one of (δq, v, a)");
-    let mut out = DMatrix::zeros(model.nv(), n);
-    let mut point = hyper_dual_point(model, q, v, a);
-    let along = point.z_mut().iter_mut().zip(direction);
-    along.for_each(|(x, &d)| x.eps1 = d);
-    for (k, mut column) in out.column_iter_mut().enumerate() {
-        point.z_mut()[k].eps2 = 1.0;
-        let [q, va] = point.moved(|q, dq, out| model.integrate_into(q, dq, out));
-        let tau = dynamics_at(model, q, va);
-        let entries = column.iter_mut().zip(&tau);
-        entries.for_each(|(out, tau)| *out = tau.eps1eps2);
-        point.z_mut()[k].eps2 = 0.0;
-    }
-    out
-}
-
 /// (q ⊕ δq, (v, a)), to be seeded.
 #[inline]
 fn hyper_dual_point(model: &Model, q: &[f64], v: &[f64], a: &[f64]) -> TangentPoint<HyperDual64> {

@@ -18,7 +18,7 @@ pub(crate) use blocks::Blocks;
 pub use by_duals::{
     StateDerivatives, center_of_mass_derivatives, centroidal_momentum_derivatives,
     centroidal_momentum_matrix_derivative, frame_placement_derivatives, frame_velocity_derivatives,
-    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+    inverse_dynamics_second_derivatives,
 };
 pub(crate) use forward_dynamics::AccelerationDerivatives;
 pub use forward_dynamics::{

@@ -135,7 +135,7 @@ impl<'a> Problem<'a> {
         for (k, time) in self.times().enumerate() {
             let at = motion.at(time);
             let own = (self.regressor).matrix(at.q.as_slice(), at.v.as_slice(), at.a.as_slice());
-            for (column, &unknown) in self.base.independent().iter().enumerate() {
+            for (column, &unknown) in self.base.independent.iter().enumerate() {
                 for row in 0..nv {
                     out[(k * nv + row, column)] = self.weights[row] * own[(row, unknown)];
                 }
@@ -157,7 +157,7 @@ impl<'a> Problem<'a> {
             let matrix = self
                 .regressor
                 .matrix(&seeded[..n], &seeded[n..2 * n], &seeded[2 * n..]);
-            for (column, &unknown) in self.base.independent().iter().enumerate() {
+            for (column, &unknown) in self.base.independent.iter().enumerate() {
                 for row in 0..n {
                     for k in own.clone() {
                         out[k] += self.weights[row]

@@ -131,7 +131,7 @@ pub struct MjcfGeom {
 
 impl MjcfGeom {
     /// Whether two geoms touch by their types.
-    pub fn touches(&self, other: &Self) -> bool {
+    pub(crate) fn touches(&self, other: &Self) -> bool {
         self.contype & other.conaffinity != 0 || other.contype & self.conaffinity != 0
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn add(
     }
     let q = reference(&model, bodies, floats);
     let inertia_of = inertia(&model, q.as_slice());
-    let mut joints = builder.joints().to_vec();
+    let mut joints = builder.joints.to_vec();
     for (joint, time, ratio) in wanted {
         let Some(id) = model.joint(&joint.name) else {
             continue;

@@ -138,16 +138,16 @@ fn check_texts(builder: &ModelBuilder, format: &'static str) -> Result<(), Write
             reason: "the name has control characters".into(),
         })
     };
-    check("robot", builder.name())?;
-    for link in builder.links() {
+    check("robot", &builder.name)?;
+    for link in &builder.links {
         check("link", &link.name)?;
         shape_texts(link).try_for_each(|text| check("shape", text))?;
     }
-    for joint in builder.joints() {
+    for joint in &builder.joints {
         check("joint", &joint.name)?;
     }
-    for (name, _, _) in builder.frames() {
-        check("frame", name)?;
+    for frame in &builder.frames {
+        check("frame", &frame.name)?;
     }
     Ok(())
 }

@@ -19,20 +19,6 @@ impl ModelBuilder {
         inertia.mass = mass;
         Ok(self)
     }
-
-    /// Sets the inertia of a link, in its own frame about its origin.
-    ///
-    /// # Errors
-    /// If there is no such link.
-    pub fn set_link_inertia(
-        &mut self,
-        link: &str,
-        inertia: Inertia<f64>,
-    ) -> Result<&mut Self, EditError> {
-        let index = self.link_index(link)?;
-        self.links[index].inertia = inertia;
-        Ok(self)
-    }
 }
 
 impl ModelBuilder {
@@ -69,12 +55,15 @@ impl Model<f64> {
         Ok(self.to_builder().set_link_mass(link, mass)?.build()?)
     }
 
-    /// Returns the robot with another inertia of a link; see [`ModelBuilder::set_link_inertia`].
+    /// Returns the robot with another inertia of a link, in its own frame about its origin.
     ///
     /// # Errors
-    /// As there, and if the mass is negative.
+    /// If there is no such link, or the mass is negative.
     pub fn with_link_inertia(&self, link: &str, inertia: Inertia<f64>) -> Result<Self, EditError> {
-        Ok(self.to_builder().set_link_inertia(link, inertia)?.build()?)
+        let mut builder = self.to_builder();
+        let index = builder.link_index(link)?;
+        builder.links[index].inertia = inertia;
+        Ok(builder.build()?)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder};
 use crate::spatial::Transform;
 
 /// Name, after the prefix, of the joint of a floating robot.
-const FLOATING_BASE: &str = "floating_base";
+pub(crate) const BASE_JOINT: &str = "floating_base";
 
 /// Place of a member: on the world, or fixed to a frame of another one.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +39,7 @@ impl Member {
         let mut parts = model.to_builder().with_prefix(prefix);
         ModelBuilder::new("").agree_on_mimicry(&mut parts);
         let root = format!("{prefix}{}", model.link_names()[0]);
-        let floating = format!("{prefix}{FLOATING_BASE}");
+        let floating = format!("{prefix}{BASE_JOINT}");
         let floats = stand == Stand::InWorld && model.has_floating_base();
         own_base(&mut parts, floats.then_some(&floating));
         // A link `world` above a floating robot is fixed, and links fixed to it float.

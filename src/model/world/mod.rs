@@ -14,6 +14,7 @@ use super::{DEFAULT_GRAVITY, LinkSpec, Model, ModelBuilder};
 use crate::error::{EditError, UnknownName};
 use crate::spatial::Transform;
 
+pub(crate) use member::BASE_JOINT;
 use member::{Member, Stand};
 pub use object::Object;
 

@@ -132,7 +132,7 @@ impl Pulled<f64> {
 
 impl<P: Scalar> TendonServo<P> {
     /// Name of its input.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
@@ -140,7 +140,7 @@ impl<P: Scalar> TendonServo<P> {
     ///
     /// # Panics
     /// Never: it has one.
-    pub fn servo(&self) -> &Servo<P> {
+    pub(crate) fn servo(&self) -> &Servo<P> {
         let servo = self.actuator.servo.as_ref();
         servo.expect("a servo on a tendon")
     }

@@ -288,7 +288,7 @@ impl BatchRollout {
     ///
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
-    pub fn contact(&self, i: usize, k: usize) -> &[f64] {
+    pub(crate) fn contact(&self, i: usize, k: usize) -> &[f64] {
         let first = self.nq + self.nv;
         &self.row(i, k)[first..first + self.n_contact]
     }
@@ -297,7 +297,7 @@ impl BatchRollout {
     ///
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
-    pub fn activation(&self, i: usize, k: usize) -> &[f64] {
+    pub(crate) fn activation(&self, i: usize, k: usize) -> &[f64] {
         &self.row(i, k)[self.nq + self.nv + self.n_contact..]
     }
 

@@ -272,7 +272,7 @@ impl BatchSimulator {
     }
 
     /// Number of inputs of one state.
-    pub fn nu(&self) -> usize {
+    pub(crate) fn nu(&self) -> usize {
         self.simulator.nu()
     }
 

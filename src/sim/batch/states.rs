@@ -90,44 +90,6 @@ impl BatchStates {
         self.groups.set(i, state);
     }
 
-    /// Sets the states of a mask, which run again if they had stopped: `start` changes each of them, given its index. Allocates one state.
-    ///
-    /// * `mask` – whether a state is set, length `len`
-    ///
-    /// # Panics
-    /// If the mask has another length, or `start` changes the length of a state.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Simulator, State, model::samples, sim::{BatchSimulator, StateBounds}};
-    /// use rand::{SeedableRng, rngs::Xoshiro256PlusPlus};
-    ///
-    /// let pendulum = Simulator::new(samples::pendulum());
-    /// let batch = BatchSimulator::new(pendulum.clone(), 3);
-    /// let mut states = batch.states(&vec![pendulum.neutral_state(); 3]);
-    /// // A seed for each state, so that draws do not depend on other states.
-    /// states.set_where(&[true, false, true], |i, state| {
-    ///     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7 + i as u64);
-    ///     *state = State::random_within(pendulum.model(), &mut rng, &StateBounds::default());
-    /// });
-    /// assert_eq!(states.state(1), pendulum.neutral_state());
-    /// assert_ne!(states.state(0), states.state(2));
-    /// ```
-    pub fn set_where(&mut self, mask: &[bool], mut start: impl FnMut(usize, &mut State)) {
-        assert_eq!(mask.len(), self.len(), "the length of the mask");
-        let mut state = match self.len() {
-            0 => return,
-            _ => self.state(0),
-        };
-        for (i, _) in mask.iter().enumerate().filter(|(_, set)| **set) {
-            let (group, lane) = self.groups.at(i);
-            let numbers = state.numbers_mut().zip(group.state.numbers());
-            numbers.for_each(|(own, lanes)| *own = lanes.0[lane]);
-            start(i, &mut state);
-            self.set(i, &state);
-        }
-    }
-
     /// The states of each group in lanes, for controllers over [`BatchScalar`]. Lanes past the last state repeat it.
     #[doc(hidden)]
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &State<BatchScalar>> {

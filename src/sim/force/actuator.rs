@@ -294,27 +294,27 @@ impl FrameActuator<f64> {
 
 impl<P: Scalar> FrameActuator<P> {
     /// Name of the input.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// Attachment frame at which it acts.
-    pub fn place(&self) -> &Anchor<P> {
+    pub(crate) fn place(&self) -> &Anchor<P> {
         &self.place
     }
 
     /// Representation of the wrench: the axes and point of its coordinates while the attachment frame moves.
-    pub fn representation(&self) -> Representation {
+    pub(crate) fn representation(&self) -> Representation {
         self.representation
     }
 
     /// Lower limit of the input; `None` without limits.
-    pub fn lower(&self) -> Option<P> {
+    pub(crate) fn lower(&self) -> Option<P> {
         self.lower
     }
 
     /// Upper limit of the input; `None` without limits.
-    pub fn upper(&self) -> Option<P> {
+    pub(crate) fn upper(&self) -> Option<P> {
         self.upper
     }
 
@@ -325,7 +325,7 @@ impl<P: Scalar> FrameActuator<P> {
     }
 
     /// The servo along its wrench; `None` if the input scales the wrench.
-    pub fn servo(&self) -> Option<&Servo<P>> {
+    pub(crate) fn servo(&self) -> Option<&Servo<P>> {
         self.servo.as_ref()
     }
 

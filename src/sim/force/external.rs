@@ -104,28 +104,20 @@ impl ExternalForce<f64> {
 
 impl<P: Scalar> ExternalForce<P> {
     /// Attachment frame at which it acts.
-    pub fn place(&self) -> &Anchor<P> {
+    pub(crate) fn place(&self) -> &Anchor<P> {
         &self.place
     }
 
     /// Representation of the force: the axes and point of its coordinates while the attachment frame moves.
-    pub fn representation(&self) -> Representation {
+    pub(crate) fn representation(&self) -> Representation {
         self.representation
     }
 
     /// The force, if it is constant (N, N·m).
-    pub fn force(&self) -> Option<&Force<P>> {
+    pub(crate) fn force(&self) -> Option<&Force<P>> {
         match &self.kind {
             Kind::Constant(force) => Some(force),
             Kind::Function(_) => None,
-        }
-    }
-
-    /// The parameters, if it is a function.
-    pub fn parameters(&self) -> Option<&[P]> {
-        match &self.kind {
-            Kind::Constant(_) => None,
-            Kind::Function(function) => Some(function.parameters()),
         }
     }
 

@@ -130,10 +130,6 @@ impl Function<f64> {
 }
 
 impl<P: Scalar> Function<P> {
-    pub(super) fn parameters(&self) -> &[P] {
-        &self.parameters
-    }
-
     pub(super) fn with_parameters<Q: Scalar>(&self, parameters: &[Q]) -> Function<Q> {
         let (given, own) = (parameters.len(), self.parameters.len());
         assert_eq!(given, own, "the force has {own} parameters");

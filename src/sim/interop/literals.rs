@@ -44,13 +44,14 @@ impl<'a> At<'a> {
 
     fn mass_matrix(&self) -> DMatrix<f64> {
         let q = self.q.as_slice();
-        self.theirs.mass_matrix_to(q, &mass_matrix(self.model, q))
+        let T = self.theirs.tangent_map(q);
+        &T * mass_matrix(self.model, q) * T.transpose()
     }
 
     fn jacobian(&self, frame: &str) -> DMatrix<f64> {
         let (q, frame) = (self.q.as_slice(), self.model.find_frame(frame).unwrap());
         let J = frame_jacobian(self.model, q, frame, Representation::Mixed);
-        self.theirs.jacobian_to(q, &J)
+        J * self.theirs.tangent_map(q).transpose()
     }
 
     /// Forces for an acceleration.

@@ -115,8 +115,8 @@ pub(super) fn carrying_link(model: &Model, frame: FrameId) -> FrameId {
     }
     let own = &model.frames()[frame.0];
     let builder = model.to_builder();
-    let added = builder.frames().find(|(name, ..)| *name == own.name);
-    let link = added.and_then(|(_, link, _)| model.frame(link));
+    let added = builder.frames.iter().find(|frame| frame.name == own.name);
+    let link = added.and_then(|frame| model.frame(&frame.link));
     // Frames of the library's own are on the body alone.
     let of_body = || own.body.map_or(frame, |body| model.body_frame(body));
     link.unwrap_or_else(of_body)
@@ -125,7 +125,7 @@ pub(super) fn carrying_link(model: &Model, frame: FrameId) -> FrameId {
 /// A link and those that are fixed to it, farther from the root.
 fn carried_links(builder: &ModelBuilder, link: &str) -> HashSet<String> {
     let mut fixed: HashMap<&str, Vec<&str>> = HashMap::new();
-    let joints = builder.joints().iter();
+    let joints = builder.joints.iter();
     for joint in joints.filter(|joint| joint.kind == JointKind::Fixed) {
         fixed.entry(&joint.parent).or_default().push(&joint.child);
     }
@@ -141,8 +141,9 @@ fn carried_links(builder: &ModelBuilder, link: &str) -> HashSet<String> {
 /// Their frames, and frames that were added to them.
 fn frames(model: &Model, builder: &ModelBuilder, has: &impl Fn(&str) -> bool) -> Vec<FrameId> {
     let added: HashSet<&str> = builder
-        .frames()
-        .filter_map(|(name, link, _)| has(link).then_some(name))
+        .frames
+        .iter()
+        .filter_map(|frame| has(&frame.link).then_some(frame.name.as_str()))
         .collect();
     let all = model.frames().iter().enumerate();
     let own = all.filter(|(_, frame)| has(&frame.name) || added.contains(frame.name.as_str()));
@@ -156,7 +157,7 @@ fn inertias(
     has: &impl Fn(&str) -> bool,
 ) -> [Inertia<f64>; 2] {
     let floats: HashSet<&str> = builder
-        .links()
+        .links
         .iter()
         .filter_map(|link| (!link.has_gravity).then_some(link.name.as_str()))
         .collect();
@@ -182,7 +183,7 @@ fn children(
     has: &impl Fn(&str) -> bool,
 ) -> Vec<BodyId> {
     let parents: HashMap<&str, &str> = builder
-        .joints()
+        .joints
         .iter()
         .map(|joint| (joint.name.as_str(), joint.parent.as_str()))
         .collect();

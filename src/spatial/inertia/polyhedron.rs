@@ -21,20 +21,12 @@ impl<P: Scalar> Inertia<P> {
     /// # Limitations
     /// The function does not check that the surface is closed.
     ///
-    /// # Examples
-    /// ```
-    /// use dualbody::spatial::Inertia;
-    /// use nalgebra::Vector3;
-    ///
-    /// // The corner of a cube: x + y + z ≤ 1.
-    /// let [o, x, y, z] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
-    /// let corner = Inertia::solid_polyhedron(6.0_f64, [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].into_iter());
-    /// assert!((corner.mass - 1.0).abs() < 1e-15 && (corner.com().x - 0.25).abs() < 1e-15);
-    /// ```
-    ///
     /// # References
     /// [Tonon 2004].
-    pub fn solid_polyhedron(density: P, triangles: impl Iterator<Item = [Vector3<P>; 3]>) -> Self {
+    pub(crate) fn solid_polyhedron(
+        density: P,
+        triangles: impl Iterator<Item = [Vector3<P>; 3]>,
+    ) -> Self {
         let mut sum = Matrix4::zeros();
         for [a, b, c] in triangles {
             let mass = dot(&a, &cross(&b, &c)) * density * TETRAHEDRON;

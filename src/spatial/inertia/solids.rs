@@ -16,32 +16,24 @@ const ROD: f64 = 1.0 / 12.0;
 
 impl<P: Scalar> Inertia<P> {
     /// A solid box with full edge lengths `size`:  J = m/12 (y² + z², x² + z², x² + y²).
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::spatial::Inertia;
-    ///
-    /// let inertia = Inertia::solid_box(12.0, [1.0, 2.0, 3.0]);
-    /// assert_eq!(inertia.rotational.xx, 13.0);
-    /// ```
-    pub fn solid_box(mass: P, size: [P; 3]) -> Self {
+    pub(crate) fn solid_box(mass: P, size: [P; 3]) -> Self {
         let [x, y, z] = size.map(|length| length * length * mass * ROD);
         Self::centred(mass, [y + z, x + z, x + y])
     }
 
     /// A solid ball:  J = ⅖ m r².
-    pub fn solid_sphere(mass: P, radius: P) -> Self {
+    pub(crate) fn solid_sphere(mass: P, radius: P) -> Self {
         Self::centred(mass, [mass * radius * radius * BALL; 3])
     }
 
     /// A solid ellipsoid with the semi-axes a, b, c:  J = m/5 (b² + c², a² + c², a² + b²).
-    pub fn solid_ellipsoid(mass: P, semi_axes: [P; 3]) -> Self {
+    pub(crate) fn solid_ellipsoid(mass: P, semi_axes: [P; 3]) -> Self {
         let [x, y, z] = semi_axes.map(|length| length * length * mass * (0.5 * BALL));
         Self::centred(mass, [y + z, x + z, x + y])
     }
 
     /// A solid cylinder about z of full length `length`:  Jₓ = m (3 r² + l²)/12,  `J_z` = ½ m r².
-    pub fn solid_cylinder(mass: P, radius: P, length: P) -> Self {
+    pub(crate) fn solid_cylinder(mass: P, radius: P, length: P) -> Self {
         let axial = mass * radius * radius * 0.5;
         let across = axial * 0.5 + mass * length * length * ROD;
         Self::centred(mass, [across, across, axial])
@@ -54,7 +46,7 @@ impl<P: Scalar> Inertia<P> {
     ///
     /// # Limitations
     /// Not finite if radius and length are both zero.
-    pub fn solid_capsule(mass: P, radius: P, length: P) -> Self {
+    pub(crate) fn solid_capsule(mass: P, radius: P, length: P) -> Self {
         /// Volume of a ball per that of a cylinder of its radius and length.
         const BALL_TO_CYLINDER: f64 = 4.0 / 3.0;
         let (r2, l2) = (radius * radius, length * length);

@@ -54,7 +54,7 @@ pub struct Expansion {
 
 impl Expansion {
     /// Makes an expansion of zeros: gradient of length `n`, Hessian n × n.
-    pub fn zeros(n: usize) -> Self {
+    pub(crate) fn zeros(n: usize) -> Self {
         Self {
             value: 0.0,
             gradient: DVector::zeros(n),

@@ -157,9 +157,10 @@ impl Backward {
         let q_u = &self.q_z[n..];
         if bounded {
             mirror_upper(&mut self.q_uu, m);
+            let (lower, upper) = problem.input_bounds();
             for i in 0..m {
-                self.lower[i] = problem.input_lower()[i] - u[i];
-                self.upper[i] = problem.input_upper()[i] - u[i];
+                self.lower[i] = lower[i] - u[i];
+                self.upper[i] = upper[i] - u[i];
             }
             let bounds = Bounds {
                 lower: &self.lower,

@@ -120,11 +120,6 @@ impl Ddp {
     pub fn solution(&self) -> &DdpSolution {
         &self.solution
     }
-
-    /// The options.
-    pub fn options(&self) -> &DdpOptions {
-        &self.options
-    }
 }
 
 /// Solves problems of the shape that it was made for.

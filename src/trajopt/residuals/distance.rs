@@ -99,11 +99,6 @@ impl LinkDistances {
         self
     }
 
-    /// The pairs of links, by their frames.
-    pub fn pairs(&self) -> &[[FrameId; 2]] {
-        &self.pairs
-    }
-
     /// The constraint that all distances are at least `distance`, m; see [`Problem::with_constraint`](crate::trajopt::Problem::with_constraint).
     ///
     /// # Panics

@@ -172,7 +172,7 @@ impl SingleShooting<'_> {
 
     /// The bounds of the inputs of a stage.
     fn transforms(&self) -> impl Iterator<Item = BoundTransform> {
-        let (lower, upper) = (self.problem.input_lower(), self.problem.input_upper());
+        let (lower, upper) = self.problem.input_bounds();
         let both = lower.iter().zip(upper);
         both.map(|(&lower, &upper)| BoundTransform { lower, upper })
     }

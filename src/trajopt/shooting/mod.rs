@@ -110,7 +110,7 @@ impl<'p> SingleShooting<'p> {
     }
 
     /// The problem.
-    pub fn problem(&self) -> &'p Problem {
+    pub(crate) fn problem(&self) -> &'p Problem {
         self.problem
     }
 

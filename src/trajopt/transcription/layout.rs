@@ -36,7 +36,7 @@ pub(super) struct Layout {
 impl Layout {
     pub(super) fn new(problem: &Problem, at: &Approximation) -> Self {
         let system = problem.dynamics();
-        let (lower, upper) = (problem.input_lower(), problem.input_upper());
+        let (lower, upper) = problem.input_bounds();
         let (fixed, free): (Vec<usize>, Vec<usize>) =
             (0..system.nu()).partition(|&j| lower[j] == upper[j]);
         let sides = free.into_iter().flat_map(|j| [(j, 1.0), (j, -1.0)]);
@@ -170,7 +170,7 @@ impl Layout {
         points: &Points,
         out: &mut [f64],
     ) {
-        let (lower, upper) = (problem.input_lower(), problem.input_upper());
+        let (lower, upper) = problem.input_bounds();
         let start = (0..self.start).map(|_| 0.0);
         let fixed = points.inputs.iter().flat_map(|u| {
             let fixed = self.fixed.iter();

@@ -171,8 +171,8 @@ fn stream_of_a_simulation_equals_the_file_of_its_recording() {
         .collect();
     let mut stream = RerunStream::save(&path, &Recording::of_robots(&models)).unwrap();
     for (k, &time) in recording.times().iter().enumerate() {
-        let state = |i: usize| State::new(recording.robot(i).q(k), recording.robot(i).v(k));
-        let u = recording.robot(1).u(k);
+        let state = |i: usize| State::new(recording.robots()[i].q(k), recording.robots()[i].v(k));
+        let u = recording.robots()[1].u(k);
         stream.push_all(time, &[(&state(0), &[]), (&state(1), u)]);
         stream.push_scalar(time, HOSTILE, recording.series()[0].values[k]);
     }
@@ -207,7 +207,7 @@ fn traces_and_forces_begin_at_the_poses_of_their_frames() {
     let mut recording = everything();
     recording.robot_mut(1).trace("pole").unwrap();
     recording.robot_mut(1).show_frame("pole").unwrap();
-    let (file, track) = (File::of(&recording), recording.robot(1));
+    let (file, track) = (File::of(&recording), &recording.robots()[1]);
     let frame = track.model().frame("pole").unwrap();
     let at = |kind: &'static str| ["robots", "cartpole", kind, "pole"];
     let strips = file.get::<LineStrip3D>(&at("traces"), &LineStrips3D::descriptor_strips());

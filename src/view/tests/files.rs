@@ -74,9 +74,9 @@ fn inputs_of_a_table_have_the_names_of_what_they_act_on_and_read_back() {
         assert!(head.contains(column), "{column} is not in {head}");
     }
     let again = through_csv(&recording);
-    assert_eq!(again.robot(0).inputs, ["x", "y_z"]);
+    assert_eq!(again.robots()[0].inputs, ["x", "y_z"]);
     assert_eq!(
-        (again.robot(0).u(0), again.robot(1).u(0)),
+        (again.robots()[0].u(0), again.robots()[1].u(0)),
         (&[1.0, 2.0][..], &[3.0][..])
     );
     assert_eq!((bits(&again), header(&again)), (bits(&recording), head));
@@ -158,7 +158,7 @@ fn series_of_any_name_read_back_as_series() {
         recording.add_series(name, [k as f64, f64::NAN, -0.5]);
     }
     for again in [through_csv(&recording), through_json(&recording)] {
-        assert_eq!(again.robot(0).nu(), 2);
+        assert_eq!(again.robots()[0].nu(), 2);
         assert_eq!(names(&again), names(&recording));
         assert_eq!(bits(&again), bits(&recording));
     }
@@ -216,7 +216,7 @@ fn forces_read_back_from_a_table_in_their_order() {
     }
     let again = through_csv(&recording);
     assert_eq!(again.to_csv(), recording.to_csv());
-    assert_eq!(again.robot(0).forces().len(), 3);
+    assert_eq!(again.robots()[0].forces().len(), 3);
     assert!(again.series().is_empty());
 }
 
@@ -260,9 +260,9 @@ fn soft_contact_resumed_from_files_equals_the_rollout_bit_for_bit() {
     assert_eq!(recording.to_csv().as_bytes(), written);
     for again in [through_csv(&recording), through_json(&recording)] {
         assert_eq!(bits(&again), bits(&recording));
-        let resumed = simulator.rollout(&again.robot(0).state(100), 100, |_, _, _| {});
+        let resumed = simulator.rollout(&again.robots()[0].state(100), 100, |_, _, _| {});
         assert_eq!(*resumed.last(), *rollout.last());
-        assert_eq!(again.robot(0).nu(), 0);
+        assert_eq!(again.robots()[0].nu(), 0);
     }
     let mut pushed = Recording::new(model);
     for (time, state) in rollout.times().zip(&rollout.states) {
@@ -278,7 +278,7 @@ fn contact_of_a_batch_is_recorded() {
     let starts = vec![rollout.states[0].clone(); 2];
     let all = batch.rollout(&starts, 50, |_, _, _| {});
     let recording = Recording::from_batch(&batch, &all, &[1]);
-    assert_eq!(recording.robot(0).state(50), rollout.states[50]);
+    assert_eq!(recording.robots()[0].state(50), rollout.states[50]);
 }
 
 #[test]
@@ -360,9 +360,9 @@ fn inputs_are_called_by_their_joints_in_plots_and_files() {
     let start = State::new(&[0.0; 2], &[0.0; 2]);
     let rollout = simulator.rollout(&start, 3, |_, _, _| {});
     let recording = Recording::from_rollout(simulator.model(), &rollout);
-    assert_eq!(recording.robot(0).inputs, ["pivot"]);
-    assert_eq!(through_json(&recording).robot(0).inputs, ["pivot"]);
-    assert_eq!(through_csv(&recording).robot(0).inputs, ["pivot"]);
+    assert_eq!(recording.robots()[0].inputs, ["pivot"]);
+    assert_eq!(through_json(&recording).robots()[0].inputs, ["pivot"]);
+    assert_eq!(through_csv(&recording).robots()[0].inputs, ["pivot"]);
     let page = recording.to_html();
     let input = page.find("\"title\":\"Input\"").unwrap();
     assert!(

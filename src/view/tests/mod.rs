@@ -89,7 +89,7 @@ fn csv_read_back_equals_what_was_recorded() {
     let again = Recording::read_csv(&path, &models(&recording)).unwrap();
     assert_eq!(bits(&again), bits(&recording));
     assert_eq!(again.series()[0].name, HOSTILE);
-    assert_eq!(again.robot(1).forces().len(), 1);
+    assert_eq!(again.robots()[1].forces().len(), 1);
 }
 
 #[test]
@@ -103,9 +103,9 @@ fn json_read_back_equals_what_was_recorded() {
     let again = Recording::read_json(&path, &models(&recording)).unwrap();
     assert_eq!(bits(&again), bits(&recording));
     assert_eq!(again.title(), HOSTILE);
-    assert_eq!(again.robot(1).traces, recording.robot(1).traces);
-    assert_eq!(again.robot(0).frames, recording.robot(0).frames);
-    assert_eq!(again.robot(1).placement, recording.robot(1).placement);
+    assert_eq!(again.robots()[1].traces, recording.robots()[1].traces);
+    assert_eq!(again.robots()[0].frames, recording.robots()[0].frames);
+    assert_eq!(again.robots()[1].placement, recording.robots()[1].placement);
     assert_eq!(again.scene_objects().len(), 6);
     assert_eq!(again.scene_objects(), recording.scene_objects());
     assert_eq!(again.to_json(), recording.to_json());
@@ -194,10 +194,10 @@ fn recorded_trajectories_of_a_batch_equal_its_rows() {
     assert_ne!(rollout.status(2), RolloutStatus::Completed);
     let recording = Recording::from_batch(&batch, &rollout, &[2, 0]);
     assert_eq!((recording.len(), recording.robots().len()), (11, 2));
-    assert_eq!(recording.robot(0).name(), "cartpole 1");
+    assert_eq!(recording.robots()[0].name(), "cartpole 1");
     for k in 0..11 {
-        assert_eq!(recording.robot(1).q(k), rollout.q(0, k));
-        assert_eq!(recording.robot(0).q(k)[0].is_nan(), k > 5, "row {k}");
+        assert_eq!(recording.robots()[1].q(k), rollout.q(0, k));
+        assert_eq!(recording.robots()[0].q(k)[0].is_nan(), k > 5, "row {k}");
     }
 }
 
@@ -364,29 +364,4 @@ fn shape_without_a_size_is_refused() {
         size: [1.0, f64::NAN, 1.0],
     };
     Recording::new(&samples::pendulum()).add_shape("wall", wall, Transform::identity(), [1.0; 4]);
-}
-
-#[test]
-fn scalars_and_forces_set_while_recording_are_those_of_their_moments() {
-    let model = samples::cartpole();
-    let mut recording = Recording::new(&model);
-    for k in 0..4 {
-        let x = f64::from(k);
-        recording.push(x, &State::new(&[x, 0.0], &[0.0; 2]), &[]);
-        if k != 0 {
-            recording.set_series("late", x).set_series("late", 2.0 * x);
-        }
-        if k == 2 {
-            let push = Vector3::new(x, 0.0, 0.0);
-            recording.robot_mut(0).set_force("pole", push).unwrap();
-        }
-    }
-    let late = &recording.series()[0].values;
-    assert!(late[0].is_nan() && late[1..] == [2.0, 4.0, 6.0]);
-    let forces = recording.robot(0).forces()[0].values.iter().map(|f| f.x);
-    assert_eq!(forces.collect::<Vec<_>>(), [0.0, 0.0, 2.0, 0.0]);
-    let unknown = recording
-        .robot_mut(0)
-        .set_force("no such", Vector3::zeros());
-    assert!(unknown.is_err());
 }

@@ -77,7 +77,7 @@ fn page_of_ten_seconds_of_a_cartpole_is_small() {
 #[test]
 fn poses_and_energies_on_the_page_equal_kinematics_of_the_recorded_states() {
     let recording = ten_seconds();
-    let (track, page) = (recording.robot(0), data(&recording.to_html()));
+    let (track, page) = (&recording.robots()[0], data(&recording.to_html()));
     let (motion, model) = (&page["motion"], track.model());
     let times = bytes(&motion["times"]);
     let times = times

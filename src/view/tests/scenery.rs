@@ -86,7 +86,7 @@ fn constraints_and_ground_read_back_from_json() {
     let folder = Folder::new();
     let path = folder.write("a.json", recording.to_json());
     let again = Recording::read_json(path, &models(&recording)).unwrap();
-    assert_eq!(again.robot(0).bonds, recording.robot(0).bonds);
+    assert_eq!(again.robots()[0].bonds, recording.robots()[0].bonds);
     assert_eq!(again.scene_objects(), recording.scene_objects());
     for (from, to) in [
         ("[2,2]", "[2,3]"),

@@ -341,8 +341,8 @@ fn headers_say_of_which_robot_they_are_and_where_numbers_stand() {
     ] {
         assert!(text.header.contains(part), "{part}\n{}", text.header);
     }
-    assert!(codegen::check_origin(&graph, &model).is_ok());
+    assert!(codegen::check_origin(graph.origin(), &model).is_ok());
     let changed = model.with_damping(0, 0.1);
-    let error = codegen::check_origin(&graph, &changed).expect_err("another robot");
+    let error = codegen::check_origin(graph.origin(), &changed).expect_err("another robot");
     assert!(error.to_string().contains("trace it again"), "{error}");
 }

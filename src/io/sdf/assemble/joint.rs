@@ -208,7 +208,7 @@ impl Assembly<'_, '_> {
     fn mimic(&mut self, frame: usize, follow: &Follow) -> Result<Option<Mimic>, LoadError> {
         let entry = &self.scene.frames[frame];
         let leader = match self.leader(frame, follow) {
-            Err(_) if self.builder.mimicry() == Mimicry::Independent => {
+            Err(_) if self.builder.mimicry == Mimicry::Independent => {
                 let reason = without_leader(&follow.mimic.leader);
                 self.context.warn(&entry.place, reason);
                 return Ok(None);

@@ -210,7 +210,7 @@ fn inertia_and_shapes_stand_in_their_frames() {
     let (model, _) = load(&robot(parts));
     let link = &model.links()[0];
     assert_eq!(
-        model.to_builder().links()[0].inertia.com(),
+        model.to_builder().links[0].inertia.com(),
         Vector3::new(0., 0., 2.)
     );
     assert_eq!(

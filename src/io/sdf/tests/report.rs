@@ -62,7 +62,7 @@ fn defaults_of_the_sdf_are_taken_with_a_warning() {
         ),
     ] {
         let (model, report) = load(&robot(&format!("<link name='a'>{parts}</link>")));
-        let inertia = model.to_builder().links()[0].inertia;
+        let inertia = model.to_builder().links[0].inertia;
         assert_eq!(
             (inertia.mass, inertia.rotational.xx),
             (mass, moment),
@@ -128,7 +128,7 @@ fn automatic_inertia_equals_that_of_the_solids_at_their_places() {
         robot(&format!("<link name='l'>{inertial}{shapes}</link>"))
     };
     let (model, report) = load(&link("<inertial auto='true'/>", ""));
-    let inertia = model.to_builder().links()[0].inertia;
+    let inertia = model.to_builder().links[0].inertia;
     // Across: 2 (m a²/6 + m d²) = 2 (1/600 + 1/100).
     assert!(
         (inertia.mass - 2.0).abs() < 10.0 * ROUNDING
@@ -137,7 +137,7 @@ fn automatic_inertia_equals_that_of_the_solids_at_their_places() {
     assert_eq!((report.warnings.len(), report.ignored.len()), (0, 0));
     let light = "<inertial auto='true'><mass>9</mass><density>500</density></inertial>";
     let (model, report) = load(&link(light, "<density>1500</density>"));
-    let inertia = model.to_builder().links()[0].inertia;
+    let inertia = model.to_builder().links[0].inertia;
     // 0.5 kg above and 1.5 kg below: the centre is (0.5 − 1.5) 0.1 / 2 above the origin.
     assert!(
         (inertia.mass - 2.0).abs() < 10.0 * ROUNDING && (inertia.com().z + 0.05).abs() < ROUNDING

@@ -107,7 +107,7 @@ fn warnings_equal_what_may_not_mean_what_its_author_wanted() {
 fn an_inertia_that_no_body_has_loads_with_its_eigenvalues_in_a_warning() {
     let text = arm_on(&joint("fixed", "")).replace("ixx=\"1\"", "ixx=\"2.5\"");
     let (model, report) = load(&text);
-    assert_eq!(model.to_builder().links()[1].inertia.rotational.xx, 2.5);
+    assert_eq!(model.to_builder().links[1].inertia.rotational.xx, 2.5);
     let warning = report.warnings[0].to_string();
     for part in [
         "line 1",

@@ -99,7 +99,7 @@ fn inertia_in_a_turned_frame_equals_the_hand_computation() {
     let inertial = r#"<inertial><origin xyz="0 0 2" rpy="0 0 1.5707963267948966"/><mass value="3"/>
         <inertia ixx="0.2" ixy="0.01" ixz="0.02" iyy="0.3" iyz="0.03" izz="0.4"/></inertial>"#;
     let (model, _) = load(&robot(&format!("<link name='arm'>{inertial}</link>")));
-    let inertia = model.to_builder().links()[0].inertia;
+    let inertia = model.to_builder().links[0].inertia;
     assert_eq!(
         (inertia.mass, inertia.com()),
         (3.0, Vector3::new(0.0, 0.0, 2.0))

@@ -206,12 +206,15 @@ fn bad_values_equal_errors_that_name_the_element_and_the_reason() {
     for (damage, expected) in damages {
         let mut bad = good.clone();
         damage(&mut bad);
-        let message = Model::from_urdf(&bad).unwrap_err().to_string();
+        let message = ModelOptions::default()
+            .load_urdf(&bad)
+            .unwrap_err()
+            .to_string();
         for part in ["urdf_rs::Robot: "].iter().chain(expected) {
             assert!(message.contains(part), "{part:?} is not in: {message}");
         }
     }
-    assert!(Model::from_urdf(&good).is_ok());
+    assert!(ModelOptions::default().load_urdf(&good).is_ok());
     let shapes: [urdf_rs::Geometry; 2] = [
         urdf_rs::Geometry::Sphere { radius: f64::NAN },
         urdf_rs::Geometry::Box {
@@ -225,7 +228,10 @@ fn bad_values_equal_errors_that_name_the_element_and_the_reason() {
             ..Default::default()
         };
         bad.links[1].collision.push(collision);
-        let message = Model::from_urdf(&bad).unwrap_err().to_string();
+        let message = ModelOptions::default()
+            .load_urdf(&bad)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("\"arm\""), "{message}");
     }
 }
@@ -249,7 +255,7 @@ fn joints_in_a_ring_are_an_error_at_any_length() {
         edge.child.link = format!("l{}", (k + 1) % LINKS);
         robot.joints.push(edge);
     }
-    let error = Model::from_urdf(&robot).unwrap_err();
+    let error = ModelOptions::default().load_urdf(&robot).unwrap_err();
     assert!(matches!(error, LoadError::Loop { .. }), "{error}");
     assert_eq!(JointLimit::default(), robot.joints[0].limit);
 }

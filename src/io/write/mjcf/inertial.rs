@@ -42,7 +42,7 @@ pub(super) struct Inertias {
 
 impl Inertias {
     pub(super) fn new(model: &Model<f64>, builder: &ModelBuilder) -> Self {
-        let own: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
+        let own: HashMap<&str, &Inertia<f64>> = (builder.links.iter())
             .map(|link| (link.name.as_str(), &link.inertia))
             .collect();
         // By body, its first link and how many links have inertia.
@@ -84,10 +84,7 @@ impl Inertias {
     /// Writes what gravity does not act on at the first link that it does not act on, the rest of the body at the first of the others.
     fn split(&mut self, model: &Model<f64>, builder: &ModelBuilder) {
         for own in model.weightless() {
-            let specs = builder
-                .links()
-                .iter()
-                .map(|link| (link.name.as_str(), link));
+            let specs = builder.links.iter().map(|link| (link.name.as_str(), link));
             let specs: HashMap<&str, &LinkSpec> = specs.collect();
             let frames = model
                 .links()

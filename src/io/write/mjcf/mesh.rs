@@ -70,7 +70,7 @@ impl Meshes {
             found: HashMap::new(),
             flaws: HashMap::new(),
         };
-        for link in builder.links() {
+        for link in &builder.links {
             link.visuals
                 .iter()
                 .for_each(|shape| meshes.add(&shape.geometry));

@@ -21,17 +21,17 @@ const BASE_BODY: &str = "floating_base";
 /// Writes a model; `builder` is its description.
 pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String, WriteError> {
     check_masses(model)?;
-    let frames = builder
-        .frames()
-        .map(|(name, link, pose)| (link, (name, pose)));
     let mut sites: HashMap<&str, Vec<(&str, &Transform<f64>)>> = Default::default();
-    frames.for_each(|(link, site)| sites.entry(link).or_default().push(site));
+    for frame in &builder.frames {
+        let own = sites.entry(&frame.link).or_default();
+        own.push((&frame.name, &frame.placement));
+    }
     let mut writer = Writer {
         xml: Xml::new(),
         builder,
         floats: model.has_floating_base(),
         sites,
-        joint_names: Names::of(builder.joints().iter().map(|joint| joint.name.as_str())),
+        joint_names: Names::of(builder.joints.iter().map(|joint| joint.name.as_str())),
         moving: (model.links().iter())
             .map(|link| &model.frames()[link.frame.0])
             .filter(|frame| frame.body.is_some())
@@ -43,7 +43,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         screws: Vec::new(),
         second_hinges: HashMap::new(),
     };
-    writer.xml.start("mujoco", &[("model", builder.name())]);
+    writer.xml.start("mujoco", &[("model", &builder.name)]);
     writer.check_base(model)?;
     writer.header();
     writer.bodies()?;
@@ -121,7 +121,7 @@ impl Writer<'_> {
         let is_split = model.weightless().iter().find(is_base).is_some();
         if self.base_placement.is_some() && is_split {
             let reason = "gravity acts on some of its links only";
-            return Err(unsupported("floating base", self.builder.name(), reason));
+            return Err(unsupported("floating base", &self.builder.name, reason));
         }
         Ok(())
     }
@@ -133,7 +133,7 @@ impl Writer<'_> {
             ("inertiafromgeom", "false"),
         ];
         self.xml.leaf("compiler", &compiler);
-        let gravity = numbers(self.builder.gravity().as_slice());
+        let gravity = numbers(self.builder.gravity.as_slice());
         self.xml.leaf("option", &[("gravity", &gravity)]);
         self.xml.open("default");
         self.xml.leaf(
@@ -180,7 +180,7 @@ impl Writer<'_> {
 
     /// Opens a body of its own for the frame of a floating base that is not that of its first link.
     fn base_body(&mut self) -> Result<(), WriteError> {
-        let links = self.builder.links().iter().map(|link| link.name.as_str());
+        let links = self.builder.links.iter().map(|link| link.name.as_str());
         let name = Names::of(links).fresh(BASE_BODY);
         let base = self.inertias.base_link().map(ToOwned::to_owned);
         let is_weightless = base.is_some_and(|link| self.inertias.is_weightless(&link));
@@ -231,7 +231,7 @@ impl Writer<'_> {
     fn is_floating_root(&self, step: &Step<'_>) -> bool {
         let under_world = step.joint.is_some_and(|joint| joint.parent == WORLD);
         step.joint.is_none()
-            || (step.depth == 1 && under_world && self.builder.base() == Base::Floating)
+            || (step.depth == 1 && under_world && self.builder.base == Base::Floating)
     }
 
     /// The shapes and frames of a link.
@@ -259,7 +259,7 @@ impl Writer<'_> {
             screws.map(|(slide, hinge, pitch)| (slide, hinge, [0.0, pitch.metres_per_radian()]));
         let followers = self
             .builder
-            .joints()
+            .joints
             .iter()
             .filter(|joint| self.follows(joint));
         let followers = followers.filter_map(|joint| {
@@ -285,7 +285,7 @@ impl Writer<'_> {
     }
 
     fn motors(&mut self) {
-        let joints = self.builder.joints().iter();
+        let joints = self.builder.joints.iter();
         let hinges = joints.filter(|joint| !joint.is_passive).flat_map(|joint| {
             let second = joint
                 .second
@@ -312,7 +312,7 @@ impl Writer<'_> {
     }
 
     fn follows(&self, joint: &JointSpec) -> bool {
-        let coupled = self.builder.mimicry() == Mimicry::Coupled;
+        let coupled = self.builder.mimicry == Mimicry::Coupled;
         coupled && joint.mimic.as_ref().is_some() && joint.kind != JointKind::Fixed
     }
 }

@@ -75,9 +75,9 @@ fn model_read_back_from_its_urdf_equals_the_model() {
             );
         }
         // Frames have become links, in between.
-        for link in model.to_builder().links() {
+        for link in &model.to_builder().links {
             let builder = again.to_builder();
-            let found = builder.links().iter().find(|found| found.name == link.name);
+            let found = builder.links.iter().find(|found| found.name == link.name);
             let Some(found) = found else {
                 panic!("{name}: link {}", link.name)
             };

@@ -6,7 +6,7 @@ use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
 /// Lists the properties that the file leaves out; `hidden` is a world link that is not the parent of the robot.
 pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String> {
     let mut notes = Vec::new();
-    let gravity = builder.gravity().as_slice();
+    let gravity = builder.gravity.as_slice();
     if gravity != DEFAULT_GRAVITY {
         notes.push(format!("left out: gravity {}", numbers(gravity)));
     }
@@ -18,7 +18,7 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
     if builder.has_override(None) {
         notes.push("left out: damping and armature of the floating base".into());
     }
-    for joint in builder.joints() {
+    for joint in &builder.joints {
         of_joint(builder, joint, &mut notes);
     }
     notes
@@ -26,7 +26,7 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
 
 fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) {
     let (name, armature, spring) = (&joint.name, joint.armature, &joint.spring);
-    if let (Mimicry::Independent, Some(mimic)) = (builder.mimicry(), joint.mimic.as_ref()) {
+    if let (Mimicry::Independent, Some(mimic)) = (builder.mimicry, joint.mimic.as_ref()) {
         let (leader, multiplier, offset) = (&mimic.leader, mimic.multiplier, mimic.offset);
         notes.push(format!(
             "left out: joint {name} moves independently of {leader}, which it was to mimic ({multiplier}, {offset})"

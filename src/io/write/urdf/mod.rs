@@ -24,22 +24,22 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
     let builder = &universal::split(builder);
     let steps = builder.walk();
     let root = steps[0].link.name.as_str();
-    let hidden = (builder.base() == Base::Floating && root == WORLD).then_some(root);
+    let hidden = (builder.base == Base::Floating && root == WORLD).then_some(root);
     let mut writer = Writer {
         xml: Xml::new(),
-        joint_names: Names::of(builder.joints().iter().map(|joint| joint.name.as_str())),
+        joint_names: Names::of(builder.joints.iter().map(|joint| joint.name.as_str())),
         n_materials: 0,
-        mimicry: builder.mimicry(),
+        mimicry: builder.mimicry,
     };
-    let mut attributes = vec![("name", builder.name())];
-    if builder.joints().iter().any(lacks_limits) {
+    let mut attributes = vec![("name", builder.name.as_str())];
+    if builder.joints.iter().any(lacks_limits) {
         attributes.push(("version", WITH_OPTIONAL_LIMITS));
     }
     writer.xml.start("robot", &attributes);
     for note in left_out::notes(builder, hidden) {
         writer.xml.comment(&note);
     }
-    if builder.base() == Base::Fixed && root != WORLD {
+    if builder.base == Base::Fixed && root != WORLD {
         writer.world(builder, root)?;
     }
     if let Some(hidden) = hidden {
@@ -52,7 +52,7 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
 /// Refuses joints that URDF has no type for.
 fn check(builder: &ModelBuilder) -> Result<(), WriteError> {
     let is_screw = |joint: &&JointSpec| matches!(joint.kind, JointKind::Screw(_));
-    match builder.joints().iter().find(is_screw) {
+    match builder.joints.iter().find(is_screw) {
         None => Ok(()),
         Some(joint) => Err(WriteError::Unsupported {
             format: "URDF",
@@ -81,22 +81,22 @@ impl Writer {
     /// Writes links, joints and frames, except for a link that is hidden.
     fn parts(&mut self, builder: &ModelBuilder, hidden: Option<&str>) -> Result<(), WriteError> {
         let is_seen = |link: &str| Some(link) != hidden;
-        for link in builder.links() {
+        for link in &builder.links {
             if is_seen(&link.name) {
                 self.link(link)?;
             }
         }
-        for joint in builder.joints() {
+        for joint in &builder.joints {
             if is_seen(&joint.parent) {
                 self.joint(joint);
             }
         }
-        for (name, link, pose) in builder.frames() {
-            if is_seen(link) {
-                self.frame(name, link, pose);
+        for frame in &builder.frames {
+            if is_seen(&frame.link) {
+                self.frame(&frame.name, &frame.link, &frame.placement);
             }
         }
-        let weightless = builder.links().iter().filter(|link| !link.has_gravity);
+        let weightless = builder.links.iter().filter(|link| !link.has_gravity);
         for link in weightless.filter(|link| is_seen(&link.name)) {
             self.xml.start("gazebo", &[("reference", &link.name)]);
             self.xml.text("gravity", "false");
@@ -107,14 +107,14 @@ impl Writer {
 
     /// A root in the frame that floats, for what is placed in it by a fixed joint to a world that is hidden.
     fn floating_frame(&mut self, builder: &ModelBuilder, hidden: &str) {
-        let placed = builder.joints().iter().find(|joint| joint.parent == hidden);
+        let placed = builder.joints.iter().find(|joint| joint.parent == hidden);
         let Some(joint) = placed.filter(|joint| joint.placement != Transform::identity()) else {
             return;
         };
-        let frames = builder.frames().map(|(name, _, _)| name);
+        let frames = builder.frames.iter().map(|frame| frame.name.as_str());
         let mut names = Names::of(
             builder
-                .links()
+                .links
                 .iter()
                 .map(|link| link.name.as_str())
                 .chain(frames),
@@ -126,9 +126,9 @@ impl Writer {
 
     /// A world link as the parent of the root of a fixed robot.
     fn world(&mut self, builder: &ModelBuilder, root: &str) -> Result<(), WriteError> {
-        let frames = builder.frames().map(|(name, _, _)| name);
+        let frames = builder.frames.iter().map(|frame| frame.name.as_str());
         let mut names = builder
-            .links()
+            .links
             .iter()
             .map(|link| link.name.as_str())
             .chain(frames);

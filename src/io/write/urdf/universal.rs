@@ -6,18 +6,18 @@ use crate::model::{JointSpec, LinkSpec, ModelBuilder, SecondAxis};
 
 /// The description with each universal joint `NAME` as two joints `NAME::axis` and `NAME::axis2`; continuous where they have no limits.
 pub(super) fn split(builder: &ModelBuilder) -> ModelBuilder {
-    let frames = builder.frames().map(|(name, _, _)| name);
+    let frames = builder.frames.iter().map(|frame| frame.name.as_str());
     let mut links = Names::of(
         builder
-            .links()
+            .links
             .iter()
             .map(|link| link.name.as_str())
             .chain(frames),
     );
-    let mut names = Names::of(builder.joints().iter().map(|joint| joint.name.as_str()));
+    let mut names = Names::of(builder.joints.iter().map(|joint| joint.name.as_str()));
     let mut out = builder.clone();
-    let mut joints = Vec::with_capacity(builder.joints().len());
-    for joint in builder.joints() {
+    let mut joints = Vec::with_capacity(builder.joints.len());
+    for joint in &builder.joints {
         match halves(joint, &mut names) {
             None => joints.push(joint.clone()),
             Some([first, second]) => {

@@ -217,7 +217,7 @@ impl<E: Environment> Environments<E> {
     ///
     /// # Panics
     /// If the output has the wrong length.
-    pub fn observe(&mut self, observations: &mut [f64]) {
+    pub(crate) fn observe(&mut self, observations: &mut [f64]) {
         let width = self.environment.n_observations();
         assert_eq!(
             observations.len(),
