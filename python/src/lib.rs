@@ -26,7 +26,7 @@ mod counts;
 mod cuda;
 mod dynamics;
 mod errors;
-mod getters;
+
 mod identify;
 mod jax;
 mod kinds;
@@ -35,6 +35,7 @@ mod limits;
 mod model;
 mod native;
 mod options;
+mod python;
 mod raised;
 mod scratch;
 mod sensors;

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::counts::whole;
 use crate::errors::{OrRaise, Raise};
+use crate::python::functions;
 
 /// Bytes of a state of one trajectory beside its numbers: while it is found each of its parts is a vector of its own.
 const STATE_OVERHEAD: usize = 256;
@@ -23,13 +24,13 @@ pub(crate) fn memory_limit() -> usize {
     memory::limit()
 }
 
-/// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
-#[pyfunction]
-#[pyo3(signature = (bytes))]
-pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-    let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
-    memory::set_limit(bytes);
-    Ok(())
+functions! {
+    /// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
+    fn set_memory_limit(bytes: Option<&Bound<'py, PyAny>>) -> PyResult<()> {
+        let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
+        memory::set_limit(bytes);
+        Ok(())
+    }
 }
 
 /// Refuses trajectories that would not fit.

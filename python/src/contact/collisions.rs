@@ -13,6 +13,7 @@ use super::law::law_of;
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::kinds::check_kind;
 use crate::model::{PyModel, is_text};
+use crate::python::functions;
 
 /// Lets bodies touch each other, where that is asked for.
 pub(super) fn with_collisions(
@@ -99,23 +100,20 @@ fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
     Surface::new(vertices, triangles).map_err(value_error)
 }
 
-/// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
-#[pyfunction]
-pub(crate) fn _srdf(
-    model: &Bound<'_, PyModel>,
-    description: &Bound<'_, PyAny>,
-    prefix: &str,
-) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
-    let (m, options) = (&*model.get().model, CollisionOptions::default());
-    let read = match description.extract::<String>() {
-        Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
-        _ => {
-            let path = description.extract::<PathBuf>();
-            let path = path.map_err(|_| type_error("description is no text and no path"))?;
-            guarded(|| options.with_srdf_file(m, prefix, path))?
-        }
-    };
-    let (options, rest) = read.or_raise()?;
-    let rest = rest.iter().map(ToString::to_string).collect();
-    Ok((options.excluded, rest))
+functions! {
+    /// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
+    fn _srdf(model: &Bound<'py, PyModel>, description, prefix: &str) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
+        let (m, options) = (&*model.get().model, CollisionOptions::default());
+        let read = match description.extract::<String>() {
+            Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
+            _ => {
+                let path = description.extract::<PathBuf>();
+                let path = path.map_err(|_| type_error("description is no text and no path"))?;
+                guarded(|| options.with_srdf_file(m, prefix, path))?
+            }
+        };
+        let (options, rest) = read.or_raise()?;
+        let rest = rest.iter().map(ToString::to_string).collect();
+        Ok((options.excluded, rest))
+    }
 }

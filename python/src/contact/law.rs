@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 use crate::kinds::check_kind;
+use crate::python::functions;
 
 type Numbers = (String, Vec<f64>);
 
@@ -119,22 +120,19 @@ fn relaxed(reference: Reference, x: &[f64]) -> PyResult<ContactLaw> {
     }))
 }
 
-/// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
-#[pyfunction]
-pub(crate) fn _estimate_soft_contact(
-    mass: f64,
-    points: &Bound<'_, PyAny>,
-    depth: f64,
-) -> PyResult<[f64; 5]> {
-    let points = whole("points", points)?;
-    let SoftContact { normal, friction } = guarded(|| SoftContact::estimate(mass, points, depth))?;
-    Ok([
-        friction,
-        normal.stiffness,
-        normal.damping,
-        normal.stiffness_exponent,
-        normal.damping_exponent,
-    ])
+functions! {
+    /// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
+    fn _estimate_soft_contact(mass: f64, points, depth: f64) -> PyResult<[f64; 5]> {
+        let points = whole("points", points)?;
+        let SoftContact { normal, friction } = guarded(|| SoftContact::estimate(mass, points, depth))?;
+        Ok([
+            friction,
+            normal.stiffness,
+            normal.damping,
+            normal.stiffness_exponent,
+            normal.damping_exponent,
+        ])
+    }
 }
 
 fn normal_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {
@@ -146,20 +144,17 @@ fn normal_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4
     }
 }
 
-/// Numbers of a normal force that is damped for a restitution at a speed.
-#[pyfunction]
-pub(crate) fn _with_restitution(
-    normal: [f64; 4],
-    restitution: f64,
-    speed: f64,
-) -> PyResult<[f64; 4]> {
-    let found = guarded(|| normal_of(normal).with_restitution(restitution, speed))?;
-    Ok([
-        found.stiffness,
-        found.damping,
-        found.stiffness_exponent,
-        found.damping_exponent,
-    ])
+functions! {
+    /// Numbers of a normal force that is damped for a restitution at a speed.
+    fn _with_restitution(normal: [f64; 4], restitution: f64, speed: f64) -> PyResult<[f64; 4]> {
+        let found = guarded(|| normal_of(normal).with_restitution(restitution, speed))?;
+        Ok([
+            found.stiffness,
+            found.damping,
+            found.stiffness_exponent,
+            found.damping_exponent,
+        ])
+    }
 }
 
 /// Restitution of a normal force at a speed.

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use super::law::numbers_of;
 use crate::errors::{guarded, value_error};
 use crate::kinds::check_kind;
+use crate::python::functions;
 
 pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
     check_kind(
@@ -27,13 +28,10 @@ pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
     })?
 }
 
-/// Height and slope (h, ∂h/∂x, ∂h/∂y) of a terrain at (x, y).
-#[pyfunction]
-pub(crate) fn _terrain_surface(
-    terrain: &Bound<'_, PyAny>,
-    x: f64,
-    y: f64,
-) -> PyResult<(f64, f64, f64)> {
-    let ground = terrain_of(terrain)?.surface(&x, &y);
-    Ok((ground.height, ground.slope[0], ground.slope[1]))
+functions! {
+    /// Height and slope (h, ∂h/∂x, ∂h/∂y) of a terrain at (x, y).
+    fn _terrain_surface(terrain, x: f64, y: f64) -> PyResult<(f64, f64, f64)> {
+        let ground = terrain_of(terrain)?.surface(&x, &y);
+        Ok((ground.height, ground.slope[0], ground.slope[1]))
+    }
 }

@@ -11,6 +11,7 @@ use crate::arrays::vector;
 use crate::counts::whole;
 use crate::errors::OrRaise;
 use crate::options::{chosen, read_options};
+use crate::python::functions;
 use crate::simulator::PySimulator;
 use crate::threads::on_pool_stopped;
 
@@ -45,33 +46,29 @@ type Found<'py> = (
     Bound<'py, PyAny>,
 );
 
-/// Adjusts numbers of a simulator until its motion is that of the data.
-#[pyfunction]
-pub(crate) fn _shoot<'py>(
-    py: Python<'py>,
-    simulator: &Bound<'py, PySimulator>,
-    data: &Bound<'py, PyAny>,
-    adjustable: Vec<Bound<'py, PyAny>>,
-    level: f64,
-    options: &Bound<'py, PyDict>,
-) -> PyResult<Found<'py>> {
-    let (data, options) = (data_of(data)?, options_of(options)?);
-    let all: Vec<Adjustable> = adjustable
-        .iter()
-        .map(adjustable_of)
-        .collect::<PyResult<_>>()?;
-    let own = &*simulator.get().simulator;
-    let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
-    let found = found.or_raise()?;
-    let parameters = found.simulator.model().parameters();
-    let intervals = found.intervals;
-    Ok((
-        vector(py, found.values).into_any(),
-        intervals.map(|all| all.into_iter().map(interval).collect()),
-        found.deviation,
-        found.status.to_string(),
-        found.status == Status::Converged,
-        found.iterations,
-        vector(py, parameters.as_slice().to_vec()).into_any(),
-    ))
+functions! {
+    /// Adjusts numbers of a simulator until its motion is that of the data.
+    fn _shoot(
+        py: Python, simulator: &Bound<'py, PySimulator>, data, adjustable: Vec<Bound<'py, PyAny>>, level: f64, options: &Bound<'py, PyDict>
+    ) -> PyResult<Found<'py>> {
+        let (data, options) = (data_of(data)?, options_of(options)?);
+        let all: Vec<Adjustable> = adjustable
+            .iter()
+            .map(adjustable_of)
+            .collect::<PyResult<_>>()?;
+        let own = &*simulator.get().simulator;
+        let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
+        let found = found.or_raise()?;
+        let parameters = found.simulator.model().parameters();
+        let intervals = found.intervals;
+        Ok((
+            vector(py, found.values).into_any(),
+            intervals.map(|all| all.into_iter().map(interval).collect()),
+            found.deviation,
+            found.status.to_string(),
+            found.status == Status::Converged,
+            found.iterations,
+            vector(py, parameters.as_slice().to_vec()).into_any(),
+        ))
+    }
 }

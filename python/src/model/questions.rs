@@ -6,7 +6,7 @@ use pyo3::types::PySlice;
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::vector;
-use crate::getters::getters;
+use crate::python::getters;
 
 getters! { PyModel {
     /// Name of the robot.

@@ -16,6 +16,7 @@ use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
 use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 use crate::limits::check_array;
+use crate::python::methods;
 
 /// Many states of a robot that stay where they are between steps, in the lanes of vector units: faster than Simulator.step, which reads and checks all states at each step.
 ///
@@ -32,33 +33,6 @@ pub(crate) struct PyBatchSimulator {
 
 #[pymethods]
 impl PyBatchSimulator {
-    #[new]
-    #[pyo3(signature = (simulator, n, *, parameters=None))]
-    fn new(
-        simulator: &Bound<'_, PySimulator>,
-        n: &Bound<'_, PyAny>,
-        parameters: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
-        let own = &simulator.get().simulator;
-        let n: usize = whole("n", n)?;
-        check_array("states", &[n, own.neutral_state::<f64>().len()])?;
-        let batch = match parameters {
-            None => BatchSimulator::new((**own).clone(), n),
-            Some(given) => {
-                let rows = rows_of_parameters(simulator.get(), n, given)?;
-                guarded(|| BatchSimulator::of_parameters(own, &rows))?
-            }
-        };
-        let batch = batch.with_threads(1);
-        let states = batch.states(&vec![own.neutral_state(); n]);
-        Ok(Self {
-            simulator: simulator.clone().unbind(),
-            batch: Some(batch),
-            states,
-            spread: Spread::new(),
-        })
-    }
-
     /// The simulator of all states, without the parameters in which they differ.
     #[getter]
     fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
@@ -94,15 +68,40 @@ impl PyBatchSimulator {
         PyArray1::from_iter(py, (0..self.states.len()).map(runs))
     }
 
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let simulator = self.simulator.bind(py).repr()?;
+        Ok(format!(
+            "BatchSimulator({simulator}, {})",
+            self.states.len()
+        ))
+    }
+}
+
+methods! { PyBatchSimulator {
+    #[new]
+    fn new(simulator: &Bound<'py, PySimulator>, n, *, parameters: Option<&Bound<'py, PyDict>> = None) -> PyResult<Self> {
+        let own = &simulator.get().simulator;
+        let n: usize = whole("n", n)?;
+        check_array("states", &[n, own.neutral_state::<f64>().len()])?;
+        let batch = match parameters {
+            None => BatchSimulator::new((**own).clone(), n),
+            Some(given) => {
+                let rows = rows_of_parameters(simulator.get(), n, given)?;
+                guarded(|| BatchSimulator::of_parameters(own, &rows))?
+            }
+        };
+        let batch = batch.with_threads(1);
+        let states = batch.states(&vec![own.neutral_state(); n]);
+        Ok(Self {
+            simulator: simulator.clone().unbind(),
+            batch: Some(batch),
+            states,
+            spread: Spread::new(),
+        })
+    }
+
     /// Sets states: all, or those whose flag is true in mask (n,). q (n, nq) or (nq,), v likewise; contact is neutral if it is left out.
-    #[pyo3(signature = (q, v, *, contact=None, mask=None))]
-    fn set(
-        &mut self,
-        q: &Bound<'_, PyAny>,
-        v: &Bound<'_, PyAny>,
-        contact: Option<&Bound<'_, PyAny>>,
-        mask: Option<PyArrayLike1<'_, bool>>,
-    ) -> PyResult<()> {
+    fn set(&mut self, q, v, *, contact = None, mask: Option<PyArrayLike1<'py, bool>> = None) -> PyResult<()> {
         let (own, n) = (self.simulator.get(), self.states.len());
         let given = own.read(q, v, None, contact)?;
         let mask = mask.map(|mask| mask.as_array().to_vec());
@@ -136,13 +135,7 @@ impl PyBatchSimulator {
     }
 
     /// Takes time steps with the input held: u (n, nu) or (nu,), N·m or N, zero if it is left out; steps: their number, the decimation of a policy.
-    #[pyo3(signature = (u=None, *, steps=None))]
-    fn step(
-        &mut self,
-        py: Python<'_>,
-        u: Option<&Bound<'_, PyAny>>,
-        steps: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
+    fn step(&mut self, py: Python, u = None, *, steps = None) -> PyResult<()> {
         let steps: usize = steps.map_or(Ok(1), |steps| whole("steps", steps))?;
         let inputs = self.inputs(u)?;
         let n = self.states.len();
@@ -157,15 +150,7 @@ impl PyBatchSimulator {
             }
         })
     }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let simulator = self.simulator.bind(py).repr()?;
-        Ok(format!(
-            "BatchSimulator({simulator}, {})",
-            self.states.len()
-        ))
-    }
-}
+} }
 
 impl PyBatchSimulator {
     fn part<'py>(&self, py: Python<'py>, part: usize) -> Array<'py> {

@@ -12,6 +12,7 @@ use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of, simulator_of};
+use crate::python::{functions, methods};
 
 /// A simulator of a batch.
 pub(crate) struct Batch {
@@ -112,14 +113,11 @@ fn warn_of_shapes(py: Python<'_>, model: &Model, contacts: &Contacts) -> PyResul
     warn(py, &text)
 }
 
-/// Makes a simulator again.
-#[pyfunction]
-pub(crate) fn _simulator<'py>(
-    class: &Bound<'py, PyAny>,
-    model: &Bound<'py, PyAny>,
-    parts: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyAny>> {
-    class.call((model,), Some(parts))
+functions! {
+    /// Makes a simulator again.
+    fn _simulator(class, model, parts: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+        class.call((model,), Some(parts))
+    }
 }
 
 impl PySimulator {
@@ -141,91 +139,6 @@ impl PySimulator {
 
 #[pymethods]
 impl PySimulator {
-    #[new]
-    #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, activations=None, divergence_bound=None,
-        parameters=None, _scene=None))]
-    pub(super) fn new(
-        py: Python<'_>,
-        model: &Bound<'_, PyModel>,
-        time_step: Option<f64>,
-        integrator: Option<&str>,
-        actuated: Option<Bound<'_, PyAny>>,
-        contacts: Option<Bound<'_, PyAny>>,
-        actuation: Option<Bound<'_, PyAny>>,
-        constraints: Option<Vec<Bound<'_, PyAny>>>,
-        external_forces: Option<Vec<Bound<'_, PyAny>>>,
-        frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
-        tendon_servos: Option<Vec<Bound<'_, PyAny>>>,
-        activations: Option<Bound<'_, PyDict>>,
-        divergence_bound: Option<f64>,
-        parameters: Option<Bound<'_, PyAny>>,
-        _scene: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let parts = PyDict::new(py);
-        parts.set_item("_scene", _scene)?;
-        parts.set_item("time_step", time_step)?;
-        parts.set_item("integrator", integrator)?;
-        parts.set_item("actuated", actuated)?;
-        parts.set_item("contacts", contacts)?;
-        parts.set_item("actuation", actuation)?;
-        parts.set_item("constraints", constraints.unwrap_or_default())?;
-        parts.set_item("external_forces", external_forces.unwrap_or_default())?;
-        parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
-        parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
-        parts.set_item("activations", activations)?;
-        parts.set_item("divergence_bound", divergence_bound)?;
-        let mut simulator = build(&model.get().model, &parts)?;
-        let mut own = model.clone();
-        if let Some(parameters) = parameters {
-            let count = simulator.parameters().len();
-            let x = read_vector("parameters", &parameters, Some(count))?;
-            simulator = guarded(|| simulator.with_parameters(&x))?;
-            let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
-            own = Bound::new(py, PyModel::with_parameters(model, of_model.as_any())?)?;
-            parts.set_item("parameters", vector(py, x))?;
-        }
-        Ok(Self {
-            simulator: Arc::new(simulator),
-            id: next_id(),
-            model: own.unbind(),
-            base: model.clone().unbind(),
-            parts: parts.unbind(),
-            batch: Mutex::new(None),
-        })
-    }
-
-    /// Makes a simulator of the supported content of an MJCF file, the XML of MuJoCo: a text that begins with "<", or the path of a file.
-    ///
-    /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
-    /// is modelled: its control, those of joints first, then those of sites, then those of tendons and further ones of joints. What is not used is in
-    /// model.import_report. The keywords are those of Model.from_mjcf. `replace` changes parts, and adds constraints, forces, frame_actuators and
-    /// tendon_servos to those of the file. keyframes has its named states.
-    #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    fn from_mjcf<'py>(
-        description: &Bound<'py, PyAny>,
-        keywords: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        Self::from_description("mjcf", description, keywords)
-    }
-
-    /// Makes a simulator of a URDF, a text that begins with "<", or the path of a file, with the inputs that it states in <ros2_control> or <transmission>.
-    ///
-    /// Limits and friction of joints act as with actuation="model". Joints with a command interface have inputs, in the order of the file; if the file
-    /// states none at all, all joints have one. An effort is the input itself. A position or velocity with gains (parameters kp, kd, p, d, pos_kp,
-    /// position_kp, vel_kp, … of the interface or its joint) is the target of a servo; without gains the input is the effort, with a warning. min and max are the
-    /// range of the input, the reduction of a simple transmission is the gear of the servo. What is not used is in model.import_report. The
-    /// keywords are those of Model.from_urdf.
-    #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    fn from_urdf<'py>(
-        description: &Bound<'py, PyAny>,
-        keywords: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        Self::from_description("urdf", description, keywords)
-    }
-
     /// Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
     /// activations; what the file does not state of it is zero.
     #[getter]
@@ -283,46 +196,6 @@ impl PySimulator {
         found.map_or("", |(name, _)| name)
     }
 
-    /// The simulator with parts replaced: the keywords of its constructor.
-    #[pyo3(signature = (**changes))]
-    pub(super) fn replace<'py>(
-        this: &Bound<'py, Self>,
-        changes: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let py = this.py();
-        let parts = this.get().parts.bind(py).copy()?;
-        let model = this.get().base.clone_ref(py).into_any();
-        let mut model = model.into_bound(py);
-        let has_parameters = parts
-            .get_item("parameters")?
-            .is_some_and(|own| !own.is_none());
-        if has_parameters && !changes.is_some_and(|all| all.contains("parameters").unwrap_or(false))
-        {
-            return Err(value_error(
-                "this simulator has other parameters than its parts: give parameters too, or None for those of the parts",
-            ));
-        }
-        for (name, value) in changes.into_iter().flatten() {
-            match name.extract::<String>()?.as_str() {
-                "model" => model = value,
-                _ => parts.set_item(name, value)?,
-            }
-        }
-        this.get_type().call((model,), Some(&parts))
-    }
-
-    /// The simulator with other parameters, (n,), named by parameter_names. Raises a ValueError that names a parameter out of range.
-    ///
-    /// Placements are relative to those of the description, as in Model.with_parameters.
-    fn with_parameters<'py>(
-        this: &Bound<'py, Self>,
-        parameters: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let changes = PyDict::new(this.py());
-        changes.set_item("parameters", parameters)?;
-        Self::replace(this, Some(&changes))
-    }
-
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let s = &self.simulator;
         let mut text = format!(
@@ -359,6 +232,106 @@ impl PySimulator {
         Ok((make, arguments.into_any().unbind()))
     }
 }
+
+methods! { PySimulator {
+    #[new]
+    fn new(
+        py: Python, model: &Bound<'py, PyModel>, *, time_step: Option<f64> = None, integrator: Option<&str> = "semi_implicit_euler",
+        actuated: Option<Bound<'py, PyAny>> = None, contacts: Option<Bound<'py, PyAny>> = None, actuation: Option<Bound<'py, PyAny>> = None,
+        constraints: Option<Vec<Bound<'py, PyAny>>> = None, external_forces: Option<Vec<Bound<'py, PyAny>>> = None,
+        frame_actuators: Option<Vec<Bound<'py, PyAny>>> = None, tendon_servos: Option<Vec<Bound<'py, PyAny>>> = None,
+        activations: Option<Bound<'py, PyDict>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
+        _scene: Option<Bound<'py, PyAny>> = None
+    ) -> PyResult<Self> {
+        let parts = PyDict::new(py);
+        parts.set_item("_scene", _scene)?;
+        parts.set_item("time_step", time_step)?;
+        parts.set_item("integrator", integrator)?;
+        parts.set_item("actuated", actuated)?;
+        parts.set_item("contacts", contacts)?;
+        parts.set_item("actuation", actuation)?;
+        parts.set_item("constraints", constraints.unwrap_or_default())?;
+        parts.set_item("external_forces", external_forces.unwrap_or_default())?;
+        parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
+        parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
+        parts.set_item("activations", activations)?;
+        parts.set_item("divergence_bound", divergence_bound)?;
+        let mut simulator = build(&model.get().model, &parts)?;
+        let mut own = model.clone();
+        if let Some(parameters) = parameters {
+            let count = simulator.parameters().len();
+            let x = read_vector("parameters", &parameters, Some(count))?;
+            simulator = guarded(|| simulator.with_parameters(&x))?;
+            let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
+            own = Bound::new(py, PyModel::with_parameters(model, of_model.as_any())?)?;
+            parts.set_item("parameters", vector(py, x))?;
+        }
+        Ok(Self {
+            simulator: Arc::new(simulator),
+            id: next_id(),
+            model: own.unbind(),
+            base: model.clone().unbind(),
+            parts: parts.unbind(),
+            batch: Mutex::new(None),
+        })
+    }
+
+    /// Makes a simulator of the supported content of an MJCF file, the XML of MuJoCo: a text that begins with "<", or the path of a file.
+    ///
+    /// The time step and the method, joint limits and friction, constraints, contacts with the ground and between bodies, and an input for each actuator that
+    /// is modelled: its control, those of joints first, then those of sites, then those of tendons and further ones of joints. What is not used is in
+    /// model.import_report. The keywords are those of Model.from_mjcf. `replace` changes parts, and adds constraints, forces, frame_actuators and
+    /// tendon_servos to those of the file. keyframes has its named states.
+    #[staticmethod]
+    fn from_mjcf(description, **keywords) -> PyResult<Bound<'py, PyAny>> {
+        Self::from_description("mjcf", description, keywords)
+    }
+
+    /// Makes a simulator of a URDF, a text that begins with "<", or the path of a file, with the inputs that it states in <ros2_control> or <transmission>.
+    ///
+    /// Limits and friction of joints act as with actuation="model". Joints with a command interface have inputs, in the order of the file; if the file
+    /// states none at all, all joints have one. An effort is the input itself. A position or velocity with gains (parameters kp, kd, p, d, pos_kp,
+    /// position_kp, vel_kp, … of the interface or its joint) is the target of a servo; without gains the input is the effort, with a warning. min and max are the
+    /// range of the input, the reduction of a simple transmission is the gear of the servo. What is not used is in model.import_report. The
+    /// keywords are those of Model.from_urdf.
+    #[staticmethod]
+    fn from_urdf(description, **keywords) -> PyResult<Bound<'py, PyAny>> {
+        Self::from_description("urdf", description, keywords)
+    }
+
+    /// The simulator with parts replaced: the keywords of its constructor.
+    fn replace(this: &Bound<'py, Self>, **changes) -> PyResult<Bound<'py, PyAny>> {
+        let py = this.py();
+        let parts = this.get().parts.bind(py).copy()?;
+        let model = this.get().base.clone_ref(py).into_any();
+        let mut model = model.into_bound(py);
+        let has_parameters = parts
+            .get_item("parameters")?
+            .is_some_and(|own| !own.is_none());
+        if has_parameters && !changes.is_some_and(|all| all.contains("parameters").unwrap_or(false))
+        {
+            return Err(value_error(
+                "this simulator has other parameters than its parts: give parameters too, or None for those of the parts",
+            ));
+        }
+        for (name, value) in changes.into_iter().flatten() {
+            match name.extract::<String>()?.as_str() {
+                "model" => model = value,
+                _ => parts.set_item(name, value)?,
+            }
+        }
+        this.get_type().call((model,), Some(&parts))
+    }
+
+    /// The simulator with other parameters, (n,), named by parameter_names. Raises a ValueError that names a parameter out of range.
+    ///
+    /// Placements are relative to those of the description, as in Model.with_parameters.
+    fn with_parameters(this: &Bound<'py, Self>, parameters) -> PyResult<Bound<'py, PyAny>> {
+        let changes = PyDict::new(this.py());
+        changes.set_item("parameters", parameters)?;
+        Self::replace(this, Some(&changes))
+    }
+} }
 
 impl PySimulator {
     /// The number that identifies this simulator in this process.

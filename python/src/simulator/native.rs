@@ -17,6 +17,7 @@ use super::step::{diverged, write_state};
 use crate::arrays::Array;
 use crate::compiler::compiler_of;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::methods;
 use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -35,35 +36,6 @@ pub(crate) struct PyNativeSimulator {
 
 #[pymethods]
 impl PyNativeSimulator {
-    /// Compiles the step of a simulator, or finds it in the cache.
-    ///
-    /// Raises an OSError with the reason if compilation fails, and a ValueError if a step depends on values by branches, as most contact does. Ctrl-C
-    /// ends the compiler.
-    #[new]
-    #[pyo3(signature = (simulator, compiler=None))]
-    fn new(
-        simulator: &Bound<'_, PySimulator>,
-        compiler: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
-        let make = || trace::native((**own).clone(), &with);
-        let native = stopped(simulator.py(), make)?.or_raise()?;
-        Ok(Self::of(simulator, native, compiler))
-    }
-
-    /// As the constructor, with the library's own code if compilation fails; `reason` contains the cause.
-    #[staticmethod]
-    #[pyo3(signature = (simulator, compiler=None))]
-    fn or_own(
-        simulator: &Bound<'_, PySimulator>,
-        compiler: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
-        let make = || trace::native_or_own((**own).clone(), &with);
-        let native = stopped(simulator.py(), make)?;
-        Ok(Self::of(simulator, native, compiler))
-    }
-
     /// The original simulator.
     #[getter]
     fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
@@ -74,79 +46,6 @@ impl PyNativeSimulator {
     #[getter]
     fn reason(&self) -> Option<String> {
         self.native.reason().map(ToString::to_string)
-    }
-
-    /// Advances by one time step, as Simulator.step; a batch on all cores.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
-    fn step<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyTuple>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, own) = (q.py(), self.simulator.get());
-        let given = own.read(q, v, u, contact)?;
-        let one = |memory: &mut StepMemory| {
-            let (state, next) = (&memory.state, &mut memory.next);
-            self.with_memory(|own| self.native.step_into(state, &memory.u, own, next));
-        };
-        own.take_step(py, &given, out, one, |arrays| {
-            self.step_batch(py, &given, arrays)
-        })
-    }
-
-    /// Jacobians of the step, as Simulator.linearize, by the library's own code.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn linearize<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let own = self.simulator.get();
-        let given = own.read(q, v, u, contact)?;
-        own.jacobians(q.py(), &given, |out| {
-            own.linearize_each(
-                q.py(),
-                &given,
-                out,
-                || (),
-                |(), state, u, linear| {
-                    self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
-                },
-            )
-        })
-    }
-
-    /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which also runs batches on vector registers.
-    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, progress=None))]
-    fn rollout<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        steps: Option<&Bound<'py, PyAny>>,
-        control: Option<&Bound<'py, PyAny>>,
-        inputs: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let own = self.simulator.get();
-        let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
-        asked.check_memory(1, own)?;
-        let given = own.read(q, v, None, contact)?;
-        if !given.batch.is_empty() || !asked.batch().is_empty() {
-            return Err(value_error(
-                "compiled rollouts are of one state; simulator.rollout takes batches, on vector registers",
-            ));
-        }
-        let roll = |initial: &State, steps, control: &mut Control<'_>| {
-            self.native.rollout(initial, steps, control)
-        };
-        let states = own.states(&given, 1)?;
-        asked.one(self.simulator.bind(q.py()), &states[0], progress, roll)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
@@ -165,6 +64,77 @@ impl PyNativeSimulator {
         })
     }
 }
+
+methods! { PyNativeSimulator {
+    /// Compiles the step of a simulator, or finds it in the cache.
+    ///
+    /// Raises an OSError with the reason if compilation fails, and a ValueError if a step depends on values by branches, as most contact does. Ctrl-C
+    /// ends the compiler.
+    #[new]
+    fn new(simulator: &Bound<'py, PySimulator>, compiler = None) -> PyResult<Self> {
+        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
+        let make = || trace::native((**own).clone(), &with);
+        let native = stopped(simulator.py(), make)?.or_raise()?;
+        Ok(Self::of(simulator, native, compiler))
+    }
+
+    /// As the constructor, with the library's own code if compilation fails; `reason` contains the cause.
+    #[staticmethod]
+    fn or_own(simulator: &Bound<'py, PySimulator>, compiler = None) -> PyResult<Self> {
+        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
+        let make = || trace::native_or_own((**own).clone(), &with);
+        let native = stopped(simulator.py(), make)?;
+        Ok(Self::of(simulator, native, compiler))
+    }
+
+    /// Advances by one time step, as Simulator.step; a batch on all cores.
+    fn step(&self, q, v, u = None, *, contact = None, out: Option<&Bound<'py, PyTuple>> = None) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, own) = (q.py(), self.simulator.get());
+        let given = own.read(q, v, u, contact)?;
+        let one = |memory: &mut StepMemory| {
+            let (state, next) = (&memory.state, &mut memory.next);
+            self.with_memory(|own| self.native.step_into(state, &memory.u, own, next));
+        };
+        own.take_step(py, &given, out, one, |arrays| {
+            self.step_batch(py, &given, arrays)
+        })
+    }
+
+    /// Jacobians of the step, as Simulator.linearize, by the library's own code.
+    fn linearize(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.simulator.get();
+        let given = own.read(q, v, u, contact)?;
+        own.jacobians(q.py(), &given, |out| {
+            own.linearize_each(
+                q.py(),
+                &given,
+                out,
+                || (),
+                |(), state, u, linear| {
+                    self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
+                },
+            )
+        })
+    }
+
+    /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which also runs batches on vector registers.
+    fn rollout(&self, q, v, steps = None, *, control = None, inputs = None, contact = None, progress = None) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.simulator.get();
+        let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
+        asked.check_memory(1, own)?;
+        let given = own.read(q, v, None, contact)?;
+        if !given.batch.is_empty() || !asked.batch().is_empty() {
+            return Err(value_error(
+                "compiled rollouts are of one state; simulator.rollout takes batches, on vector registers",
+            ));
+        }
+        let roll = |initial: &State, steps, control: &mut Control<'_>| {
+            self.native.rollout(initial, steps, control)
+        };
+        let states = own.states(&given, 1)?;
+        asked.one(self.simulator.bind(q.py()), &states[0], progress, roll)
+    }
+} }
 
 impl PyNativeSimulator {
     fn of(

@@ -10,6 +10,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Rows, argument, read_vector};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
+use crate::python::{functions, methods};
 use crate::simulator::PySimulator;
 
 /// Motion of robots: for pages, files and plots.
@@ -82,39 +83,19 @@ pub(super) fn models_of(models: &[Py<PyModel>]) -> Vec<&Model> {
     models.iter().map(|model| &*model.get().model).collect()
 }
 
-/// Makes a recording again that was pickled.
-#[pyfunction]
-pub(crate) fn _recording<'py>(
-    class: &Bound<'py, PyAny>,
-    text: &str,
-    models: Vec<Py<PyModel>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let recording = guarded(|| Recording::from_json(text, &models_of(&models)))?.or_raise()?;
-    let arguments = PyTuple::new(class.py(), &models)?;
-    let made = class.call1(arguments)?;
-    made.cast::<PyRecording>()?.borrow_mut().recording = recording;
-    Ok(made)
+functions! {
+    /// Makes a recording again that was pickled.
+    fn _recording(class, text: &str, models: Vec<Py<PyModel>>) -> PyResult<Bound<'py, PyAny>> {
+        let recording = guarded(|| Recording::from_json(text, &models_of(&models)))?.or_raise()?;
+        let arguments = PyTuple::new(class.py(), &models)?;
+        let made = class.call1(arguments)?;
+        made.cast::<PyRecording>()?.borrow_mut().recording = recording;
+        Ok(made)
+    }
 }
 
 #[pymethods]
 impl PyRecording {
-    /// An empty recording of robots.
-    #[new]
-    #[pyo3(signature = (*models))]
-    pub(super) fn new(models: &Bound<'_, PyTuple>) -> PyResult<Self> {
-        let models: Vec<Py<PyModel>> = models
-            .iter()
-            .map(|model| {
-                Ok(model
-                    .cast_into::<PyModel>()
-                    .map_err(|_| type_error("models are Models"))?
-                    .unbind())
-            })
-            .collect::<PyResult<_>>()?;
-        let recording = guarded(|| Recording::of_robots(&models_of(&models)))?;
-        Ok(Self { recording, models })
-    }
-
     /// The recording of a rollout of one state (of a batch: of rollout[i]).
     #[staticmethod]
     fn from_rollout(model: &Bound<'_, PyModel>, rollout: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -125,53 +106,6 @@ impl PyRecording {
             recording,
             models: vec![model.clone().unbind()],
         })
-    }
-
-    /// The recording of a rollout with the ground, contacts and constraints of the simulator.
-    #[staticmethod]
-    fn of_simulation(
-        py: Python<'_>,
-        simulator: &Bound<'_, PySimulator>,
-        rollout: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let own = &*simulator.get().simulator;
-        let rollout = trajectory(own.model(), Some(own), rollout)?;
-        let recording = guarded(|| Recording::of_simulation(own, &rollout))?;
-        Ok(Self {
-            recording,
-            models: vec![simulator.get().model(py)],
-        })
-    }
-
-    /// Adds the states of all robots at a time: (q, v) or (q, v, u) of each.
-    #[pyo3(signature = (time, *states))]
-    fn push(&mut self, time: f64, states: &Bound<'_, PyTuple>) -> PyResult<()> {
-        if states.len() != self.models.len() {
-            return Err(value_error(format_args!(
-                "{} states, expected {}",
-                states.len(),
-                self.models.len()
-            )));
-        }
-        let mut all = Vec::new();
-        for (state, model) in states.iter().zip(&self.models) {
-            let (model, state) = (&model.get().model, state.cast_into::<PyTuple>()?);
-            let part = |k: usize, name, n| read_vector(name, &state.get_item(k)?, n);
-            let own = State::new(
-                &part(0, "q", Some(model.nq()))?,
-                &part(1, "v", Some(model.nv()))?,
-            );
-            own.check(model).or_raise()?;
-            let u = if state.len() > 2 {
-                part(2, "u", None)?
-            } else {
-                Vec::new()
-            };
-            all.push((own, u));
-        }
-        let moments: Vec<(&State, &[f64])> =
-            all.iter().map(|(state, u)| (state, u.as_slice())).collect();
-        guarded(|| self.recording.push_all(time, &moments))
     }
 
     /// Title of the page.
@@ -226,3 +160,63 @@ impl PyRecording {
         )
     }
 }
+
+methods! { PyRecording {
+    /// An empty recording of robots.
+    #[new]
+    fn new(*models) -> PyResult<Self> {
+        let models: Vec<Py<PyModel>> = models
+            .iter()
+            .map(|model| {
+                Ok(model
+                    .cast_into::<PyModel>()
+                    .map_err(|_| type_error("models are Models"))?
+                    .unbind())
+            })
+            .collect::<PyResult<_>>()?;
+        let recording = guarded(|| Recording::of_robots(&models_of(&models)))?;
+        Ok(Self { recording, models })
+    }
+
+    /// The recording of a rollout with the ground, contacts and constraints of the simulator.
+    #[staticmethod]
+    fn of_simulation(py: Python, simulator: &Bound<'py, PySimulator>, rollout) -> PyResult<Self> {
+        let own = &*simulator.get().simulator;
+        let rollout = trajectory(own.model(), Some(own), rollout)?;
+        let recording = guarded(|| Recording::of_simulation(own, &rollout))?;
+        Ok(Self {
+            recording,
+            models: vec![simulator.get().model(py)],
+        })
+    }
+
+    /// Adds the states of all robots at a time: (q, v) or (q, v, u) of each.
+    fn push(&mut self, time: f64, *states) -> PyResult<()> {
+        if states.len() != self.models.len() {
+            return Err(value_error(format_args!(
+                "{} states, expected {}",
+                states.len(),
+                self.models.len()
+            )));
+        }
+        let mut all = Vec::new();
+        for (state, model) in states.iter().zip(&self.models) {
+            let (model, state) = (&model.get().model, state.cast_into::<PyTuple>()?);
+            let part = |k: usize, name, n| read_vector(name, &state.get_item(k)?, n);
+            let own = State::new(
+                &part(0, "q", Some(model.nq()))?,
+                &part(1, "v", Some(model.nv()))?,
+            );
+            own.check(model).or_raise()?;
+            let u = if state.len() > 2 {
+                part(2, "u", None)?
+            } else {
+                Vec::new()
+            };
+            all.push((own, u));
+        }
+        let moments: Vec<(&State, &[f64])> =
+            all.iter().map(|(state, u)| (state, u.as_slice())).collect();
+        guarded(|| self.recording.push_all(time, &moments))
+    }
+} }
