@@ -76,14 +76,14 @@ def _trace_step(simulator: Simulator) -> Graph:
     """Traces the step of a simulator."""
 def _srdf(model: Model, description: Path, prefix: str) -> tuple[list[list[str]], list[str]]:
     """The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds."""
-def _estimate_soft_contact(mass: float, points: int, depth: float) -> list[float]:
+def _estimate_soft_contact(mass: float, points: int, depth: float) -> tuple[float, list[float]]:
     """Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force."""
-def _with_restitution(normal: Sequence[float], restitution: float, speed: float) -> list[float]:
-    """Numbers of a normal force that is damped for a restitution at a speed."""
-def _restitution(normal: Sequence[float], speed: float) -> float | None:
-    """Restitution of a normal force at a speed."""
-def _impact_time(normal: Sequence[float], mass: float, speed: float) -> float:
-    """Time of contact of a mass at a speed."""
+def _with_restitution(law: ArrayLike, restitution: float, speed: float) -> list[float]:
+    """Numbers of the normal force of a law, damped for a restitution at a speed."""
+def _restitution(law: ArrayLike, speed: float) -> float | None:
+    """Restitution of the normal force of a law at a speed."""
+def _impact_time(law: ArrayLike, mass: float, speed: float) -> float:
+    """Time of contact of a mass at a speed under the normal force of a law."""
 def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> list[Array]:
     """Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first."""
 def _terrain_surface(terrain: _contact.Terrain, x: float, y: float) -> tuple[float, float, float]:

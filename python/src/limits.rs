@@ -51,7 +51,11 @@ pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> Py
 /// Refuses a grid of nx × ny heights that would not fit.
 #[pyfunction]
 pub(crate) fn _check_grid(nx: &Bound<'_, PyAny>, ny: &Bound<'_, PyAny>) -> PyResult<()> {
-    let (nx, ny): (usize, usize) = (whole("nx", nx)?, whole("ny", ny)?);
+    check_grid(whole("nx", nx)?, whole("ny", ny)?)
+}
+
+/// [`_check_grid`] of numbers.
+pub(crate) fn check_grid(nx: usize, ny: usize) -> PyResult<()> {
     let bytes = nx.saturating_mul(ny).saturating_mul(HEIGHT);
     check(format_args!("grids of {nx} × {ny} heights"), bytes)
 }

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 
 use super::law::law_of;
 use crate::errors::{OrRaise, guarded, type_error, value_error};
-use crate::kinds::check_kind;
+use crate::kinds::{check_kind, fields};
 use crate::model::{PyModel, is_text};
 use crate::python::functions;
 
@@ -29,12 +29,13 @@ pub(super) fn with_collisions(
         own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
         own => law_of("collisions.law", &own, model)?,
     };
+    let materials = by_link(&collisions, "materials", "Material", material)?;
     let mut options = CollisionOptions {
         self_collision: collisions.getattr("self_collision")?.extract()?,
         excluded: collisions.getattr("excluded")?.extract()?,
-        materials: by_link(&collisions, "materials", "Material", material)?,
         speculative: collisions.getattr("speculative")?.extract()?,
         turning: turning(&collisions)?,
+        materials,
         ..CollisionOptions::default()
     };
     for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
@@ -61,11 +62,7 @@ fn by_link<T>(
 }
 
 fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
-    Ok(Material {
-        friction: value.getattr("friction")?.extract()?,
-        restitution: value.getattr("restitution")?.extract()?,
-        turning: turning(value)?,
-    })
+    Ok(fields!(value => Material { friction, restitution, turning: turning(value)? }))
 }
 
 /// Torsional and rolling friction: attributes of these names.

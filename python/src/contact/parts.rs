@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use super::motors::servo_of;
 use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded};
-use crate::kinds::check_kind;
+use crate::kinds::{check_kind, kind_of};
 use crate::model::read_pose;
 
 fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Anchor> {
@@ -25,19 +25,19 @@ fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Ancho
 }
 
 fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
-    let kind: String = value.getattr("_kind")?.extract()?;
+    let kind = kind_of(value)?;
     let anchors = || -> PyResult<[Anchor; 2]> {
         Ok([anchor_of(model, "a", value)?, anchor_of(model, "b", value)?])
     };
     let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
     let constraint = match kind.as_str() {
-        "weld" => Constraint::weld(anchors()?),
-        "ball" => Constraint::ball(anchors()?),
-        "distance" => {
+        "Weld" => Constraint::weld(anchors()?),
+        "Ball" => Constraint::ball(anchors()?),
+        "Distance" => {
             let (anchors, length) = (anchors()?, number("length")?);
             guarded(|| Constraint::distance(anchors, length))?
         }
-        "tendon" => {
+        "Tendon" => {
             let joints: Vec<(String, f64)> = value
                 .getattr("joints")?
                 .call_method0("items")?

@@ -10,6 +10,7 @@ use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
 use crate::counts::whole;
 use crate::errors::OrRaise;
+use crate::kinds::kind_of;
 use crate::options::{chosen, read_options};
 use crate::python::functions;
 use crate::simulator::PySimulator;
@@ -24,15 +25,19 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
         samples, starts = starts by starts, position_deviation, velocity_deviation, regularization, max_iterations)
 }
 
-/// The adjusted parameter, from (kind, name or points).
+/// The adjusted parameter.
 fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
-    let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
-    match kind.as_str() {
-        "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
-        "mass" => Ok(Adjustable::LinkMass(of.extract()?)),
-        "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
-        _ => Ok(Adjustable::Friction(whole("points", &of)?)),
-    }
+    let text = |name: &str| -> PyResult<String> { value.getattr(name)?.extract() };
+    Ok(match kind_of(value)?.as_str() {
+        "Inertia" => Adjustable::Inertia(text("link")?),
+        "LinkMass" => Adjustable::LinkMass(text("link")?),
+        "Parameter" => Adjustable::Parameter(text("name")?),
+        _ => {
+            let points = value.getattr("points")?.try_iter()?;
+            let points = points.map(|point| whole("points", &point?));
+            Adjustable::Friction(points.collect::<PyResult<_>>()?)
+        }
+    })
 }
 
 /// (values, intervals, deviation, status, converged, iterations, parameters of the model).
