@@ -479,13 +479,13 @@ class Graph:
         """The graph as a function of C99: a Source (name, header, source). precision: "double" or "single"."""
 @final
 class CudaSimulator:
+    def __len__(self) -> int: ...
     @property
     def simulator(self) -> Simulator:
         """The original simulator."""
     @property
     def parameter_names(self) -> list[str]:
         """Names of the parameters that differ between states."""
-    def __len__(self) -> int: ...
     def __new__(cls, simulator: Simulator, count: int, *, parameters: Mapping[str, ArrayLike] | None = None, precision: Literal["double", "single"] = "double", derivatives: Sequence[Literal["jacobians", "gradients"]] = ..., device: int | None = None, cache: Path | None = None) -> CudaSimulator: ...
     def step(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None) -> tuple[Array, ...]:
         """Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
@@ -510,15 +510,6 @@ class CudaSimulator:
         """
 @final
 class EngineCoordinates:
-    @property
-    def model(self) -> Model:
-        """The robot."""
-    @property
-    def engine(self) -> EngineName:
-        """Name of the engine."""
-    @property
-    def nq(self) -> int:
-        """Number of the engine's configuration coordinates."""
     def joint_q(self, name: str) -> builtins.slice:
         """Range of a joint in the engine's configuration."""
     def joint_v(self, name: str) -> builtins.slice:
@@ -547,6 +538,15 @@ class EngineCoordinates:
         """Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv)."""
     def mass_matrix_from(self, q: ArrayLike, mass_matrix: ArrayLike) -> Array:
         """Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv)."""
+    @property
+    def model(self) -> Model:
+        """The robot."""
+    @property
+    def engine(self) -> EngineName:
+        """Name of the engine."""
+    @property
+    def nq(self) -> int:
+        """Number of the engine's configuration coordinates."""
     def __new__(cls, model: Model, engine: EngineName, joint_order: Sequence[str] | None = None) -> EngineCoordinates: ...
 @final
 class Model:
@@ -734,31 +734,31 @@ class ImportReport:
         """[(element, name, line, reason)] of unused content."""
 @final
 class NativeFunction:
+    def __call__(self, inputs: ArrayLike) -> Array:
+        """Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate."""
     @property
     def n_inputs(self) -> int:
         """Number of entries of all inputs."""
     @property
     def n_outputs(self) -> int:
         """Number of entries of all outputs."""
-    def __call__(self, inputs: ArrayLike) -> Array:
-        """Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate."""
     def __new__(cls, graph: Graph, name: str, compiler: _native.Compiler | None = None) -> NativeFunction:
         """Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler."""
 @final
 class Sensors:
     def __new__(cls, model: Model, sensors: Mapping[str, _sim.Sensor]) -> Sensors: ...
     @property
-    def names(self) -> list[str]:
-        """Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings."""
-    @property
-    def units(self) -> list[str]:
-        """Unit of each reading; empty for dimensionless readings."""
-    @property
     def missing_shapes(self) -> list[str]:
         """Collision shapes that range finders do not see, a sentence each; empty without range finders."""
     def __len__(self) -> int: ...
     def slice(self, name: str) -> builtins.slice:
         """Range of a sensor's readings in the vector. Raises KeyError if there is no sensor of this name."""
+    @property
+    def names(self) -> list[str]:
+        """Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings."""
+    @property
+    def units(self) -> list[str]:
+        """Unit of each reading; empty for dimensionless readings."""
     def read(self, simulator: Simulator, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None, out: Array | None = None) -> Array:
         """Readings (..., len) of the step from a state under the input; the state is not changed. Arguments as in Simulator.step; out: an array for the result.
 
@@ -792,10 +792,13 @@ class _Balance:
         """The first state (nq,), (nv,), and the number of actions of its episode so far."""
 @final
 class BatchSimulator:
+    def __len__(self) -> int: ...
+    @property
+    def running(self) -> NDArray[np.bool_]:
+        """Whether each state runs (n,): it does until it diverges, and again once it is set."""
     @property
     def simulator(self) -> Simulator:
         """The simulator of all states, without the parameters in which they differ."""
-    def __len__(self) -> int: ...
     @property
     def q(self) -> Array:
         """Configurations (n, nq): a copy."""
@@ -805,9 +808,6 @@ class BatchSimulator:
     @property
     def contact(self) -> Array:
         """States of contact (n, n_contact): a copy."""
-    @property
-    def running(self) -> NDArray[np.bool_]:
-        """Whether each state runs (n,): it does until it diverges, and again once it is set."""
     def __new__(cls, simulator: Simulator, n: int, *, parameters: Mapping[str, ArrayLike] | None = None) -> BatchSimulator: ...
     def set(self, q: ArrayLike, v: ArrayLike, *, contact: ArrayLike | None = None, mask: ArrayLike | None = None) -> None:
         """Sets states: all, or those whose flag is true in mask (n,). q (n, nq) or (nq,), v likewise; contact is neutral if it is left out."""
@@ -861,14 +861,14 @@ class Simulator:
         activations; what the file does not state of it is zero.
         """
     @property
+    def integrator(self) -> IntegratorName:
+        """Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint"."""
+    @property
     def model(self) -> Model:
         """The robot."""
     @property
     def time_step(self) -> float:
         """Time step, s."""
-    @property
-    def integrator(self) -> IntegratorName:
-        """Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint"."""
     def __new__(cls, model: Model, *, time_step: float | None = None, integrator: IntegratorName | None = "semi_implicit_euler", actuated: Sequence[str] | None = None, contacts: _contact.Contacts | None = None, actuation: _sim.Actuation | Literal["ideal", "model"] | None = None, constraints: Sequence[Constraint] | None = None, external_forces: Sequence[_sim.ExternalForce] | None = None, frame_actuators: Sequence[_sim.FrameActuator] | None = None, tendon_servos: Sequence[_sim.TendonServo] | None = None, activations: Mapping[str, _sim.Activation] | None = None, divergence_bound: float | None = None, parameters: ArrayLike | None = None, _scene: ArrayLike | None = None) -> Self: ...
     @staticmethod
     def from_mjcf(description: Path, **keywords: Unpack[LoaderKeywords]) -> Simulator:
@@ -1018,9 +1018,6 @@ class RecedingHorizon:
         """Replaces the costs."""
 @final
 class Live:
-    @property
-    def url(self) -> str:
-        """URL of the page, for browsers of this machine; it contains a secret."""
     def recording(self) -> Recording:
         """The recording since the start or the last reset, with at most 60 times per second."""
     @property
@@ -1029,6 +1026,9 @@ class Live:
     def stop(self) -> None:
         """Ends the simulation; its page reports this."""
     def _repr_html_(self) -> str: ...
+    @property
+    def url(self) -> str:
+        """URL of the page, for browsers of this machine; it contains a secret."""
 @final
 class Pictures:
     @property
@@ -1089,18 +1089,18 @@ class Recording:
     @staticmethod
     def from_rollout(model: Model, rollout: _sim.Rollout) -> Recording:
         """The recording of a rollout of one state (of a batch: of rollout[i])."""
-    @property
-    def title(self) -> str:
-        """Title of the page."""
     @title.setter
     def title(self, title: str) -> None: ...
     def __len__(self) -> int: ...
     @property
-    def times(self) -> Array:
-        """Recorded times, (n,), s."""
-    @property
     def robots(self) -> list[str]:
         """Names of the robots."""
+    @property
+    def title(self) -> str:
+        """Title of the page."""
+    @property
+    def times(self) -> Array:
+        """Recorded times, (n,), s."""
     def __new__(cls, *models: Model) -> Self:
         """An empty recording of robots."""
     @staticmethod
@@ -1134,9 +1134,6 @@ class Recording:
 class World:
     def remove(self, member: str) -> None:
         """Removes a robot by its prefix, or an object by its name."""
-    @property
-    def members(self) -> list[str]:
-        """Prefixes of the robots and names of the objects, in their order in the model."""
     def build(self) -> Model:
         """Builds the model."""
     def add_box(self, name: str, size: Sequence[float], **object: Unpack[ObjectKeywords]) -> None:
@@ -1147,6 +1144,9 @@ class World:
         """Adds a cylinder about z; radius and full length in m."""
     def add_capsule(self, name: str, radius: float, length: float, **object: Unpack[ObjectKeywords]) -> None:
         """Adds a capsule about z; radius, and length between the half balls, in m."""
+    @property
+    def members(self) -> list[str]:
+        """Prefixes of the robots and names of the objects, in their order in the model."""
     def __new__(cls, name: str = "world", *, gravity: Sequence[float] | None = None) -> World:
         """An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members."""
     def add(self, model: Model, prefix: str = '', position: Sequence[float] = ..., quaternion: Sequence[float] = ..., on: str | None = None) -> None:

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use crate::arrays::{Array, Rows, argument, numbers_mut, room};
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
-use crate::python::getters;
 use crate::python::methods;
+use crate::python::{getters, of_package};
 use crate::simulator::PySimulator;
 
 /// A computation as a graph of operations on numbers: it is evaluated, differentiated, and written as C.
@@ -155,8 +155,7 @@ methods! { PyGraph {
         let precision = choice("precision", precision, &choices)?;
         let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
         let texts = (&text.name, &text.header, &text.source);
-        py.import("dualbody.codegen")?
-            .getattr("Source")?
+        of_package!(py, "codegen", "Source")
             .call1(texts)
     }
 } }

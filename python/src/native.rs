@@ -7,7 +7,7 @@ use crate::arrays::Array;
 use crate::codegen::{PyGraph, each_row};
 use crate::compiler::compiler_of;
 use crate::errors::OrRaise;
-use crate::python::methods;
+use crate::python::{getters, methods};
 use crate::threads::stopped;
 
 /// A graph as a function that the system's C compiler has compiled.
@@ -16,20 +16,16 @@ pub(crate) struct PyNativeFunction {
     function: NativeFunction,
 }
 
-#[pymethods]
-impl PyNativeFunction {
+getters! { PyNativeFunction {
     /// Number of entries of all inputs.
-    #[getter]
-    fn n_inputs(&self) -> usize {
-        self.function.n_inputs()
-    }
+    n_inputs: usize = |own| own.function.n_inputs();
 
     /// Number of entries of all outputs.
-    #[getter]
-    fn n_outputs(&self) -> usize {
-        self.function.n_outputs()
-    }
+    n_outputs: usize = |own| own.function.n_outputs();
+} }
 
+#[pymethods]
+impl PyNativeFunction {
     /// Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate.
     fn __call__<'py>(&self, inputs: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let sizes = [self.function.n_inputs(), self.function.n_outputs()];

@@ -1,5 +1,8 @@
 //! Attributes, methods and functions of Python, with their arguments as Python has them.
 
+use pyo3::prelude::*;
+use pyo3::types::PySlice;
+
 /// Attributes of a class: `/// What it is.` `name: Type = |own| value;`, or `|own, py| value` for one that is made of objects of Python.
 macro_rules! getters {
     ($class:ident { $($(#[$doc:meta])* $name:ident: $type:ty = |$own:ident $(, $py:ident)?| $value:expr;)* }) => { $(
@@ -105,3 +108,17 @@ macro_rules! item {
     };
 }
 pub(crate) use item;
+
+/// An object of a module of the package, which is looked up once: `of_package!(py, "sim", "Linearization")`.
+macro_rules! of_package {
+    ($py:expr, $module:literal, $name:literal) => {{
+        static FOUND: pyo3::sync::PyOnceLock<Py<PyAny>> = pyo3::sync::PyOnceLock::new();
+        FOUND.import($py, concat!("dualbody.", $module), $name)?
+    }};
+}
+pub(crate) use of_package;
+
+/// A range as a slice of Python.
+pub(crate) fn slice(py: Python<'_>, range: std::ops::Range<usize>) -> Bound<'_, PySlice> {
+    PySlice::new(py, range.start as isize, range.end as isize, 1)
+}

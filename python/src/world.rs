@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
 use crate::options::set_options;
-use crate::python::{functions, methods};
+use crate::python::{functions, getters, methods};
 
 /// Largest distance of a quaternion's norm from one.
 const NORM_TOLERANCE: f64 = 1e-6;
@@ -125,6 +125,11 @@ impl Keywords {
     }
 }
 
+getters! { PyWorld {
+    /// Prefixes of the robots and names of the objects, in their order in the model.
+    members: Vec<String> = |own| own.world.members().map(Into::into).collect();
+} }
+
 impl PyWorld {
     /// Notes the call that made a member.
     fn note<'py>(
@@ -152,12 +157,6 @@ impl PyWorld {
         self.world.remove(member).map(drop).or_raise()?;
         self.calls.retain(|(name, _)| name != member);
         Ok(())
-    }
-
-    /// Prefixes of the robots and names of the objects, in their order in the model.
-    #[getter]
-    fn members(&self) -> Vec<String> {
-        self.world.members().map(Into::into).collect()
     }
 
     /// Builds the model.

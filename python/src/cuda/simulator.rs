@@ -6,7 +6,6 @@ use dualbody::State;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
@@ -14,7 +13,7 @@ use super::precision::{Gpu, Wanted, on_either, on_gpu};
 use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::methods;
+use crate::python::{getters, methods, of_package};
 use crate::simulator::{Given, PySimulator, read_inputs, row, stack};
 use crate::threads::stopped;
 
@@ -30,20 +29,16 @@ pub(crate) struct PyCudaSimulator {
     simulator: Py<PySimulator>,
 }
 
-#[pymethods]
-impl PyCudaSimulator {
+getters! { PyCudaSimulator {
     /// The original simulator.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
 
     /// Names of the parameters that differ between states.
-    #[getter]
-    fn parameter_names(&self) -> Vec<&str> {
-        on_either!(&self.gpu, gpu => gpu.parameter_names())
-    }
+    parameter_names: Vec<&str> = |own| on_either!(&own.gpu, gpu => gpu.parameter_names());
+} }
 
+#[pymethods]
+impl PyCudaSimulator {
     fn __len__(&self) -> usize {
         on_either!(&self.gpu, gpu => gpu.len())
     }
@@ -114,7 +109,6 @@ methods! { PyCudaSimulator {
     ///
     /// q, v, contact as in step; inputs (count, steps, nu) or (steps, nu) for all, zero if left out.
     fn rollout(&self, q, v, steps = None, *, inputs = None, every = None, contact = None) -> PyResult<Bound<'py, PyAny>> {
-        static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let (py, own, count) = (q.py(), self.simulator.get(), self.__len__());
         let every = every.map_or(Ok(1), |every| whole("every", every))?;
         let given = own.read(q, v, None, contact)?;
@@ -134,7 +128,7 @@ methods! { PyCudaSimulator {
         let width = states.first().map_or(0, State::len);
         let all = PyArray1::from_vec(py, motions.kept).reshape([count, kept, width])?;
         let last = PyArray1::from_vec(py, motions.last).reshape([count, width])?;
-        let make = MAKE.import(py, "dualbody.cuda", "_rollout")?;
+        let make = of_package!(py, "cuda", "_rollout");
         make.call1((
             &self.simulator,
             all,
@@ -162,7 +156,6 @@ methods! { PyCudaSimulator {
     ///
     /// adjoint (count, n_tangent). Needs derivatives=["gradients"]. Raises FloatingPointError that names the first state without a gradient.
     fn vjp(&self, q, v, u, adjoint, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let (py, n) = (q.py(), self.simulator.get().simulator.n_tangent());
         let (given, states, inputs) = self.read(q, v, Some(u), contact)?;
         let adjoint = Rows::read(&argument("adjoint", adjoint, &[n]))?;
@@ -184,8 +177,7 @@ methods! { PyCudaSimulator {
             part(&found.parameters, p),
             part(&[], 0),
         );
-        CLASS
-            .import(py, "dualbody.sim", "StepGradient")?
+        of_package!(py, "sim", "StepGradient")
             .call1(arrays)
     }
 } }

@@ -10,7 +10,7 @@ use pyo3::types::PySlice;
 use super::handle::PyModel;
 use crate::arrays::{Array, Work, argument, map_rows, numbers, write_matrix};
 use crate::errors::{OrRaise, choice, guarded, shape_error, value_error};
-use crate::python::methods;
+use crate::python::{getters, methods, slice};
 
 fn engine(name: &str) -> PyResult<Engine> {
     let choices = [
@@ -36,6 +36,17 @@ pub(crate) struct PyEngineCoordinates {
 
 /// An argument by name, with the shape of a row.
 type Given<'a, 'py> = (&'static str, &'a Bound<'py, PyAny>, Vec<usize>);
+
+getters! { PyEngineCoordinates {
+    /// The robot.
+    model: Py<PyModel> = |own, py| own.model.clone_ref(py);
+
+    /// Name of the engine.
+    engine: &str = |own| &own.engine;
+
+    /// Number of the engine's configuration coordinates.
+    nq: PyResult<usize> = |own| Ok(own.coordinates(&own.model.get().model)?.nq());
+} }
 
 impl PyEngineCoordinates {
     fn made(
@@ -140,35 +151,12 @@ impl PyEngineCoordinates {
     ) -> PyResult<Bound<'py, PySlice>> {
         let m = &self.model.get().model;
         let range = of(&self.coordinates(m)?, m.find_joint(joint).or_raise()?);
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 }
 
 #[pymethods]
 impl PyEngineCoordinates {
-    /// The robot.
-    #[getter]
-    fn model(&self, py: Python<'_>) -> Py<PyModel> {
-        self.model.clone_ref(py)
-    }
-
-    /// Name of the engine.
-    #[getter]
-    fn engine(&self) -> &str {
-        &self.engine
-    }
-
-    /// Number of the engine's configuration coordinates.
-    #[getter]
-    fn nq(&self) -> PyResult<usize> {
-        Ok(self.coordinates(&self.model.get().model)?.nq())
-    }
-
     /// Range of a joint in the engine's configuration.
     fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         self.slice(py, name, |own, joint| own.joint_q(joint))

@@ -5,8 +5,8 @@ use dualbody::io::ImportNote;
 use pyo3::prelude::*;
 
 use super::base::base_of;
-use crate::python::functions;
 use crate::python::getters;
+use crate::python::{functions, of_package};
 use crate::words::{for_python, snake};
 
 /// Report of loading a file: warnings, and unused content. Its str is a table.
@@ -65,7 +65,7 @@ getters! { PyImportReport {
 #[pymethods]
 impl PyImportReport {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody._dualbody")?.getattr("_import_report")?;
+        let make = of_package!(py, "_dualbody", "_import_report");
         let r = &self.report;
         let parts = (
             &r.file,
@@ -75,7 +75,7 @@ impl PyImportReport {
             self.warnings(),
             self.ignored(),
         );
-        Ok((make, parts.into_pyobject(py)?.into_any()))
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::handle::PyModel;
 use crate::errors::{OrRaise, guarded};
-use crate::python::methods;
+use crate::python::{methods, of_package};
 
 #[pymethods]
 impl PyModel {
@@ -36,8 +36,7 @@ impl PyModel {
 methods! { PyModel {
     /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     fn show(&self, py: Python, width: &str = "100%", height: &str = "480") -> PyResult<Bound<'py, PyAny>> {
-        py.import("dualbody.view")?
-            .getattr("Page")?
+        of_package!(py, "view", "Page")
             .call1((self.to_html(), width, height))
     }
 } }

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::arrays::{Array, checked_output, empty, numbers_mut, room, write_matrix};
 use crate::errors::{guarded, value_error};
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{getters, methods, of_package, slice};
 use crate::simulator::{Given, PySimulator};
 use crate::threads::on_pool;
 pub(crate) use noise::PyNoisySensors;
@@ -33,6 +33,14 @@ pub(crate) struct PySensors {
     /// Memory of the last call for one state, with the simulator that it is for.
     memory: Mutex<Option<(u64, SensorScratch<f64>)>>,
 }
+
+getters! { PySensors {
+    /// Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings.
+    names: Vec<&str> = |own| own.sensors.names();
+
+    /// Unit of each reading; empty for dimensionless readings.
+    units: Vec<&'static str> = |own| own.sensors.units();
+} }
 
 #[pymethods]
 impl PySensors {
@@ -54,18 +62,6 @@ impl PySensors {
         })
     }
 
-    /// Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings.
-    #[getter]
-    fn names(&self) -> Vec<&str> {
-        self.sensors.names()
-    }
-
-    /// Unit of each reading; empty for dimensionless readings.
-    #[getter]
-    fn units(&self) -> Vec<&'static str> {
-        self.sensors.units()
-    }
-
     /// Collision shapes that range finders do not see, a sentence each; empty without range finders.
     #[getter]
     fn missing_shapes(&self) -> Vec<String> {
@@ -81,12 +77,7 @@ impl PySensors {
     fn slice<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let missing = || pyo3::exceptions::PyKeyError::new_err(name.to_owned());
         let range = self.sensors.range(name).ok_or_else(missing)?;
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 
     fn __repr__(&self) -> String {
@@ -149,7 +140,7 @@ methods! { PySensors {
                 write_matrix(matrix, &mut numbers_mut(array)[start..start + matrix.len()]);
             }
         }
-        let class = py.import("dualbody.sim")?.getattr("SensorLinearization")?;
+        let class = of_package!(py, "sim", "SensorLinearization");
         let [a, b, c, d] = out;
         class.call1((a, b, c, d))
     }

@@ -16,7 +16,7 @@ use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
 use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 use crate::limits::check_array;
-use crate::python::methods;
+use crate::python::{getters, methods};
 
 /// Many states of a robot that stay where they are between steps, in the lanes of vector units: faster than Simulator.step, which reads and checks all states at each step.
 ///
@@ -31,34 +31,24 @@ pub(crate) struct PyBatchSimulator {
     spread: Spread,
 }
 
-#[pymethods]
-impl PyBatchSimulator {
+getters! { PyBatchSimulator {
     /// The simulator of all states, without the parameters in which they differ.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
-
-    fn __len__(&self) -> usize {
-        self.states.len()
-    }
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
 
     /// Configurations (n, nq): a copy.
-    #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 0)
-    }
+    q: Array<'py> = |own, py| own.part(py, 0);
 
     /// Velocities (n, nv): a copy.
-    #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 1)
-    }
+    v: Array<'py> = |own, py| own.part(py, 1);
 
     /// States of contact (n, n_contact): a copy.
-    #[getter]
-    fn contact<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 2)
+    contact: Array<'py> = |own, py| own.part(py, 2);
+} }
+
+#[pymethods]
+impl PyBatchSimulator {
+    fn __len__(&self) -> usize {
+        self.states.len()
     }
 
     /// Whether each state runs (n,): it does until it diverges, and again once it is set.

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use crate::arrays::{read_vector, vector};
-use crate::python::methods;
+use crate::python::{methods, of_package};
 use crate::words::snake;
 
 methods! { PySimulator {
@@ -46,8 +46,7 @@ methods! { PySimulator {
             certificate(&report.certificate),
             self.pairs(py, &report)?,
         );
-        py.import("dualbody.sim")?
-            .getattr("ContactReport")?
+        of_package!(py, "sim", "ContactReport")
             .call1(fields)
     }
 } }
@@ -59,7 +58,7 @@ impl PySimulator {
         py: Python<'py>,
         report: &ContactReport,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = py.import("dualbody.sim")?.getattr("PairContact")?;
+        let class = of_package!(py, "sim", "PairContact");
         let frames = self.simulator.model().frames();
         let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice().to_vec());
         let pairs = report.pairs.iter().map(|pair| {

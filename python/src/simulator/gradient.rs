@@ -5,7 +5,6 @@ use std::ops::Range;
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::sim::SimulatorParameterGroup;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
 
 use super::given::{check_finite, row};
@@ -14,7 +13,7 @@ use super::memory::check_batch;
 use crate::arrays::{Array, Rows, argument, common_batch, empty, numbers_mut};
 use crate::errors::guarded;
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{methods, of_package};
 use crate::threads::on_pool;
 
 /// Gradients of fewer states than this are taken on the thread that asks for them.
@@ -103,9 +102,7 @@ methods! { PySimulator {
             friction,
             simulator,
         );
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        CLASS
-            .import(py, "dualbody.sim", "StepGradient")?
+        of_package!(py, "sim", "StepGradient")
             .call1(arrays)
     }
 } }

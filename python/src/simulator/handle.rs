@@ -12,7 +12,7 @@ use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of, simulator_of};
-use crate::python::{functions, methods};
+use crate::python::{functions, getters, methods, of_package};
 
 /// A simulator of a batch.
 pub(crate) struct Batch {
@@ -120,6 +120,14 @@ functions! {
     }
 }
 
+getters! { PySimulator {
+    /// The robot.
+    model: Py<PyModel> = |own, py| own.model.clone_ref(py);
+
+    /// Time step, s.
+    time_step: f64 = |own| own.simulator.time_step();
+} }
+
 impl PySimulator {
     /// The simulator of everything that a description holds.
     fn from_description<'py>(
@@ -174,18 +182,6 @@ impl PySimulator {
         Ok(out)
     }
 
-    /// The robot.
-    #[getter]
-    pub(crate) fn model(&self, py: Python<'_>) -> Py<PyModel> {
-        self.model.clone_ref(py)
-    }
-
-    /// Time step, s.
-    #[getter]
-    fn time_step(&self) -> f64 {
-        self.simulator.time_step()
-    }
-
     /// Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
     #[getter]
     fn integrator(&self) -> &'static str {
@@ -227,9 +223,9 @@ impl PySimulator {
                 .call_method1("_with_points", (points,))?;
             parts.set_item("contacts", described)?;
         }
-        let make = py.import("dualbody._dualbody")?.getattr("_simulator")?;
+        let make = of_package!(py, "_dualbody", "_simulator");
         let arguments = (this.get_type(), own.base.clone_ref(py), parts).into_pyobject(py)?;
-        Ok((make, arguments.into_any().unbind()))
+        Ok((make.clone(), arguments.into_any().unbind()))
     }
 }
 

@@ -3,7 +3,6 @@
 use dualbody::linearize::{LinearizeScratch, RateScratch};
 use dualbody::{Linearization, State};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 
 use super::given::Given;
 use super::gradient::each;
@@ -11,7 +10,7 @@ use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, numbers_mut, room, write_matrix};
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{methods, of_package};
 
 /// Arrays of A and B, one pair for each state of a batch.
 pub(crate) struct Jacobians<'py> {
@@ -81,10 +80,9 @@ impl PySimulator {
         given: &Given<'_>,
         write: impl FnOnce(&Jacobians<'py>) -> PyResult<()>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let out = Jacobians::new(py, self, &given.batch)?;
         write(&out)?;
-        let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
+        let class = of_package!(py, "sim", "Linearization");
         class.call1((out.a, out.b))
     }
 

@@ -17,7 +17,7 @@ use super::step::{diverged, write_state};
 use crate::arrays::Array;
 use crate::compiler::compiler_of;
 use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::methods;
+use crate::python::{getters, methods, of_package};
 use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -34,26 +34,22 @@ pub(crate) struct PyNativeSimulator {
     memories: Mutex<Vec<NativeScratch>>,
 }
 
-#[pymethods]
-impl PyNativeSimulator {
+getters! { PyNativeSimulator {
     /// The original simulator.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
 
     /// Reason why the step was not compiled; None if it was.
-    #[getter]
-    fn reason(&self) -> Option<String> {
-        self.native.reason().map(ToString::to_string)
-    }
+    reason: Option<String> = |own| own.native.reason().map(ToString::to_string);
+} }
 
+#[pymethods]
+impl PyNativeSimulator {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody.native")?.getattr("_native_simulator")?;
+        let make = of_package!(py, "native", "_native_simulator");
         let simulator = self.simulator.clone_ref(py);
         let compiler = self.compiler.as_ref().map(|own| own.clone_ref(py));
         let parts = (simulator, compiler).into_pyobject(py)?;
-        Ok((make, parts.into_any()))
+        Ok((make.clone(), parts.into_any()))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

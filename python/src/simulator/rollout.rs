@@ -14,7 +14,7 @@ use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
 use crate::limits::check_trajectories;
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{methods, of_package};
 
 methods! { PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
@@ -128,7 +128,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         count: usize,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let asked = (progress, (self.steps, count), self.control.is_some(), WIDTH);
-        let bar = py.import("dualbody.sim")?.getattr("_progress")?;
+        let bar = of_package!(py, "sim", "_progress");
         let bar = bar.call1(asked)?;
         Ok(Some(bar).filter(|bar| !bar.is_none()))
     }
@@ -154,9 +154,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         };
         let arrays = (all, u, self.inputs.map(Rows::into_array));
         let ends = (count, out.stopped, out.failures);
-        py.import("dualbody.sim")?
-            .getattr("_rollout")?
-            .call1((of, batch, arrays, ends, bar))
+        of_package!(py, "sim", "_rollout").call1((of, batch, arrays, ends, bar))
     }
 }
 

@@ -4,7 +4,6 @@ use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions, 
 use dualbody::sim::RolloutStatus;
 use nalgebra::DVector;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 
 use super::given::{check_finite, row};
 use super::gradient::{each, stack};
@@ -16,7 +15,7 @@ use super::weighted::Weighted;
 use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::value_error;
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{methods, of_package};
 
 /// Weights of a trajectory of a batch, of so many numbers each.
 fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {
@@ -155,8 +154,6 @@ impl PySimulator {
             stopped,
             !batch.is_empty(),
         );
-        static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        MAKE.import(py, "dualbody.sim", "_rollout_slopes")?
-            .call1(arrays)
+        of_package!(py, "sim", "_rollout_slopes").call1(arrays)
     }
 }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
 use crate::errors::{OrRaise, guarded};
-use crate::python::methods;
+use crate::python::{methods, of_package};
 
 files! { PyRecording.recording {
     /// The page as a text: it works offline, in one file.
@@ -70,8 +70,7 @@ methods! { PyRecording {
 
     /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     fn show(&self, py: Python, width: &str = "100%", height: &str = "480") -> PyResult<Bound<'py, PyAny>> {
-        py.import("dualbody.view")?
-            .getattr("Page")?
+        of_package!(py, "view", "Page")
             .call1((self.to_html()?, width, height))
     }
 } }

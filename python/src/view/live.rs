@@ -10,7 +10,7 @@ use super::recording::PyRecording;
 use crate::arrays::{read_vector, vector};
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{getters, methods};
 use crate::simulator::PySimulator;
 
 /// A simulation that a page shows while it runs; a notebook shows it in a frame. It ends with `stop`, or when nothing refers to it.
@@ -21,6 +21,11 @@ pub(crate) struct PyLive {
     url: String,
     model: Py<PyModel>,
 }
+
+getters! { PyLive {
+    /// URL of the page, for browsers of this machine; it contains a secret.
+    url: &str = |own| &own.url;
+} }
 
 impl PyLive {
     /// The result of `read` on the simulation.
@@ -35,12 +40,6 @@ impl PyLive {
 
 #[pymethods]
 impl PyLive {
-    /// URL of the page, for browsers of this machine; it contains a secret.
-    #[getter]
-    fn url(&self) -> &str {
-        &self.url
-    }
-
     /// The recording since the start or the last reset, with at most 60 times per second.
     fn recording(&self, py: Python<'_>) -> PyResult<PyRecording> {
         let recording: Recording = self.of(py, Live::recording)?;

@@ -12,7 +12,7 @@ use super::recording::{PyRecording, models_of};
 use crate::arrays::read_vector;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
-use crate::python::methods;
+use crate::python::{getters, methods};
 
 /// Rows of pixels (height, width, 3), red, green, blue.
 type Pixels<'py> = Bound<'py, PyArray3<u8>>;
@@ -38,14 +38,10 @@ pub(crate) struct PyPictures {
     models: Vec<Py<PyModel>>,
 }
 
-#[pymethods]
-impl PyPictures {
+getters! { PyPictures {
     /// Remarks on meshes that are not shown as they are.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.pictures.warnings().to_vec()
-    }
-}
+    warnings: Vec<String> = |own| own.pictures.warnings().to_vec();
+} }
 
 methods! { PyPictures {
     /// Pictures of the robots of a recording, with its objects and its camera. Meshes are read once.

@@ -9,7 +9,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::read_vector;
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
-use crate::python::{functions, methods};
+use crate::python::{functions, methods, of_package};
 
 /// Plot of curves; shows itself in notebooks.
 #[pyclass(frozen, name = "Plot", module = "dualbody")]
@@ -62,7 +62,7 @@ impl PyPlot {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody._dualbody")?.getattr("_plot")?;
+        let make = of_package!(py, "_dualbody", "_plot");
         let plot = &self.plot;
         let line = |line: &PlotLine| (line.name.clone(), line.points.clone());
         let lines: Vec<_> = plot.lines.iter().map(line).collect();
@@ -73,7 +73,7 @@ impl PyPlot {
             plot.scale == PlotScale::Logarithmic,
             lines,
         );
-        Ok((make, parts.into_pyobject(py)?.into_any()))
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {

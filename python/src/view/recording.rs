@@ -10,7 +10,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Rows, argument, read_vector};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
-use crate::python::{functions, methods};
+use crate::python::{functions, getters, methods, of_package};
 use crate::simulator::PySimulator;
 
 /// Motion of robots: for pages, files and plots.
@@ -94,6 +94,14 @@ functions! {
     }
 }
 
+getters! { PyRecording {
+    /// Title of the page.
+    title: &str = |own| own.recording.title();
+
+    /// Recorded times, (n,), s.
+    times: Bound<'py, PyAny> = |own, py| crate::arrays::vector(py, own.recording.times().to_vec()).into_any();
+} }
+
 #[pymethods]
 impl PyRecording {
     /// The recording of a rollout of one state (of a batch: of rollout[i]).
@@ -108,12 +116,6 @@ impl PyRecording {
         })
     }
 
-    /// Title of the page.
-    #[getter]
-    pub(super) fn title(&self) -> &str {
-        self.recording.title()
-    }
-
     #[setter]
     fn set_title(&mut self, title: String) {
         self.recording = self.recording.clone().with_title(title);
@@ -121,12 +123,6 @@ impl PyRecording {
 
     fn __len__(&self) -> usize {
         self.recording.len()
-    }
-
-    /// Recorded times, (n,), s.
-    #[getter]
-    fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        crate::arrays::vector(py, self.recording.times().to_vec()).into_any()
     }
 
     /// Names of the robots.
@@ -143,10 +139,10 @@ impl PyRecording {
         this: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, own) = (this.py(), this.borrow());
-        let make = py.import("dualbody._dualbody")?.getattr("_recording")?;
+        let make = of_package!(py, "_dualbody", "_recording");
         let models: Vec<_> = own.models.iter().map(|model| model.clone_ref(py)).collect();
         let parts = (this.get_type(), own.recording.to_json(), models);
-        Ok((make, parts.into_pyobject(py)?.into_any()))
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
