@@ -100,6 +100,7 @@ ARGUMENTS = {
     "frame_actuators": "_sim.FrameActuator",
     "joint": "_model.JointSpec",
     "joints": "_model.JointSpec",
+    "law": "_contact.SoftContact",
     "link": "_model.LinkSpec",
     "links": "_model.LinkSpec",
     "motion": "_identify.Excitation",
@@ -439,6 +440,12 @@ class Writer:
         return text.replace("    \n", "\n").replace("\n        ", "\n    ")
 
 
+def place(own: Entry) -> tuple[bool, str, bool]:
+    """Where an entry goes: attributes first, a setter behind its getter."""
+    is_attribute = own.kind in ("getter", "setter")
+    return not is_attribute, own.name.removeprefix("set_") * is_attribute, own.kind == "setter"
+
+
 def stubs() -> str:
     """The text of the file."""
     sources = {str(path): path.read_text(encoding="utf-8") for path in sorted(HERE.glob("src/**/*.rs"))}
@@ -448,13 +455,12 @@ def stubs() -> str:
     functions = [own for own in entries if not own.owner]
     functions += [own for text in table for own in entries_of_table(text) if "|s" not in text]
     lines = [HEADER]
-    for own in functions:
-        lines.append(writer.entry(own))
+    lines += map(writer.entry, functions)
     lines.append("class BaseFunctions:\n    \"\"\"Methods of `BaseVelocity`.\"\"\"\n")
-    for own in base_functions(functions):
-        lines.append(re.sub(r"^(?=.)", "    ", writer.entry(own), flags=re.M))
+    lines += [re.sub(r"^(?=.)", "    ", writer.entry(own), flags=re.M) for own in base_functions(functions)]
     for rust, name in list(writer.classes.items())[1:]:
-        members = [writer.entry(own) for own in entries if own.owner == rust and own.name not in HIDDEN]
+        own = sorted((x for x in entries if x.owner == rust and x.name not in HIDDEN), key=place)
+        members = list(map(writer.entry, own))
         lines.append(("" if rust in writer.subclassed else "@final\n") + f"class {name}:")
         lines += [re.sub(r"^(?=.)", "    ", member, flags=re.M) for member in members]
     return "\n".join(lines) + "\n"

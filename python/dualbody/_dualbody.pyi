@@ -78,11 +78,11 @@ def _srdf(model: Model, description: Path, prefix: str) -> tuple[list[list[str]]
     """The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds."""
 def _estimate_soft_contact(mass: float, points: int, depth: float) -> tuple[float, list[float]]:
     """Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force."""
-def _with_restitution(law: ArrayLike, restitution: float, speed: float) -> list[float]:
+def _with_restitution(law: _contact.SoftContact, restitution: float, speed: float) -> list[float]:
     """Numbers of the normal force of a law, damped for a restitution at a speed."""
-def _restitution(law: ArrayLike, speed: float) -> float | None:
+def _restitution(law: _contact.SoftContact, speed: float) -> float | None:
     """Restitution of the normal force of a law at a speed."""
-def _impact_time(law: ArrayLike, mass: float, speed: float) -> float:
+def _impact_time(law: _contact.SoftContact, mass: float, speed: float) -> float:
     """Time of contact of a mass at a speed under the normal force of a law."""
 def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> list[Array]:
     """Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first."""
@@ -450,6 +450,21 @@ class Graph:
     @property
     def conditions(self) -> list[str]:
         """Conditions of the graph, as text: if one is violated, evaluation raises a ValueError."""
+    @property
+    def inputs(self) -> list[tuple[str, int, int, str]]:
+        """Inputs, in the order of the input array: [(name, rows, columns, unit)]."""
+    @property
+    def n_inputs(self) -> int:
+        """Number of entries of all inputs."""
+    @property
+    def n_outputs(self) -> int:
+        """Number of entries of all outputs."""
+    @property
+    def operations(self) -> int:
+        """Number of operations."""
+    @property
+    def outputs(self) -> list[tuple[str, int, int, str]]:
+        """Outputs, likewise; matrices in column-major order."""
     def evaluate(self, inputs: ArrayLike) -> Array:
         """Outputs (..., n_outputs) at inputs (..., n_inputs)."""
     def jacobian(self, outputs: Sequence[str], inputs: Sequence[str]) -> Graph:
@@ -460,32 +475,17 @@ class Graph:
         """Graph of products of weights with the Jacobian: an additional input y_weight for each output y, an output x_weight for each of the inputs x."""
     def check_origin(self, model: Model) -> None:
         """Raises a ValueError unless the graph was recorded from this robot with its current parameters."""
-    @property
-    def inputs(self) -> list[tuple[str, int, int, str]]:
-        """Inputs, in the order of the input array: [(name, rows, columns, unit)]."""
-    @property
-    def outputs(self) -> list[tuple[str, int, int, str]]:
-        """Outputs, likewise; matrices in column-major order."""
-    @property
-    def n_inputs(self) -> int:
-        """Number of entries of all inputs."""
-    @property
-    def n_outputs(self) -> int:
-        """Number of entries of all outputs."""
-    @property
-    def operations(self) -> int:
-        """Number of operations."""
     def to_c(self, name: str, precision: Literal["double", "single"] = "double") -> _codegen.Source:
         """The graph as a function of C99: a Source (name, header, source). precision: "double" or "single"."""
 @final
 class CudaSimulator:
-    def __len__(self) -> int: ...
-    @property
-    def simulator(self) -> Simulator:
-        """The original simulator."""
     @property
     def parameter_names(self) -> list[str]:
         """Names of the parameters that differ between states."""
+    @property
+    def simulator(self) -> Simulator:
+        """The original simulator."""
+    def __len__(self) -> int: ...
     def __new__(cls, simulator: Simulator, count: int, *, parameters: Mapping[str, ArrayLike] | None = None, precision: Literal["double", "single"] = "double", derivatives: Sequence[Literal["jacobians", "gradients"]] = ..., device: int | None = None, cache: Path | None = None) -> CudaSimulator: ...
     def step(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None) -> tuple[Array, ...]:
         """Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
@@ -510,6 +510,15 @@ class CudaSimulator:
         """
 @final
 class EngineCoordinates:
+    @property
+    def engine(self) -> EngineName:
+        """Name of the engine."""
+    @property
+    def model(self) -> Model:
+        """The robot."""
+    @property
+    def nq(self) -> int:
+        """Number of the engine's configuration coordinates."""
     def joint_q(self, name: str) -> builtins.slice:
         """Range of a joint in the engine's configuration."""
     def joint_v(self, name: str) -> builtins.slice:
@@ -538,18 +547,72 @@ class EngineCoordinates:
         """Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv)."""
     def mass_matrix_from(self, q: ArrayLike, mass_matrix: ArrayLike) -> Array:
         """Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv)."""
-    @property
-    def model(self) -> Model:
-        """The robot."""
-    @property
-    def engine(self) -> EngineName:
-        """Name of the engine."""
-    @property
-    def nq(self) -> int:
-        """Number of the engine's configuration coordinates."""
     def __new__(cls, model: Model, engine: EngineName, joint_order: Sequence[str] | None = None) -> EngineCoordinates: ...
 @final
 class Model:
+    @property
+    def armature(self) -> Array:
+        """Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg."""
+    @property
+    def body_names(self) -> list[str]:
+        """Names of the moving bodies (the first link on each), in the order of external forces."""
+    @property
+    def damping(self) -> Array:
+        """Damping of each velocity coordinate (nv,), N·m·s/rad or N·s/m."""
+    @property
+    def frame_names(self) -> list[str]:
+        """Names of all frames, those of links among them."""
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Acceleration of gravity, m/s²."""
+    @property
+    def has_floating_base(self) -> bool:
+        """Whether its root moves freely."""
+    @property
+    def import_report(self) -> ImportReport | None:
+        """Remarks of the reader; None for a robot that was built in code."""
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, in the order of the tree."""
+    @property
+    def link_inertias(self) -> Array:
+        """Inertias of all links in their frames, in the order of link_names, (n_links, 6, 6)."""
+    @property
+    def link_masses(self) -> Array:
+        """Masses of all links in the order of link_names, (n_links,), kg."""
+    @property
+    def link_names(self) -> list[str]:
+        """Names of the links, in the order of the tree."""
+    @property
+    def n_bodies(self) -> int:
+        """Number of moving bodies."""
+    @property
+    def n_joints(self) -> int:
+        """Number of named joints."""
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+    @property
+    def nq(self) -> int:
+        """Number of configuration coordinates."""
+    @property
+    def nv(self) -> int:
+        """Number of velocity coordinates: degrees of freedom."""
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of the parameters, in the order of `parameters`."""
+    @property
+    def parameters(self) -> Array:
+        """Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names."""
+    @property
+    def remarks(self) -> list[str]:
+        """Remarks of the reader of its file, a sentence each."""
+    @property
+    def sensors(self) -> dict[str, tuple[_sim.Sensor, _sim.SensorNoise]]:
+        """Sensors of the file: {name: (sim.Sensor, sim.SensorNoise)}, those that are modelled; empty for a robot that was built in code."""
+    @property
+    def total_mass(self) -> float:
+        """Mass of what moves, kg."""
     def integrate(self, q: ArrayLike, dv: ArrayLike) -> Array:
         """Configuration q ⊕ dv, moved by a tangent vector (velocity times time): (..., nq). q (..., nq), dv (..., nv).
 
@@ -569,12 +632,6 @@ class Model:
         """Centre of mass of a link in its frame, (3,), m; NaN for a link without mass."""
     def link_inertia(self, link: str) -> Array:
         """Inertia of a link in its frame, (6, 6), rows and columns [linear; angular]."""
-    @property
-    def link_masses(self) -> Array:
-        """Masses of all links in the order of link_names, (n_links,), kg."""
-    @property
-    def link_inertias(self) -> Array:
-        """Inertias of all links in their frames, in the order of link_names, (n_links, 6, 6)."""
     def with_gravity(self, gravity: Sequence[float]) -> Model:
         """The robot with another gravity, m/s²."""
     def with_damping(self, v: int | str, damping: float) -> Model:
@@ -635,12 +692,6 @@ class Model:
         """Configuration on the path from q0 (t = 0) to q1 (t = 1): (..., nq)."""
     def random_velocity(self, seed: int, speed: float = 1.0) -> Array:
         """Random velocity of at most a speed in each coordinate, (nv,); equal seeds give equal results."""
-    @property
-    def gravity(self) -> tuple[float, float, float]:
-        """Acceleration of gravity, m/s²."""
-    @property
-    def body_names(self) -> list[str]:
-        """Names of the moving bodies (the first link on each), in the order of external forces."""
     def joint_q(self, name: str) -> builtins.slice:
         """Range of a joint in q."""
     def joint_v(self, name: str) -> builtins.slice:
@@ -651,54 +702,6 @@ class Model:
         """Limits of a joint: (lower, upper, velocity, effort), None where there is none."""
     def inertia_flaws(self) -> list[tuple[str, str]]:
         """Links with physically inconsistent inertia: [(link, reason)]."""
-    @property
-    def name(self) -> str:
-        """Name of the robot."""
-    @property
-    def nq(self) -> int:
-        """Number of configuration coordinates."""
-    @property
-    def nv(self) -> int:
-        """Number of velocity coordinates: degrees of freedom."""
-    @property
-    def n_bodies(self) -> int:
-        """Number of moving bodies."""
-    @property
-    def n_joints(self) -> int:
-        """Number of named joints."""
-    @property
-    def total_mass(self) -> float:
-        """Mass of what moves, kg."""
-    @property
-    def remarks(self) -> list[str]:
-        """Remarks of the reader of its file, a sentence each."""
-    @property
-    def has_floating_base(self) -> bool:
-        """Whether its root moves freely."""
-    @property
-    def joint_names(self) -> list[str]:
-        """Names of the joints, in the order of the tree."""
-    @property
-    def link_names(self) -> list[str]:
-        """Names of the links, in the order of the tree."""
-    @property
-    def frame_names(self) -> list[str]:
-        """Names of all frames, those of links among them."""
-    @property
-    def damping(self) -> Array:
-        """Damping of each velocity coordinate (nv,), N·m·s/rad or N·s/m."""
-    @property
-    def armature(self) -> Array:
-        """Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg."""
-    @property
-    def import_report(self) -> ImportReport | None:
-        """Remarks of the reader; None for a robot that was built in code."""
-    @property
-    def parameters(self) -> Array:
-        """Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names."""
-    @property
-    def parameter_names(self) -> list[str]:
-        """Names of the parameters, in the order of `parameters`."""
     def to_urdf(self) -> str:
         """The robot as a URDF text."""
     def to_mjcf(self) -> str:
@@ -710,55 +713,52 @@ class Model:
     def _repr_html_(self) -> str: ...
     def show(self, width: str = "100%", height: str = "480") -> _view.Page:
         """The HTML viewer in a frame of given size, for notebooks: width and height as in HTML."""
-    @property
-    def sensors(self) -> dict[str, tuple[_sim.Sensor, _sim.SensorNoise]]:
-        """Sensors of the file: {name: (sim.Sensor, sim.SensorNoise)}, those that are modelled; empty for a robot that was built in code."""
 @final
 class ImportReport:
-    def __str__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
+    @property
+    def base(self) -> str:
+        """Base of the robot: "fixed" or "floating"."""
     @property
     def file(self) -> str:
         """File, or "text"."""
     @property
-    def base(self) -> str:
-        """Base of the robot: "fixed" or "floating"."""
+    def ignored(self) -> list[tuple[str, str, int, str]]:
+        """[(element, name, line, reason)] of unused content."""
     @property
     def root_link(self) -> str:
         """Name of the link at the root."""
     @property
     def warnings(self) -> list[tuple[str, str, int, str]]:
         """[(element, name, line, reason)] of corrected or doubtful content."""
-    @property
-    def ignored(self) -> list[tuple[str, str, int, str]]:
-        """[(element, name, line, reason)] of unused content."""
+    def __str__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
 @final
 class NativeFunction:
-    def __call__(self, inputs: ArrayLike) -> Array:
-        """Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate."""
     @property
     def n_inputs(self) -> int:
         """Number of entries of all inputs."""
     @property
     def n_outputs(self) -> int:
         """Number of entries of all outputs."""
+    def __call__(self, inputs: ArrayLike) -> Array:
+        """Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate."""
     def __new__(cls, graph: Graph, name: str, compiler: _native.Compiler | None = None) -> NativeFunction:
         """Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler."""
 @final
 class Sensors:
-    def __new__(cls, model: Model, sensors: Mapping[str, _sim.Sensor]) -> Sensors: ...
     @property
     def missing_shapes(self) -> list[str]:
         """Collision shapes that range finders do not see, a sentence each; empty without range finders."""
-    def __len__(self) -> int: ...
-    def slice(self, name: str) -> builtins.slice:
-        """Range of a sensor's readings in the vector. Raises KeyError if there is no sensor of this name."""
     @property
     def names(self) -> list[str]:
         """Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings."""
     @property
     def units(self) -> list[str]:
         """Unit of each reading; empty for dimensionless readings."""
+    def __new__(cls, model: Model, sensors: Mapping[str, _sim.Sensor]) -> Sensors: ...
+    def __len__(self) -> int: ...
+    def slice(self, name: str) -> builtins.slice:
+        """Range of a sensor's readings in the vector. Raises KeyError if there is no sensor of this name."""
     def read(self, simulator: Simulator, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None, out: Array | None = None) -> Array:
         """Readings (..., len) of the step from a state under the input; the state is not changed. Arguments as in Simulator.step; out: an array for the result.
 
@@ -792,7 +792,12 @@ class _Balance:
         """The first state (nq,), (nv,), and the number of actions of its episode so far."""
 @final
 class BatchSimulator:
-    def __len__(self) -> int: ...
+    @property
+    def contact(self) -> Array:
+        """States of contact (n, n_contact): a copy."""
+    @property
+    def q(self) -> Array:
+        """Configurations (n, nq): a copy."""
     @property
     def running(self) -> NDArray[np.bool_]:
         """Whether each state runs (n,): it does until it diverges, and again once it is set."""
@@ -800,20 +805,70 @@ class BatchSimulator:
     def simulator(self) -> Simulator:
         """The simulator of all states, without the parameters in which they differ."""
     @property
-    def q(self) -> Array:
-        """Configurations (n, nq): a copy."""
-    @property
     def v(self) -> Array:
         """Velocities (n, nv): a copy."""
-    @property
-    def contact(self) -> Array:
-        """States of contact (n, n_contact): a copy."""
+    def __len__(self) -> int: ...
     def __new__(cls, simulator: Simulator, n: int, *, parameters: Mapping[str, ArrayLike] | None = None) -> BatchSimulator: ...
     def set(self, q: ArrayLike, v: ArrayLike, *, contact: ArrayLike | None = None, mask: ArrayLike | None = None) -> None:
         """Sets states: all, or those whose flag is true in mask (n,). q (n, nq) or (nq,), v likewise; contact is neutral if it is left out."""
     def step(self, u: ArrayLike | None = None, *, steps: int | None = None) -> None:
         """Takes time steps with the input held: u (n, nu) or (nu,), N·m or N, zero if it is left out; steps: their number, the decimation of a policy."""
 class Simulator:
+    @property
+    def actuated(self) -> list[int]:
+        """The velocity coordinate of each joint input."""
+    @property
+    def contact_points(self) -> list[tuple[str, list[float], str]]:
+        """The contact points: [(link, centre in the frame of the link (3,), kind)]."""
+    @property
+    def divergence_bound(self) -> float:
+        """Speed beyond which a motion counts as diverged, m/s or rad/s."""
+    @property
+    def effort_bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the input by effort limits: (nu,) each, infinite for no limit."""
+    @property
+    def input_names(self) -> list[str]:
+        """Names of the inputs."""
+    @property
+    def integrator(self) -> IntegratorName:
+        """Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint"."""
+    @property
+    def keyframes(self) -> dict[str, tuple[Array, Array, Array, Array]]:
+        """Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
+        activations; what the file does not state of it is zero.
+        """
+    @property
+    def model(self) -> Model:
+        """The robot."""
+    @property
+    def n_activation(self) -> int:
+        """Numbers of the activations of inputs: the last ones of `contact`."""
+    @property
+    def n_contact(self) -> int:
+        """Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations."""
+    @property
+    def n_tangent(self) -> int:
+        """Number of tangent directions of the state."""
+    @property
+    def nu(self) -> int:
+        """Number of inputs."""
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of the parameters, in the order of `parameters`: "pivot: Coulomb friction", "contact 0 of foot: friction", "time step"."""
+    @property
+    def parameters(self) -> Array:
+        """All parameters of a step, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact points and
+        models, ground and forces, and the time step.
+        """
+    @property
+    def shapes_without_points(self) -> list[tuple[str, str]]:
+        """Collision shapes without contact points: [(link, reason)]."""
+    @property
+    def tangent_names(self) -> list[str]:
+        """Name of each direction of the tangent space of the state: rows and columns of A."""
+    @property
+    def time_step(self) -> float:
+        """Time step, s."""
     def acceleration(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None, forces: Mapping[str, ArrayLike] | None = None, representation: RepresentationName = "mixed", models: Sequence[Model] | None = None, out: Array | None = None) -> Array:
         """Acceleration dv/dt at a state under the input, (..., nv), rad/s² or m/s²: forward dynamics with all forces at this instant.
 
@@ -855,20 +910,6 @@ class Simulator:
         q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. The cost is three to six steps, for
         any number of parameters. parameters: False omits parameters and friction.
         """
-    @property
-    def keyframes(self) -> dict[str, tuple[Array, Array, Array, Array]]:
-        """Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
-        activations; what the file does not state of it is zero.
-        """
-    @property
-    def integrator(self) -> IntegratorName:
-        """Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint"."""
-    @property
-    def model(self) -> Model:
-        """The robot."""
-    @property
-    def time_step(self) -> float:
-        """Time step, s."""
     def __new__(cls, model: Model, *, time_step: float | None = None, integrator: IntegratorName | None = "semi_implicit_euler", actuated: Sequence[str] | None = None, contacts: _contact.Contacts | None = None, actuation: _sim.Actuation | Literal["ideal", "model"] | None = None, constraints: Sequence[Constraint] | None = None, external_forces: Sequence[_sim.ExternalForce] | None = None, frame_actuators: Sequence[_sim.FrameActuator] | None = None, tendon_servos: Sequence[_sim.TendonServo] | None = None, activations: Mapping[str, _sim.Activation] | None = None, divergence_bound: float | None = None, parameters: ArrayLike | None = None, _scene: ArrayLike | None = None) -> Self: ...
     @staticmethod
     def from_mjcf(description: Path, **keywords: Unpack[LoaderKeywords]) -> Simulator:
@@ -907,49 +948,8 @@ class Simulator:
 
         Raises ValueError with rigid contact, whose forces act over a step. [Carpentier, Mansard 2018]
         """
-    @property
-    def effort_bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the input by effort limits: (nu,) each, infinite for no limit."""
-    @property
-    def contact_points(self) -> list[tuple[str, list[float], str]]:
-        """The contact points: [(link, centre in the frame of the link (3,), kind)]."""
-    @property
-    def shapes_without_points(self) -> list[tuple[str, str]]:
-        """Collision shapes without contact points: [(link, reason)]."""
     def neutral_contact(self) -> Array:
         """The state of contact of a robot that touches nothing, and activations of 0, (n_contact,)."""
-    @property
-    def nu(self) -> int:
-        """Number of inputs."""
-    @property
-    def n_contact(self) -> int:
-        """Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations."""
-    @property
-    def n_activation(self) -> int:
-        """Numbers of the activations of inputs: the last ones of `contact`."""
-    @property
-    def n_tangent(self) -> int:
-        """Number of tangent directions of the state."""
-    @property
-    def divergence_bound(self) -> float:
-        """Speed beyond which a motion counts as diverged, m/s or rad/s."""
-    @property
-    def actuated(self) -> list[int]:
-        """The velocity coordinate of each joint input."""
-    @property
-    def parameters(self) -> Array:
-        """All parameters of a step, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact points and
-        models, ground and forces, and the time step.
-        """
-    @property
-    def parameter_names(self) -> list[str]:
-        """Names of the parameters, in the order of `parameters`: "pivot: Coulomb friction", "contact 0 of foot: friction", "time step"."""
-    @property
-    def input_names(self) -> list[str]:
-        """Names of the inputs."""
-    @property
-    def tangent_names(self) -> list[str]:
-        """Name of each direction of the tangent space of the state: rows and columns of A."""
     def constraint_errors(self, q: ArrayLike, v: ArrayLike) -> Array:
         """Errors of the constraints in a state, row by row."""
     def assemble(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
@@ -986,11 +986,11 @@ class Simulator:
 @final
 class NativeSimulator:
     @property
-    def simulator(self) -> Simulator:
-        """The original simulator."""
-    @property
     def reason(self) -> str | None:
         """Reason why the step was not compiled; None if it was."""
+    @property
+    def simulator(self) -> Simulator:
+        """The original simulator."""
     def __new__(cls, simulator: Simulator, compiler: _native.Compiler | None = None) -> NativeSimulator:
         """Compiles the step of a simulator, or finds it in the cache.
 
@@ -1018,17 +1018,17 @@ class RecedingHorizon:
         """Replaces the costs."""
 @final
 class Live:
-    def recording(self) -> Recording:
-        """The recording since the start or the last reset, with at most 60 times per second."""
     @property
     def state(self) -> tuple[Array, Array]:
         """The current state: (nq,) and (nv,)."""
-    def stop(self) -> None:
-        """Ends the simulation; its page reports this."""
-    def _repr_html_(self) -> str: ...
     @property
     def url(self) -> str:
         """URL of the page, for browsers of this machine; it contains a secret."""
+    def recording(self) -> Recording:
+        """The recording since the start or the last reset, with at most 60 times per second."""
+    def stop(self) -> None:
+        """Ends the simulation; its page reports this."""
+    def _repr_html_(self) -> str: ...
 @final
 class Pictures:
     @property
@@ -1056,6 +1056,17 @@ class Plot:
     def with_line(self, name: str, x: ArrayLike, y: ArrayLike) -> Plot:
         """The plot with an additional curve through the points (x, y)."""
 class Recording:
+    @property
+    def robots(self) -> list[str]:
+        """Names of the robots."""
+    @property
+    def times(self) -> Array:
+        """Recorded times, (n,), s."""
+    @property
+    def title(self) -> str:
+        """Title of the page."""
+    @title.setter
+    def title(self, title: str) -> None: ...
     def _repr_html_(self) -> str: ...
     def plot(self, *columns: str) -> Plot:
         """Plots columns over time, named as in the table."""
@@ -1089,18 +1100,7 @@ class Recording:
     @staticmethod
     def from_rollout(model: Model, rollout: _sim.Rollout) -> Recording:
         """The recording of a rollout of one state (of a batch: of rollout[i])."""
-    @title.setter
-    def title(self, title: str) -> None: ...
     def __len__(self) -> int: ...
-    @property
-    def robots(self) -> list[str]:
-        """Names of the robots."""
-    @property
-    def title(self) -> str:
-        """Title of the page."""
-    @property
-    def times(self) -> Array:
-        """Recorded times, (n,), s."""
     def __new__(cls, *models: Model) -> Self:
         """An empty recording of robots."""
     @staticmethod
@@ -1132,6 +1132,9 @@ class Recording:
         """Sets the camera: target point (m), distance (m), azimuth and elevation (degrees)."""
 @final
 class World:
+    @property
+    def members(self) -> list[str]:
+        """Prefixes of the robots and names of the objects, in their order in the model."""
     def remove(self, member: str) -> None:
         """Removes a robot by its prefix, or an object by its name."""
     def build(self) -> Model:
@@ -1144,9 +1147,6 @@ class World:
         """Adds a cylinder about z; radius and full length in m."""
     def add_capsule(self, name: str, radius: float, length: float, **object: Unpack[ObjectKeywords]) -> None:
         """Adds a capsule about z; radius, and length between the half balls, in m."""
-    @property
-    def members(self) -> list[str]:
-        """Prefixes of the robots and names of the objects, in their order in the model."""
     def __new__(cls, name: str = "world", *, gravity: Sequence[float] | None = None) -> World:
         """An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members."""
     def add(self, model: Model, prefix: str = '', position: Sequence[float] = ..., quaternion: Sequence[float] = ..., on: str | None = None) -> None:

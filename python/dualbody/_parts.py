@@ -35,11 +35,12 @@ class Actuator:
     def __post_init__(self) -> None:
         if self.servo is None and not (self.input_range is None and self.force_range is None):
             raise ValueError("input_range and force_range are those of a servo, and there is none: servo=(1, 1, 0, 0, 0) is a motor")
-        if self.position is not None and isinstance(self.position[2], Sequence):
-            from .contact import HuntCrossley
+        if self.position is not None:
+            lower, upper, stop = self.position
+            if isinstance(stop, Sequence):
+                from .contact import HuntCrossley
 
-            lower, upper, numbers = self.position
-            object.__setattr__(self, "position", (lower, upper, HuntCrossley(*numbers)))
+                object.__setattr__(self, "position", (lower, upper, HuntCrossley(*stop)))
 
 
 @dataclass(frozen=True)
