@@ -91,7 +91,7 @@ macro_rules! item {
         crate::python::item!($c $a $n $o $b [$($s)* *,] [$($all)*] $($rest)*);
     };
     // As tokens: PyO3 sees only then that there is a default other than `None`.
-    ($c:tt $a:tt $n:ident $o:tt $b:block [$($s:tt)*] [$($all:tt)*] $x:ident: Option<&str> = $default:literal $(, $($rest:tt)*)?) => {
+    ($c:tt $a:tt $n:ident $o:tt $b:block [$($s:tt)*] [$($all:tt)*] $x:ident: Option<&str> = $default:tt $(, $($rest:tt)*)?) => {
         crate::python::item!($c $a $n $o $b [$($s)* $x = $default,] [$($all)* $x: Option<&str>,] $($($rest)*)?);
     };
     ($c:tt $a:tt $n:ident $o:tt $b:block [$($s:tt)*] [$($all:tt)*] $x:ident: $type:ty = $default:tt $(, $($rest:tt)*)?) => {
