@@ -10,16 +10,19 @@ from . import _dualbody
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ._dualbody import Array, Model, MomentumFrameName, RepresentationName, Simulator
+    from ._dualbody import Array, BaseFunctions, Model, RepresentationName, Simulator
     from ._rollout import Linearization
+else:
+    #: The methods are those of the table that have a base; see the end of this file.
+    BaseFunctions = object
 
 
 @dataclass(frozen=True)
-class BaseVelocity:
+class BaseVelocity(BaseFunctions):
     """The dynamics of a robot with its base velocity in a representation, which applies to all velocities, accelerations, forces and matrices.
 
     representation: "body" (axes of the base), "mixed" (its origin, axes of the world), "inertial" (origin and axes of the world). Each method corresponds
-    to the function of its name in this package; those of frames also take a representation of their output. q is in the format of this package. For robots
+    to the function of its name in this package, and has its arguments except `external` and `out`; those of frames also take a representation of their output. q is in the format of this package. For robots
     with a fixed base the representation has no effect. v, a, tau: (..., nv); for a floating base the first six entries are its velocity in the
     representation, the rate of that velocity, and the dual force and moment.
 
@@ -34,92 +37,6 @@ class BaseVelocity:
     def _call(self, name: str, *arguments: Any) -> Array:
         found: Array = getattr(_dualbody, name)(self.model, *arguments)
         return found
-
-    def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-        """Joint forces M a + h that produce accelerations, (..., nv)."""
-        return self._call("_base_inverse_dynamics", q, v, a, self.representation)
-
-    def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike) -> Array:
-        """Accelerations that joint forces produce, (..., nv)."""
-        return self._call("_base_forward_dynamics", q, v, tau, self.representation)
-
-    def bias_forces(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Bias forces h = C v + g, (..., nv): those that keep the acceleration zero."""
-        return self._call("_base_bias_forces", q, v, self.representation)
-
-    def gravity_forces(self, q: ArrayLike) -> Array:
-        """Joint forces g that balance gravity, (..., nv)."""
-        return self._call("_base_gravity_forces", q, self.representation)
-
-    def mass_matrix(self, q: ArrayLike) -> Array:
-        """Mass matrix M, (..., nv, nv)."""
-        return self._call("_base_mass_matrix", q, self.representation)
-
-    def mass_matrix_inverse(self, q: ArrayLike) -> Array:
-        """Inverse of the mass matrix, (..., nv, nv)."""
-        return self._call("_base_mass_matrix_inverse", q, self.representation)
-
-    def coriolis_matrix(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Coriolis matrix C, (..., nv, nv), with h = C v + g and dM/dt - 2 C skew."""
-        return self._call("_base_coriolis_matrix", q, v, self.representation)
-
-    def frame_velocity(self, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body") -> Array:
-        """Velocity of a frame, (..., 6)."""
-        return self._call("_base_frame_velocity", q, v, frame, representation, self.representation)
-
-    def frame_acceleration(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, frame: str, representation: RepresentationName = "body"
-    ) -> Array:
-        """Acceleration J a + dJ/dt v of a frame, (..., 6): classical if mixed, else spatial."""
-        return self._call("_base_frame_acceleration", q, v, a, frame, representation, self.representation)
-
-    def frame_bias_acceleration(
-        self, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body"
-    ) -> Array:
-        """Bias acceleration dJ/dt v of a frame, (..., 6): its acceleration where a is zero."""
-        return self._call("_base_frame_bias_acceleration", q, v, frame, representation, self.representation)
-
-    def frame_jacobian(self, q: ArrayLike, frame: str, representation: RepresentationName = "body") -> Array:
-        """Jacobian J of a frame, (..., 6, nv)."""
-        return self._call("_base_frame_jacobian", q, frame, representation, self.representation)
-
-    def frame_jacobian_derivative(
-        self, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body"
-    ) -> Array:
-        """Rate dJ/dt of the Jacobian of a frame along v, (..., 6, nv)."""
-        return self._call("_base_frame_jacobian_derivative", q, v, frame, representation, self.representation)
-
-    def momentum(self, q: ArrayLike, v: ArrayLike, frame: MomentumFrameName = "centroidal") -> Array:
-        """Momentum of all bodies, (..., 6)."""
-        return self._call("_base_momentum", q, v, frame, self.representation)
-
-    def momentum_matrix(self, q: ArrayLike, frame: MomentumFrameName = "centroidal") -> Array:
-        """Matrix of the momentum, (..., 6, nv)."""
-        return self._call("_base_momentum_matrix", q, frame, self.representation)
-
-    def centroidal_momentum_rate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-        """Rate of the centroidal momentum, (..., 6)."""
-        return self._call("_base_centroidal_momentum_rate", q, v, a, self.representation)
-
-    def centroidal_momentum_matrix_derivative(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Rate of the centroidal momentum matrix along v, (..., 6, nv)."""
-        return self._call("_base_centroidal_momentum_matrix_derivative", q, v, self.representation)
-
-    def average_velocity_jacobian(self, q: ArrayLike, frame: MomentumFrameName = "centroidal") -> Array:
-        """Matrix of the average velocity, (..., 6, nv)."""
-        return self._call("_base_average_velocity_jacobian", q, frame, self.representation)
-
-    def center_of_mass_velocity(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Velocity of the centre of mass in the world, (..., 3)."""
-        return self._call("_base_center_of_mass_velocity", q, v, self.representation)
-
-    def center_of_mass_jacobian(self, q: ArrayLike) -> Array:
-        """Jacobian of the centre of mass, (..., 3, nv)."""
-        return self._call("_base_center_of_mass_jacobian", q, self.representation)
-
-    def center_of_mass_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-        """Acceleration of the centre of mass in the world, (..., 3)."""
-        return self._call("_base_center_of_mass_acceleration", q, v, a, self.representation)
 
     def state_tangent(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
         """Map S of tangents (dq, dv) of a state to the representation, and its inverse: (..., 2 nv, 2 nv) each.
@@ -157,3 +74,20 @@ class BaseVelocity:
         out[..., :known, :known] = both
         out[..., range(known, n), range(known, n)] = 1.0
         return out[..., 0, :, :], out[..., 1, :, :]
+
+
+def _method(name: str, vectors: list[str], keywords: list[tuple[str, str | None]]) -> Any:
+    """A method with the arguments and the documentation of the function of its name."""
+    given = [*vectors, *(key if default is None else f"{key}={default!r}" for key, default in keywords)]
+    passed = [*vectors, *(key for key, _ in keywords)]
+    method = eval(f"lambda self, {', '.join(given)}: self._call('_base_{name}', {', '.join(passed)}, self.representation)")
+    method.__name__, method.__qualname__ = name, f"BaseVelocity.{name}"
+    method.__doc__ = getattr(_dualbody, name).__doc__
+    return method
+
+
+_PREFIX = "_base_"
+_KEYWORDS = {name: keywords for name, _, _, keywords, _ in _dualbody._table()}
+for _name, _vectors, *_ in _dualbody._table():
+    if (_own := _name.removeprefix(_PREFIX)) != _name and _own in _KEYWORDS:
+        setattr(BaseVelocity, _own, _method(_own, _vectors, _KEYWORDS[_own]))

@@ -35,11 +35,12 @@ class Actuator:
     def __post_init__(self) -> None:
         if self.servo is None and not (self.input_range is None and self.force_range is None):
             raise ValueError("input_range and force_range are those of a servo, and there is none: servo=(1, 1, 0, 0, 0) is a motor")
-        if self.position is not None and not isinstance(self.position[2], Sequence):
-            lower, upper = self.position[:2]
-            stop: Any = self.position[2]
-            numbers = (stop.stiffness, stop.damping, stop.stiffness_exponent, stop.damping_exponent)
-            object.__setattr__(self, "position", (lower, upper, numbers))
+        if self.position is not None:
+            lower, upper, stop = self.position
+            if isinstance(stop, Sequence):
+                from .contact import HuntCrossley
+
+                object.__setattr__(self, "position", (lower, upper, HuntCrossley(*stop)))
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,6 @@ class Weld:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
-    _kind = "weld"
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,6 @@ class Ball:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
-    _kind = "ball"
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,6 @@ class Distance:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
-    _kind = "distance"
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,6 @@ class Coupler:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
-    _kind = "coupler"
 
 
 @dataclass(frozen=True)
@@ -147,7 +144,6 @@ class Tendon:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
-    _kind = "tendon"
 
 
 @dataclass(frozen=True)

@@ -89,9 +89,6 @@ class Terrain:
 
         return Plane((0.0, 0.0, 0.0), (-math.sin(angle), 0.0, math.cos(angle)))
 
-    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
-        raise NotImplementedError
-
     def surface(self, x: float, y: float) -> tuple[float, float, float]:
         """Height (m) and slopes ∂h/∂x, ∂h/∂y at (x, y)."""
         return _dualbody._terrain_surface(self, x, y)
@@ -103,9 +100,6 @@ class Plane(Terrain):
 
     point: Vector3
     normal: Vector3
-
-    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
-        return "plane", [*self.point, *self.normal], (0, 0)
 
 
 @dataclass(frozen=True)
@@ -148,22 +142,6 @@ class HeightField(Terrain):
         shifts = np.asarray(first.origin) + cells * np.asarray(first.spacing) - np.array([tile.origin for tile in tiles])
         return HeightField(first.origin, first.spacing, heights), shifts
 
-    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
-        import numpy as np
-
-        heights = np.asarray(self.heights)
-        if heights.ndim != 2:
-            raise ValueError(f"heights has the shape {heights.shape}, expected a grid")
-        nx, ny = heights.shape
-        _dualbody._check_grid(nx, ny)
-        return "height_field", [*self.origin, *self.spacing, *_order(heights.astype(float, copy=False))], (nx, ny)
-
-
-def _order(heights: Any) -> list[float]:
-    """The heights in the order of the library: x varies fastest."""
-    numbers: list[float] = heights.T.ravel().tolist()
-    return numbers
-
 
 @dataclass(frozen=True)
 class HuntCrossley:
@@ -191,33 +169,21 @@ class SoftContact:
     @staticmethod
     def estimate(mass: float, points: int, depth: float) -> SoftContact:
         """Parameters with which a mass (kg) on a number of points penetrates by a depth (m)."""
-        return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
+        friction, normal = _dualbody._estimate_soft_contact(mass, points, depth)
+        return SoftContact(friction, *normal)
 
     def with_restitution(self, restitution: float, speed: float) -> SoftContact:
         """The contact with a coefficient of restitution (0 to 1) at an impact speed (m/s) in free motion; it is lower for faster impacts. Sets damping and
         its exponent."""
-        normal = _dualbody._with_restitution(self._normal(), restitution, speed)
-        return SoftContact(self.friction, *normal)
+        return SoftContact(self.friction, *_dualbody._with_restitution(self, restitution, speed))
 
     def restitution(self, speed: float) -> float | None:
         """Coefficient of restitution at an impact speed (m/s); None if the damping exponent is not 1 + the stiffness exponent."""
-        return _dualbody._restitution(self._normal(), speed)
+        return _dualbody._restitution(self, speed)
 
     def impact_time(self, mass: float, speed: float) -> float:
         """Contact time of an impact, s, of a mass (kg) at a speed (m/s), without damping; steps of a fiftieth of it resolve the impact."""
-        return _dualbody._impact_time(self._normal(), mass, speed)
-
-    def _normal(self) -> tuple[float, float, float, float]:
-        return (self.stiffness, self.damping, self.stiffness_exponent, self.damping_exponent)
-
-    def _numbers(self) -> tuple[str, list[float]]:
-        return "soft", [
-            self.friction,
-            self.stiffness,
-            self.damping,
-            self.stiffness_exponent,
-            self.damping_exponent,
-        ]
+        return _dualbody._impact_time(self, mass, speed)
 
 
 @dataclass(frozen=True)
@@ -234,12 +200,6 @@ class RelaxedRigid:
     impedance: tuple[float, float, float, float, float] = (0.9, 0.95, 1e-3, 0.5, 2.0)
     friction_impedance_ratio: float = 1.0
 
-    def _numbers(self) -> tuple[str, list[float]]:
-        rest = [self.friction, self.friction_impedance_ratio, *self.impedance]
-        if self.direct is not None:
-            return "relaxed_direct", [*self.direct, *rest]
-        return "relaxed_time", [self.time_constant, self.damping_ratio, *rest]
-
 
 @dataclass(frozen=True)
 class Rigid:
@@ -251,9 +211,6 @@ class Rigid:
     friction: float = 0.5
     restitution: float = 0.0
     recovery_time: float = 0.02
-
-    def _numbers(self) -> tuple[str, list[float]]:
-        return "rigid", [self.friction, self.restitution, self.recovery_time]
 
 
 @dataclass(frozen=True)

@@ -434,18 +434,12 @@ class Inertia:
 
     link: str
 
-    def _described(self) -> tuple[str, Any]:
-        return "inertia", self.link
-
 
 @dataclass(frozen=True)
 class LinkMass:
     """`shoot` adjusts the mass of the body of a link, kg, and its first moment and moments of inertia in proportion."""
 
     link: str
-
-    def _described(self) -> tuple[str, Any]:
-        return "mass", self.link
 
 
 @dataclass(frozen=True)
@@ -458,18 +452,12 @@ class Parameter:
 
     name: str
 
-    def _described(self) -> tuple[str, Any]:
-        return "parameter", self.name
-
 
 @dataclass(frozen=True)
 class Friction:
     """`shoot` adjusts one coefficient of friction for these contact points, by their index in `Simulator.contact_points`."""
 
     points: Sequence[int]
-
-    def _described(self) -> tuple[str, Any]:
-        return "friction", list(self.points)
 
 
 class ShootingEstimate(NamedTuple):

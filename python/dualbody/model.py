@@ -67,9 +67,6 @@ class Shape:
     placement: ArrayLike = ORIGIN
     color: tuple[float, float, float, float] | None = None
 
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        raise NotImplementedError
-
 
 @dataclass(frozen=True)
 class Box(Shape):
@@ -77,18 +74,12 @@ class Box(Shape):
 
     size: Vector3
 
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        return "box", list(self.size), None
-
 
 @dataclass(frozen=True)
 class Sphere(Shape):
     """Sphere, m."""
 
     radius: float
-
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        return "sphere", [self.radius], None
 
 
 @dataclass(frozen=True)
@@ -98,9 +89,6 @@ class Cylinder(Shape):
     radius: float
     length: float
 
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        return "cylinder", [self.radius, self.length], None
-
 
 @dataclass(frozen=True)
 class Capsule(Shape):
@@ -109,9 +97,6 @@ class Capsule(Shape):
     radius: float
     length: float
 
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        return "capsule", [self.radius, self.length], None
-
 
 @dataclass(frozen=True)
 class Mesh(Shape):
@@ -119,9 +104,6 @@ class Mesh(Shape):
 
     path: str
     scale: Vector3 = (1.0, 1.0, 1.0)
-
-    def _numbers(self) -> tuple[str, list[float], str | None]:
-        return "mesh", list(self.scale), self.path
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -87,16 +87,12 @@ class Activation:
         """½ Σ dist(r, [lower, upper])²: free inside, bounds may be infinite."""
         return Activation("barrier", tuple(lower), tuple(upper))
 
-    def _numbers(self) -> tuple[str, list[float], list[float]]:
-        return self.kind, [float(x) for x in self.x], [float(y) for y in self.y]
-
 
 @dataclass(frozen=True)
 class StateError:
     """Deviation of the state from a reference (nx,), from one for each stage (stages, nx), or from neutral (None)."""
 
     reference: ArrayLike | None = None
-    _kind: ClassVar[str] = "state"
 
 
 @dataclass(frozen=True)
@@ -104,7 +100,6 @@ class InputError:
     """Deviation of the input from a reference (nu,), from one for each stage (stages, nu), or from zero (None)."""
 
     reference: ArrayLike | None = None
-    _kind: ClassVar[str] = "input"
 
 
 @dataclass(frozen=True)
@@ -113,7 +108,6 @@ class FramePosition:
 
     frame: str
     target: Sequence[float]
-    _kind: ClassVar[str] = "frame_position"
 
 
 @dataclass(frozen=True)
@@ -122,7 +116,6 @@ class FrameOrientation:
 
     frame: str
     target: ArrayLike
-    _kind: ClassVar[str] = "frame_orientation"
 
 
 @dataclass(frozen=True)
@@ -131,7 +124,6 @@ class FramePose:
 
     frame: str
     target: ArrayLike
-    _kind: ClassVar[str] = "frame_pose"
 
 
 @dataclass(frozen=True)
@@ -141,7 +133,6 @@ class FrameVelocity:
     frame: str
     target: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     representation: RepresentationName = "mixed"
-    _kind: ClassVar[str] = "frame_velocity"
 
 
 @dataclass(frozen=True)
@@ -150,7 +141,6 @@ class FrameDistance:
 
     frame: str
     from_: str | Sequence[float]
-    _kind: ClassVar[str] = "frame_distance"
 
 
 @dataclass(frozen=True)
@@ -168,7 +158,6 @@ class LinkDistances:
 
     pairs: Sequence[tuple[str, str]]
     samples_between: int = 0
-    _kind: ClassVar[str] = "link_distances"
 
     def _bounds(self, distance: float) -> tuple[list[float], list[float]]:
         n = len(self.pairs) * (self.samples_between + 1)
@@ -188,7 +177,6 @@ class CenterOfMass:
     """Deviation of the centre of mass from a point in the world, m."""
 
     target: Sequence[float]
-    _kind: ClassVar[str] = "center_of_mass"
 
 
 @dataclass(frozen=True)
@@ -196,7 +184,6 @@ class CentroidalMomentum:
     """Deviation of the centroidal momentum from a target (6,)."""
 
     target: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    _kind: ClassVar[str] = "centroidal_momentum"
 
 
 @dataclass(frozen=True)
@@ -209,7 +196,6 @@ class Residual:
     dim: int
     value: Callable[[Array, Array], ArrayLike]
     jacobians: Callable[[Array, Array], tuple[ArrayLike, ArrayLike]]
-    _kind: ClassVar[str] = "user"
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, argument, numbers_mut, room};
 use crate::errors::{OrRaise, choice, guarded};
-use crate::getters::getters;
 use crate::model::PyModel;
+use crate::python::methods;
+use crate::python::{getters, of_package};
 use crate::simulator::PySimulator;
 
 /// A computation as a graph of operations on numbers: it is evaluated, differentiated, and written as C.
@@ -137,23 +138,6 @@ impl PyGraph {
         check_origin(self.graph.origin(), &*model.get().model).or_raise()
     }
 
-    /// The graph as a function of C99: a Source (name, header, source). precision: "double" or "single".
-    #[pyo3(signature = (name, precision="double"))]
-    fn to_c<'py>(
-        &self,
-        py: Python<'py>,
-        name: &str,
-        precision: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let choices = [("double", Precision::Double), ("single", Precision::Single)];
-        let precision = choice("precision", precision, &choices)?;
-        let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
-        let texts = (&text.name, &text.header, &text.source);
-        py.import("dualbody.codegen")?
-            .getattr("Source")?
-            .call1(texts)
-    }
-
     fn __repr__(&self) -> String {
         let names = |ports: &[Port]| {
             let all = ports.iter().map(|port| port.name.to_owned());
@@ -163,3 +147,15 @@ impl PyGraph {
         format!("Graph(({x}) -> ({y}), {} operations)", self.operations())
     }
 }
+
+methods! { PyGraph {
+    /// The graph as a function of C99: a Source (name, header, source). precision: "double" or "single".
+    fn to_c(&self, py: Python, name: &str, precision: &str = "double") -> PyResult<Bound<'py, PyAny>> {
+        let choices = [("double", Precision::Double), ("single", Precision::Single)];
+        let precision = choice("precision", precision, &choices)?;
+        let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
+        let texts = (&text.name, &text.header, &text.source);
+        of_package!(py, "codegen", "Source")
+            .call1(texts)
+    }
+} }

@@ -13,49 +13,44 @@ use crate::arrays::{
 };
 use crate::errors::{guarded, value_error};
 use crate::model::PyModel;
+use crate::python::functions;
 
-/// Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues as (re, im), residual, iterations, status, stabilised).
-#[pyfunction]
-pub(crate) fn _lqr<'py>(
-    py: Python<'py>,
-    discrete: bool,
-    a: &Bound<'py, PyAny>,
-    b: &Bound<'py, PyAny>,
-    q: &Bound<'py, PyAny>,
-    r: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let (a, b) = (read_matrix("a", a)?, read_matrix("b", b)?);
-    let (nx, nu) = (a.nrows(), b.ncols());
-    check_size("a", a.shape(), (nx, nx))?;
-    check_size("b", b.shape(), (nx, nu))?;
-    let q = read_matrix_of("q", q, (nx, nx))?;
-    let r = read_matrix_of("r", r, (nu, nu))?;
-    let lqr = py.detach(|| {
-        guarded(|| match discrete {
-            true => Lqr::discrete(&a, &b, &q, &r),
-            false => Lqr::continuous(&a, &b, &q, &r),
-        })
-    })?;
-    let eigenvalues: Vec<f64> = lqr
-        .closed_loop_eigenvalues
-        .iter()
-        .flat_map(|z| [z.re, z.im])
-        .collect();
-    let eigenvalues =
-        PyArray1::from_vec(py, eigenvalues).reshape([lqr.closed_loop_eigenvalues.len(), 2])?;
-    let stabilized = lqr.status == LqrStatus::Stabilized;
-    let (gain, cost) = (matrix(py, &lqr.gain), matrix(py, &lqr.cost_to_go));
-    let status = lqr.status.to_string();
-    (
-        gain,
-        cost,
-        eigenvalues,
-        lqr.residual,
-        lqr.iterations,
-        status,
-        stabilized,
-    )
-        .into_pyobject(py)
+functions! {
+    /// Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues as (re, im), residual, iterations, status, stabilised).
+    fn _lqr(py: Python, discrete: bool, a, b, q, r) -> PyResult<Bound<'py, PyTuple>> {
+        let (a, b) = (read_matrix("a", a)?, read_matrix("b", b)?);
+        let (nx, nu) = (a.nrows(), b.ncols());
+        check_size("a", a.shape(), (nx, nx))?;
+        check_size("b", b.shape(), (nx, nu))?;
+        let q = read_matrix_of("q", q, (nx, nx))?;
+        let r = read_matrix_of("r", r, (nu, nu))?;
+        let lqr = py.detach(|| {
+            guarded(|| match discrete {
+                true => Lqr::discrete(&a, &b, &q, &r),
+                false => Lqr::continuous(&a, &b, &q, &r),
+            })
+        })?;
+        let eigenvalues: Vec<f64> = lqr
+            .closed_loop_eigenvalues
+            .iter()
+            .flat_map(|z| [z.re, z.im])
+            .collect();
+        let eigenvalues =
+            PyArray1::from_vec(py, eigenvalues).reshape([lqr.closed_loop_eigenvalues.len(), 2])?;
+        let stabilized = lqr.status == LqrStatus::Stabilized;
+        let (gain, cost) = (matrix(py, &lqr.gain), matrix(py, &lqr.cost_to_go));
+        let status = lqr.status.to_string();
+        (
+            gain,
+            cost,
+            eigenvalues,
+            lqr.residual,
+            lqr.iterations,
+            status,
+            stabilized,
+        )
+            .into_pyobject(py)
+    }
 }
 
 fn check_size(name: &str, given: (usize, usize), expected: (usize, usize)) -> PyResult<()> {
@@ -67,82 +62,68 @@ fn check_size(name: &str, given: (usize, usize), expected: (usize, usize)) -> Py
     )))
 }
 
-/// Solves a regulator's problem over stages: (gains, costs to go, status, solved).
-#[pyfunction]
-pub(crate) fn _finite_horizon_lqr<'py>(
-    py: Python<'py>,
-    a: &Bound<'py, PyAny>,
-    b: &Bound<'py, PyAny>,
-    q: &Bound<'py, PyAny>,
-    r: &Bound<'py, PyAny>,
-    final_cost: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let last = read_matrix("final_cost", final_cost)?;
-    let (nx, stages) = (
-        last.nrows(),
-        numbers("a", a)?.shape().first().copied().unwrap_or(0),
-    );
-    let nu = numbers("b", b)?.shape().last().copied().unwrap_or(0);
-    check_size("final_cost", last.shape(), (nx, nx))?;
-    let all = |name, value: &Bound<'py, PyAny>, rows: usize, columns: usize| {
-        let array = numbers(name, value)?;
-        if array.shape() != [stages, rows, columns] {
-            let shape = array.shape();
-            return Err(value_error(format_args!(
-                "{name} has the shape {shape:?}, expected {:?}",
-                [stages, rows, columns]
-            )));
-        }
-        // SAFETY: the array is in C order, and its numbers are copied at once.
-        let x = unsafe { array.as_slice().unwrap_or(&[]) };
-        let chunks = x.chunks((rows * columns).max(1));
-        Ok(chunks
-            .map(|x| nalgebra::DMatrix::from_row_slice(rows, columns, x))
-            .collect::<Vec<_>>())
-    };
-    let (a, b) = (all("a", a, nx, nx)?, all("b", b, nx, nu)?);
-    let (q, r) = (all("q", q, nx, nx)?, all("r", r, nu, nu)?);
-    let stages = a.into_iter().zip(b).zip(q.into_iter().zip(r));
-    let stages: Vec<LqrStage> = stages
-        .map(|((a, b), (q, r))| LqrStage { a, b, q, r })
-        .collect();
-    let lqr = py.detach(|| guarded(|| FiniteHorizonLqr::discrete(&stages, &last)))?;
-    let stack = |matrices: &[nalgebra::DMatrix<f64>], rows: usize| {
-        let array = empty(py, &[matrices.len(), rows, nx]);
-        let out = numbers_mut(&array).chunks_mut((rows * nx).max(1));
-        out.zip(matrices).for_each(|(out, m)| write_matrix(m, out));
-        array
-    };
-    let (gains, costs) = (stack(&lqr.gains, nu), stack(&lqr.costs_to_go, nx));
-    (gains, costs, lqr.status.to_string(), lqr.is_solved()).into_pyobject(py)
-}
+functions! {
+    /// Solves a regulator's problem over stages: (gains, costs to go, status, solved).
+    fn _finite_horizon_lqr(py: Python, a, b, q, r, final_cost) -> PyResult<Bound<'py, PyTuple>> {
+        let last = read_matrix("final_cost", final_cost)?;
+        let (nx, stages) = (
+            last.nrows(),
+            numbers("a", a)?.shape().first().copied().unwrap_or(0),
+        );
+        let nu = numbers("b", b)?.shape().last().copied().unwrap_or(0);
+        check_size("final_cost", last.shape(), (nx, nx))?;
+        let all = |name, value: &Bound<'py, PyAny>, rows: usize, columns: usize| {
+            let array = numbers(name, value)?;
+            if array.shape() != [stages, rows, columns] {
+                let shape = array.shape();
+                return Err(value_error(format_args!(
+                    "{name} has the shape {shape:?}, expected {:?}",
+                    [stages, rows, columns]
+                )));
+            }
+            // SAFETY: the array is in C order, and its numbers are copied at once.
+            let x = unsafe { array.as_slice().unwrap_or(&[]) };
+            let chunks = x.chunks((rows * columns).max(1));
+            Ok(chunks
+                .map(|x| nalgebra::DMatrix::from_row_slice(rows, columns, x))
+                .collect::<Vec<_>>())
+        };
+        let (a, b) = (all("a", a, nx, nx)?, all("b", b, nx, nu)?);
+        let (q, r) = (all("q", q, nx, nx)?, all("r", r, nu, nu)?);
+        let stages = a.into_iter().zip(b).zip(q.into_iter().zip(r));
+        let stages: Vec<LqrStage> = stages
+            .map(|((a, b), (q, r))| LqrStage { a, b, q, r })
+            .collect();
+        let lqr = py.detach(|| guarded(|| FiniteHorizonLqr::discrete(&stages, &last)))?;
+        let stack = |matrices: &[nalgebra::DMatrix<f64>], rows: usize| {
+            let array = empty(py, &[matrices.len(), rows, nx]);
+            let out = numbers_mut(&array).chunks_mut((rows * nx).max(1));
+            out.zip(matrices).for_each(|(out, m)| write_matrix(m, out));
+            array
+        };
+        let (gains, costs) = (stack(&lqr.gains, nu), stack(&lqr.costs_to_go, nx));
+        (gains, costs, lqr.status.to_string(), lqr.is_solved()).into_pyobject(py)
+    }
 
-/// Torque that makes the errors obey ë + k_d ė + k_p e = 0, of states (..., nq), (..., nv).
-#[pyfunction]
-pub(crate) fn _computed_torque<'py>(
-    model: &Bound<'py, PyModel>,
-    gains: (Bound<'py, PyAny>, Bound<'py, PyAny>),
-    q: &Bound<'py, PyAny>,
-    v: &Bound<'py, PyAny>,
-    target_q: &Bound<'py, PyAny>,
-    target_v: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let this = model.get();
-    let m = &*this.model;
-    let (nq, nv) = (m.nq(), m.nv());
-    let gain = |name, value| read_vector(name, value, Some(m.nv())).map(DVector::from_vec);
-    let controller = ComputedTorque {
-        position_gain: gain("position_gain", &gains.0)?,
-        velocity_gain: gain("velocity_gain", &gains.1)?,
-    };
-    let given = [
-        ("q", q, nq),
-        ("v", v, nv),
-        ("target_q", target_q, nq),
-        ("target_v", target_v, nv),
-    ];
-    this.map(model.py(), &given, &[nv], &|x, out| {
-        let (state, target) = (State::new(x[0], x[1]), State::new(x[2], x[3]));
-        out.copy_from_slice(controller.torque(m, &state, &target).as_slice());
-    })
+    /// Torque that makes the errors obey ë + k_d ė + k_p e = 0, of states (..., nq), (..., nv).
+    fn _computed_torque(model: &Bound<'py, PyModel>, gains: (Bound<'py, PyAny>, Bound<'py, PyAny>), q, v, target_q, target_v) -> PyResult<Array<'py>> {
+        let this = model.get();
+        let m = &*this.model;
+        let (nq, nv) = (m.nq(), m.nv());
+        let gain = |name, value| read_vector(name, value, Some(m.nv())).map(DVector::from_vec);
+        let controller = ComputedTorque {
+            position_gain: gain("position_gain", &gains.0)?,
+            velocity_gain: gain("velocity_gain", &gains.1)?,
+        };
+        let given = [
+            ("q", q, nq),
+            ("v", v, nv),
+            ("target_q", target_q, nq),
+            ("target_v", target_v, nv),
+        ];
+        this.map(model.py(), &given, &[nv], &|x, out| {
+            let (state, target) = (State::new(x[0], x[1]), State::new(x[2], x[3]));
+            out.copy_from_slice(controller.torque(m, &state, &target).as_slice());
+        })
+    }
 }

@@ -1,6 +1,7 @@
 //! Arguments that are objects of certain classes of Python.
 
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
 use crate::errors::type_error;
 
@@ -31,3 +32,25 @@ pub(crate) fn check_kind(
         "{name} is of the type {own}, expected {all}{hint}"
     )))
 }
+
+/// Name of the class of the package that an object is of, by itself or by inheritance.
+pub(crate) fn kind_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    let own = value.get_type();
+    for class in own.mro() {
+        let class = class.cast_into::<PyType>()?;
+        if class.module()?.to_string().starts_with("dualbody.") {
+            return Ok(class.name()?.to_string());
+        }
+    }
+    Ok(own.name()?.to_string())
+}
+
+/// A struct of the library from an object with attributes of the same names: `fields!(value => Rigid { friction, restitution: of_it })`.
+macro_rules! fields {
+    ($value:expr => $kind:ident { $($field:ident $(: $given:expr)?),* $(,)? }) => {
+        $kind { $($field: $crate::kinds::fields!(@read $value, $field $(, $given)?)),* }
+    };
+    (@read $value:expr, $field:ident) => { $value.getattr(stringify!($field))?.extract()? };
+    (@read $value:expr, $field:ident, $given:expr) => { $given };
+}
+pub(crate) use fields;

@@ -8,6 +8,7 @@ use pyo3::types::{PyBool, PyDict, PyTuple};
 use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
 use crate::errors::{guarded, value_error};
 use crate::options::read_options;
+use crate::python::functions;
 use crate::raised::Raised;
 
 /// Functions of Python as residuals.
@@ -92,15 +93,13 @@ fn loss_of((kind, delta): (String, f64)) -> PyResult<Loss> {
     }
 }
 
-/// Cost ρ and weight ρ' of squares of residuals.
-#[pyfunction]
-pub(crate) fn _loss<'py>(
-    loss: (String, f64),
-    s: &Bound<'py, PyAny>,
-) -> PyResult<[Bound<'py, PyAny>; 2]> {
-    let (py, loss, s) = (s.py(), loss_of(loss)?, read_vector("s", s, None)?);
-    let all = [Loss::value, Loss::weight].map(|of| s.iter().map(|&s| of(loss, s)).collect());
-    Ok(all.map(|x| vector(py, x).into_any()))
+functions! {
+    /// Cost ρ and weight ρ' of squares of residuals.
+    fn _loss(loss: (String, f64), s) -> PyResult<[Bound<'py, PyAny>; 2]> {
+        let (py, loss, s) = (s.py(), loss_of(loss)?, read_vector("s", s, None)?);
+        let all = [Loss::value, Loss::weight].map(|of| s.iter().map(|&s| of(loss, s)).collect());
+        Ok(all.map(|x| vector(py, x).into_any()))
+    }
 }
 
 fn options_of(
@@ -129,42 +128,37 @@ fn bound(name: &'static str, given: Option<Bound<'_, PyAny>>) -> PyResult<Vec<f6
     }
 }
 
-/// Minimises: (x, residuals, cost, status, converged, iterations, history, held, normal matrix, variance, covariance).
-#[pyfunction]
-pub(crate) fn _least_squares<'py>(
-    residuals: &Bound<'py, PyAny>,
-    jacobian: &Bound<'py, PyAny>,
-    start: &Bound<'py, PyAny>,
-    manifold: Option<(usize, Bound<'py, PyAny>)>,
-    loss: (String, f64),
-    bounds: [Option<Bound<'py, PyAny>>; 2],
-    report: Option<&Bound<'py, PyAny>>,
-    options: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let options = options_of(loss, bounds, options)?;
-    let start = read_vector("start", start, None)?;
-    let raised = Raised::default();
-    let mut functions = Functions {
-        residuals,
-        jacobian,
-        manifold,
-        n_residuals: 0,
-        raised: raised.clone(),
-    };
-    functions.n_residuals = functions.values(&start, None)?.len();
-    let mut tell = |own: &Iteration| {
-        if let Some(report) = report {
-            let numbers = (own.iteration, own.cost, own.gradient, own.damping);
-            let found = raised.attempt(|| report.call1(numbers));
-            if found.is_some_and(|found| found.is(&*PyBool::new(report.py(), true))) {
-                raised.stop.stop();
+functions! {
+    /// Minimises: (x, residuals, cost, status, converged, iterations, history, held, normal matrix, variance, covariance).
+    fn _least_squares(
+        residuals, jacobian, start, manifold: Option<(usize, Bound<'py, PyAny>)>, loss: (String, f64), bounds: [Option<Bound<'py, PyAny>>; 2],
+        report: Option<&Bound<'py, PyAny>>, options: &Bound<'py, PyDict>
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let options = options_of(loss, bounds, options)?;
+        let start = read_vector("start", start, None)?;
+        let raised = Raised::default();
+        let mut functions = Functions {
+            residuals,
+            jacobian,
+            manifold,
+            n_residuals: 0,
+            raised: raised.clone(),
+        };
+        functions.n_residuals = functions.values(&start, None)?.len();
+        let mut tell = |own: &Iteration| {
+            if let Some(report) = report {
+                let numbers = (own.iteration, own.cost, own.gradient, own.damping);
+                let found = raised.attempt(|| report.call1(numbers));
+                if found.is_some_and(|found| found.is(&*PyBool::new(report.py(), true))) {
+                    raised.stop.stop();
+                }
             }
-        }
-    };
-    let solve = || solve_with(&mut functions, &start, &options, &mut tell);
-    let found = guarded(|| raised.stop.watch(solve))?;
-    raised.check()?;
-    numbers_of(residuals.py(), found)
+        };
+        let solve = || solve_with(&mut functions, &start, &options, &mut tell);
+        let found = guarded(|| raised.stop.watch(solve))?;
+        raised.check()?;
+        numbers_of(residuals.py(), found)
+    }
 }
 
 fn numbers_of<'py>(py: Python<'py>, s: Solution) -> PyResult<Bound<'py, PyTuple>> {

@@ -6,7 +6,8 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `limits` | the memory that results may take |
-//! | `errors`, `words`, `raised`, `options` | errors as exceptions, in Python's words, exceptions of functions, options as keywords |
+//! | `errors`, `words`, `raised`, `options` | errors as exceptions, in the words of Python, exceptions of functions, options as keywords |
+//! | `python` | macros for attributes, methods and functions, whose arguments are written as in Python; `stubs.py` makes the types of them |
 //! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
 //! | `compiler` | the C compiler of generated code |
 //! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
@@ -26,7 +27,7 @@ mod counts;
 mod cuda;
 mod dynamics;
 mod errors;
-mod getters;
+
 mod identify;
 mod jax;
 mod kinds;
@@ -35,6 +36,7 @@ mod limits;
 mod model;
 mod native;
 mod options;
+mod python;
 mod raised;
 mod scratch;
 mod sensors;

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::counts::whole;
 use crate::errors::{OrRaise, Raise};
+use crate::python::functions;
 
 /// Bytes of a state of one trajectory beside its numbers: while it is found each of its parts is a vector of its own.
 const STATE_OVERHEAD: usize = 256;
@@ -23,13 +24,13 @@ pub(crate) fn memory_limit() -> usize {
     memory::limit()
 }
 
-/// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
-#[pyfunction]
-#[pyo3(signature = (bytes))]
-pub(crate) fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-    let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
-    memory::set_limit(bytes);
-    Ok(())
+functions! {
+    /// Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has.
+    fn set_memory_limit(bytes: Option<&Bound<'py, PyAny>>) -> PyResult<()> {
+        let bytes: Option<usize> = bytes.map(|bytes| whole("bytes", bytes)).transpose()?;
+        memory::set_limit(bytes);
+        Ok(())
+    }
 }
 
 /// Refuses trajectories that would not fit.
@@ -50,7 +51,11 @@ pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> Py
 /// Refuses a grid of nx × ny heights that would not fit.
 #[pyfunction]
 pub(crate) fn _check_grid(nx: &Bound<'_, PyAny>, ny: &Bound<'_, PyAny>) -> PyResult<()> {
-    let (nx, ny): (usize, usize) = (whole("nx", nx)?, whole("ny", ny)?);
+    check_grid(whole("nx", nx)?, whole("ny", ny)?)
+}
+
+/// [`_check_grid`] of numbers.
+pub(crate) fn check_grid(nx: usize, ny: usize) -> PyResult<()> {
     let bytes = nx.saturating_mul(ny).saturating_mul(HEIGHT);
     check(format_args!("grids of {nx} × {ny} heights"), bytes)
 }

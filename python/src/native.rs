@@ -7,6 +7,7 @@ use crate::arrays::Array;
 use crate::codegen::{PyGraph, each_row};
 use crate::compiler::compiler_of;
 use crate::errors::OrRaise;
+use crate::python::{getters, methods};
 use crate::threads::stopped;
 
 /// A graph as a function that the system's C compiler has compiled.
@@ -15,36 +16,16 @@ pub(crate) struct PyNativeFunction {
     function: NativeFunction,
 }
 
-#[pymethods]
-impl PyNativeFunction {
-    /// Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler.
-    #[new]
-    #[pyo3(signature = (graph, name, compiler=None))]
-    fn new(
-        graph: &Bound<'_, PyGraph>,
-        name: &str,
-        compiler: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let (py, compiler) = (graph.py(), compiler_of(compiler)?);
-        let graph = &graph.get().graph;
-        let made = stopped(py, || NativeFunction::new(graph, name, &compiler))?;
-        Ok(Self {
-            function: made.or_raise()?,
-        })
-    }
-
+getters! { PyNativeFunction {
     /// Number of entries of all inputs.
-    #[getter]
-    fn n_inputs(&self) -> usize {
-        self.function.n_inputs()
-    }
+    n_inputs: usize = |own| own.function.n_inputs();
 
     /// Number of entries of all outputs.
-    #[getter]
-    fn n_outputs(&self) -> usize {
-        self.function.n_outputs()
-    }
+    n_outputs: usize = |own| own.function.n_outputs();
+} }
 
+#[pymethods]
+impl PyNativeFunction {
     /// Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate.
     fn __call__<'py>(&self, inputs: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let sizes = [self.function.n_inputs(), self.function.n_outputs()];
@@ -55,3 +36,16 @@ impl PyNativeFunction {
         format!("{:?}", self.function)
     }
 }
+
+methods! { PyNativeFunction {
+    /// Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler.
+    #[new]
+    fn new(graph: &Bound<'py, PyGraph>, name: &str, compiler = None) -> PyResult<Self> {
+        let (py, compiler) = (graph.py(), compiler_of(compiler)?);
+        let graph = &graph.get().graph;
+        let made = stopped(py, || NativeFunction::new(graph, name, &compiler))?;
+        Ok(Self {
+            function: made.or_raise()?,
+        })
+    }
+} }

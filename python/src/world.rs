@@ -11,6 +11,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
 use crate::options::set_options;
+use crate::python::{functions, getters, methods};
 
 /// Largest distance of a quaternion's norm from one.
 const NORM_TOLERANCE: f64 = 1e-6;
@@ -124,6 +125,11 @@ impl Keywords {
     }
 }
 
+getters! { PyWorld {
+    /// Prefixes of the robots and names of the objects, in their order in the model.
+    members: Vec<String> = |own| own.world.members().map(Into::into).collect();
+} }
+
 impl PyWorld {
     /// Notes the call that made a member.
     fn note<'py>(
@@ -146,78 +152,11 @@ impl PyWorld {
 
 #[pymethods]
 impl PyWorld {
-    /// An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members.
-    #[new]
-    #[pyo3(signature = (name = "world", *, gravity = None))]
-    fn new(name: &str, gravity: Option<[f64; 3]>) -> Self {
-        let world = World::new(name);
-        Self {
-            world: match gravity {
-                Some(gravity) => world.with_gravity(gravity),
-                None => world,
-            },
-            name: name.to_owned(),
-            gravity,
-            calls: Vec::new(),
-        }
-    }
-
-    /// Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given.
-    #[pyo3(
-        signature = (model, prefix = "", position = [0.0; 3], quaternion = [1.0, 0.0, 0.0, 0.0], on = None),
-        text_signature = "($self, model, prefix='', position=(0, 0, 0), quaternion=(1, 0, 0, 0), on=None)"
-    )]
-    fn add(
-        &mut self,
-        py: Python<'_>,
-        model: &Bound<'_, PyModel>,
-        prefix: &str,
-        position: [f64; 3],
-        quaternion: [f64; 4],
-        on: Option<&str>,
-    ) -> PyResult<()> {
-        let (pose, robot) = (pose_of(position, quaternion)?, &model.get().model);
-        let added = guarded(|| match on {
-            None => self.world.add(robot, prefix, &pose).map(drop),
-            Some(frame) => self.world.add_on(robot, prefix, frame, &pose).map(drop),
-        })?;
-        added.or_raise()?;
-        let arguments = (model, prefix, position, quaternion, on);
-        self.note(py, prefix, "add", arguments, None)
-    }
-
-    /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
-    #[pyo3(
-        signature = (name, path, scale = [1.0; 3], **object),
-        text_signature = "($self, name, path, scale=(1, 1, 1), **object)"
-    )]
-    fn add_mesh<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-        path: std::path::PathBuf,
-        scale: [f64; 3],
-        object: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
-        // A pickle may be read in another folder.
-        let path = std::path::absolute(&path).unwrap_or(path);
-        guarded(|| self.world.add_mesh(name, &path, scale, &wanted).map(drop))?.or_raise()?;
-        let arguments = (name, path.into_os_string(), scale);
-        self.note(py, name, "add_mesh", arguments, object)
-    }
-
     /// Removes a robot by its prefix, or an object by its name.
     fn remove(&mut self, member: &str) -> PyResult<()> {
         self.world.remove(member).map(drop).or_raise()?;
         self.calls.retain(|(name, _)| name != member);
         Ok(())
-    }
-
-    /// Prefixes of the robots and names of the objects, in their order in the model.
-    #[getter]
-    fn members(&self) -> Vec<String> {
-        self.world.members().map(Into::into).collect()
     }
 
     /// Builds the model.
@@ -232,6 +171,50 @@ impl PyWorld {
         format!("World(\"{}\", {:?})", self.name, self.members())
     }
 }
+
+methods! { PyWorld {
+    /// An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members.
+    #[new]
+    fn new(name: &str = "world", *, gravity: Option<[f64; 3]> = None) -> Self {
+        let world = World::new(name);
+        Self {
+            world: match gravity {
+                Some(gravity) => world.with_gravity(gravity),
+                None => world,
+            },
+            name: name.to_owned(),
+            gravity,
+            calls: Vec::new(),
+        }
+    }
+
+    /// Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given.
+    #[pyo3(text_signature = "($self, model, prefix='', position=(0, 0, 0), quaternion=(1, 0, 0, 0), on=None)")]
+    fn add(
+        &mut self, py: Python, model: &Bound<'py, PyModel>, prefix: &str = "", position: [f64; 3] = [0.0; 3],
+        quaternion: [f64; 4] = [1.0, 0.0, 0.0, 0.0], on: Option<&str> = None
+    ) -> PyResult<()> {
+        let (pose, robot) = (pose_of(position, quaternion)?, &model.get().model);
+        let added = guarded(|| match on {
+            None => self.world.add(robot, prefix, &pose).map(drop),
+            Some(frame) => self.world.add_on(robot, prefix, frame, &pose).map(drop),
+        })?;
+        added.or_raise()?;
+        let arguments = (model, prefix, position, quaternion, on);
+        self.note(py, prefix, "add", arguments, None)
+    }
+
+    /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
+    #[pyo3(text_signature = "($self, name, path, scale=(1, 1, 1), **object)")]
+    fn add_mesh(&mut self, py: Python, name: &str, path: std::path::PathBuf, scale: [f64; 3] = [1.0; 3], **object) -> PyResult<()> {
+        let wanted = Keywords::read(object)?.object()?;
+        // A pickle may be read in another folder.
+        let path = std::path::absolute(&path).unwrap_or(path);
+        guarded(|| self.world.add_mesh(name, &path, scale, &wanted).map(drop))?.or_raise()?;
+        let arguments = (name, path.into_os_string(), scale);
+        self.note(py, name, "add_mesh", arguments, object)
+    }
+} }
 
 /// Methods that add an object of a shape.
 macro_rules! objects {
@@ -263,36 +246,27 @@ objects! {
     add_capsule(radius: f64, length: f64);
 }
 
-/// Builds a world from the calls that made it: what a pickled model is made again by.
-#[pyfunction]
-pub(crate) fn _build_world<'py>(
-    py: Python<'py>,
-    name: &str,
-    gravity: Option<[f64; 3]>,
-    calls: Vec<(String, Bound<'py, PyTuple>, Bound<'py, PyDict>)>,
-) -> PyResult<PyModel> {
-    let world = Bound::new(py, PyWorld::new(name, gravity))?;
-    for (method, arguments, keywords) in calls {
-        if !method.starts_with("add") {
-            return Err(type_error(format_args!("\"{method}\" adds no member")));
+functions! {
+    /// Builds a world from the calls that made it: what a pickled model is made again by.
+    fn _build_world(
+        py: Python, name: &str, gravity: Option<[f64; 3]>, calls: Vec<(String, Bound<'py, PyTuple>, Bound<'py, PyDict>)>
+    ) -> PyResult<PyModel> {
+        let world = Bound::new(py, PyWorld::new(name, gravity))?;
+        for (method, arguments, keywords) in calls {
+            if !method.starts_with("add") {
+                return Err(type_error(format_args!("\"{method}\" adds no member")));
+            }
+            world.call_method(method.as_str(), arguments, Some(&keywords))?;
         }
-        world.call_method(method.as_str(), arguments, Some(&keywords))?;
+        let built = world.borrow();
+        built.build(py)
     }
-    let built = world.borrow();
-    built.build(py)
-}
 
-/// The state (q, v) of one model in another, joint by joint of the same name: a world with other members, say.
-///
-/// Free bodies keep their pose in the world; joints that `before` does not have are neutral and at rest.
-#[pyfunction]
-pub(crate) fn carried_state<'py>(
-    py: Python<'py>,
-    before: &PyModel,
-    after: &PyModel,
-    q: Vec<f64>,
-    v: Vec<f64>,
-) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
-    let state = guarded(|| State::new(&q, &v).carried(&before.model, &after.model))?.or_raise()?;
-    Ok([state.q, state.v].map(|x| PyArray1::from_slice(py, x.as_slice())))
+    /// The state (q, v) of one model in another, joint by joint of the same name: a world with other members, say.
+    ///
+    /// Free bodies keep their pose in the world; joints that `before` does not have are neutral and at rest.
+    fn carried_state(py: Python, before: &PyModel, after: &PyModel, q: Vec<f64>, v: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        let state = guarded(|| State::new(&q, &v).carried(&before.model, &after.model))?.or_raise()?;
+        Ok([state.q, state.v].map(|x| PyArray1::from_slice(py, x.as_slice())))
+    }
 }

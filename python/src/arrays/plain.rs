@@ -60,3 +60,12 @@ pub(crate) fn read_vector(
     // SAFETY: as in `Rows::as_slice`; the numbers are copied at once.
     Ok(unsafe { array.as_slice().unwrap_or(&[]) }.to_vec())
 }
+
+/// An attribute that is a vector of N numbers.
+pub(crate) fn read_numbers<const N: usize>(
+    name: &'static str,
+    of: &Bound<'_, PyAny>,
+) -> PyResult<[f64; N]> {
+    let all = read_vector(name, &of.getattr(name)?, Some(N))?;
+    Ok(std::array::from_fn(|k| all[k]))
+}

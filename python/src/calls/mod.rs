@@ -21,6 +21,7 @@ use pyo3::prelude::*;
 use crate::arrays::numbers_mut;
 use crate::errors::{type_error, value_error};
 use crate::model::PyModel;
+use crate::python::functions;
 use crate::simulator::PySimulator;
 use dualbody_python_table::Robot;
 pub(crate) use signature::{_signature, _table, Signature};
@@ -186,20 +187,16 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Calls a function as its text says, from arrays into arrays in C order.
-#[pyfunction]
-pub(crate) fn _call<'py>(
-    of: &Bound<'py, PyAny>,
-    text: &str,
-    arrays: Vec<Bound<'py, PyArrayDyn<f64>>>,
-    out: Vec<Bound<'py, PyArrayDyn<f64>>>,
-) -> PyResult<()> {
-    let call = Call::read(Of::read(of)?, text)?;
-    // SAFETY: the package makes the arrays for this call, and nothing else refers to them.
-    let numbers: Vec<&[f64]> = arrays
-        .iter()
-        .map(|x| unsafe { x.as_slice() }.unwrap_or(&[]))
-        .collect();
-    let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
-    of.py().detach(|| call.run(&numbers, &mut out))
+functions! {
+    /// Calls a function as its text says, from arrays into arrays in C order.
+    fn _call(of, text: &str, arrays: Vec<Bound<'py, PyArrayDyn<f64>>>, out: Vec<Bound<'py, PyArrayDyn<f64>>>) -> PyResult<()> {
+        let call = Call::read(Of::read(of)?, text)?;
+        // SAFETY: the package makes the arrays for this call, and nothing else refers to them.
+        let numbers: Vec<&[f64]> = arrays
+            .iter()
+            .map(|x| unsafe { x.as_slice() }.unwrap_or(&[]))
+            .collect();
+        let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
+        of.py().detach(|| call.run(&numbers, &mut out))
+    }
 }

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use super::{Call, Kind, Of};
 use crate::dynamics::table::Entry;
 use crate::errors::{guarded, value_error};
+use crate::python::functions;
 
 /// Arguments of a function, parameters of the model included, and its results.
 pub(crate) struct Signature {
@@ -89,29 +90,24 @@ impl Signature {
     }
 }
 
-/// Shapes of the inputs and results of one row of a function.
-#[pyfunction]
-pub(crate) fn _signature(
-    of: &Bound<'_, PyAny>,
-    function: &str,
-    given: usize,
-    has_parameters: bool,
-    steps: usize,
-) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
-    let call = Call {
-        of: Of::read(of)?,
-        kind: Kind::Value,
-        function,
-        given,
-        has_parameters,
-        active: Vec::new(),
-        count: 0,
-        directions: 0,
-        steps,
-        names: Vec::new(),
-    };
-    let signature = Signature::of(&call)?;
-    Ok((signature.inputs, signature.outputs))
+functions! {
+    /// Shapes of the inputs and results of one row of a function.
+    fn _signature(of, function: &str, given: usize, has_parameters: bool, steps: usize) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
+        let call = Call {
+            of: Of::read(of)?,
+            kind: Kind::Value,
+            function,
+            given,
+            has_parameters,
+            active: Vec::new(),
+            count: 0,
+            directions: 0,
+            steps,
+            names: Vec::new(),
+        };
+        let signature = Signature::of(&call)?;
+        Ok((signature.inputs, signature.outputs))
+    }
 }
 
 /// All functions: name, vectors, one that may be left out, keywords with what they are if they are left out, whether they are of a simulator.

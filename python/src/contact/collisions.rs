@@ -13,8 +13,9 @@ use pyo3::types::PyDict;
 
 use super::law::law_of;
 use crate::errors::{OrRaise, guarded, type_error, value_error};
-use crate::kinds::check_kind;
+use crate::kinds::{check_kind, fields};
 use crate::model::{PyModel, is_text};
+use crate::python::functions;
 
 /// Lets bodies touch each other, where that is asked for.
 pub(super) fn with_collisions(
@@ -30,13 +31,14 @@ pub(super) fn with_collisions(
         own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
         own => law_of("collisions.law", &own, model)?,
     };
+    let materials = by_link(&collisions, "materials", "Material", |own| material(own, model))?;
     let mut options = CollisionOptions {
         self_collision: collisions.getattr("self_collision")?.extract()?,
         excluded: collisions.getattr("excluded")?.extract()?,
-        materials: by_link(&collisions, "materials", "Material", |own| material(own, model))?,
         pairs: pairs(&collisions, model)?,
         speculative: collisions.getattr("speculative")?.extract()?,
         turning: turning(&collisions)?,
+        materials,
         ..CollisionOptions::default()
     };
     for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
@@ -80,12 +82,12 @@ fn pairs(
 }
 
 fn material(value: &Bound<'_, PyAny>, model: &Model) -> PyResult<Material> {
-    Ok(Material {
-        friction: value.getattr("friction")?.extract()?,
-        restitution: value.getattr("restitution")?.extract()?,
+    Ok(fields!(value => Material {
+        friction,
+        restitution,
         turning: turning(value)?,
         compliance: compliance(&value.getattr("compliance")?, model)?,
-    })
+    }))
 }
 
 /// Compliance of a material: a pair of numbers for soft contact, or that of a regularised contact model.
@@ -139,23 +141,20 @@ fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
     Surface::new(vertices, triangles).map_err(value_error)
 }
 
-/// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
-#[pyfunction]
-pub(crate) fn _srdf(
-    model: &Bound<'_, PyModel>,
-    description: &Bound<'_, PyAny>,
-    prefix: &str,
-) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
-    let (m, options) = (&*model.get().model, CollisionOptions::default());
-    let read = match description.extract::<String>() {
-        Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
-        _ => {
-            let path = description.extract::<PathBuf>();
-            let path = path.map_err(|_| type_error("description is no text and no path"))?;
-            guarded(|| options.with_srdf_file(m, prefix, path))?
-        }
-    };
-    let (options, rest) = read.or_raise()?;
-    let rest = rest.iter().map(ToString::to_string).collect();
-    Ok((options.excluded, rest))
+functions! {
+    /// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
+    fn _srdf(model: &Bound<'py, PyModel>, description, prefix: &str) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
+        let (m, options) = (&*model.get().model, CollisionOptions::default());
+        let read = match description.extract::<String>() {
+            Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
+            _ => {
+                let path = description.extract::<PathBuf>();
+                let path = path.map_err(|_| type_error("description is no text and no path"))?;
+                guarded(|| options.with_srdf_file(m, prefix, path))?
+            }
+        };
+        let (options, rest) = read.or_raise()?;
+        let rest = rest.iter().map(ToString::to_string).collect();
+        Ok((options.excluded, rest))
+    }
 }

@@ -6,18 +6,11 @@ use dualbody::contact::{
 };
 use pyo3::prelude::*;
 
+use crate::arrays::read_numbers;
 use crate::counts::whole;
 use crate::errors::{guarded, value_error};
-use crate::kinds::check_kind;
-
-type Numbers = (String, Vec<f64>);
-
-pub(super) fn numbers_of<'py, T: FromPyObjectOwned<'py>>(value: &Bound<'py, PyAny>) -> PyResult<T> {
-    value
-        .call_method0("_numbers")?
-        .extract()
-        .map_err(Into::into)
-}
+use crate::kinds::{check_kind, fields, kind_of};
+use crate::python::functions;
 
 /// Points on which a robot stands, and depth (m) by which it sinks in, of a soft contact that is given by its name.
 const SOFT: (usize, f64) = (4, 1e-3);
@@ -48,128 +41,77 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
         &["SoftContact", "RelaxedRigid", "Rigid"],
         hint,
     )?;
-    let (kind, x): Numbers = numbers_of(value)?;
-    match (kind.as_str(), x.as_slice()) {
-        (
-            "soft",
-            &[
-                friction,
-                stiffness,
-                damping,
-                stiffness_exponent,
-                damping_exponent,
-            ],
-        ) => {
-            let normal = HuntCrossley {
-                stiffness,
-                damping,
-                stiffness_exponent,
-                damping_exponent,
-            };
-            Ok(ContactLaw::Soft(SoftContact { normal, friction }))
-        }
-        ("rigid", &[friction, restitution, recovery_time]) => Ok(ContactLaw::Rigid(Rigid {
-            friction,
-            restitution,
-            recovery_time,
+    match kind_of(value)?.as_str() {
+        "SoftContact" => Ok(ContactLaw::Soft(SoftContact {
+            normal: normal_of(value)?,
+            friction: value.getattr("friction")?.extract()?,
         })),
-        ("relaxed_time", &[time_constant, damping_ratio, ref rest @ ..]) => relaxed(
-            Reference::TimeConstant {
-                time_constant,
-                damping_ratio,
-            },
-            rest,
-        ),
-        ("relaxed_direct", &[stiffness, damping, ref rest @ ..]) => {
-            relaxed(Reference::Direct { stiffness, damping }, rest)
-        }
-        _ => Err(value_error(format_args!(
-            "law is of the unknown kind \"{kind}\""
-        ))),
+        "Rigid" => Ok(ContactLaw::Rigid(
+            fields!(value => Rigid { friction, restitution, recovery_time }),
+        )),
+        _ => relaxed(value).map(ContactLaw::RelaxedRigid),
     }
 }
 
-fn relaxed(reference: Reference, x: &[f64]) -> PyResult<ContactLaw> {
-    let &[
-        friction,
-        friction_impedance_ratio,
-        least,
-        largest,
-        width,
-        midpoint,
-        power,
-    ] = x
-    else {
-        return Err(value_error(
-            "law does not have the parameters of regularised contact",
-        ));
+fn relaxed(value: &Bound<'_, PyAny>) -> PyResult<RelaxedRigid> {
+    let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
+    let reference = match value.getattr("direct")?.extract()? {
+        Some((stiffness, damping)) => Reference::Direct { stiffness, damping },
+        None => Reference::TimeConstant {
+            time_constant: number("time_constant")?,
+            damping_ratio: number("damping_ratio")?,
+        },
     };
-    let sigmoid = guarded(|| Sigmoid::new(midpoint, power))?;
+    let [least, largest, width, midpoint, power] = read_numbers("impedance", value)?;
     let impedance = Impedance {
         least,
         largest,
         width,
-        sigmoid,
+        sigmoid: guarded(|| Sigmoid::new(midpoint, power))?,
     };
-    Ok(ContactLaw::RelaxedRigid(RelaxedRigid {
-        friction,
-        reference,
-        impedance,
-        friction_impedance_ratio,
-    }))
+    Ok(
+        fields!(value => RelaxedRigid { friction, reference: reference, impedance: impedance, friction_impedance_ratio }),
+    )
 }
 
-/// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
-#[pyfunction]
-pub(crate) fn _estimate_soft_contact(
-    mass: f64,
-    points: &Bound<'_, PyAny>,
-    depth: f64,
-) -> PyResult<[f64; 5]> {
-    let points = whole("points", points)?;
-    let SoftContact { normal, friction } = guarded(|| SoftContact::estimate(mass, points, depth))?;
-    Ok([
-        friction,
-        normal.stiffness,
-        normal.damping,
-        normal.stiffness_exponent,
-        normal.damping_exponent,
-    ])
+/// A normal force, with those numbers that an object has of it.
+pub(super) fn normal_of(value: &Bound<'_, PyAny>) -> PyResult<HuntCrossley> {
+    Ok(fields!(value => HuntCrossley { stiffness, damping, stiffness_exponent, damping_exponent }))
 }
 
-fn normal_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {
-    HuntCrossley {
-        stiffness,
-        damping,
-        stiffness_exponent,
-        damping_exponent,
+/// Its numbers, in the order of the fields in Python.
+fn numbers_of(own: &HuntCrossley) -> [f64; 4] {
+    [
+        own.stiffness,
+        own.damping,
+        own.stiffness_exponent,
+        own.damping_exponent,
+    ]
+}
+
+functions! {
+    /// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
+    fn _estimate_soft_contact(mass: f64, points, depth: f64) -> PyResult<(f64, [f64; 4])> {
+        let points = whole("points", points)?;
+        let own = guarded(|| SoftContact::estimate(mass, points, depth))?;
+        Ok((own.friction, numbers_of(&own.normal)))
     }
-}
 
-/// Numbers of a normal force that is damped for a restitution at a speed.
-#[pyfunction]
-pub(crate) fn _with_restitution(
-    normal: [f64; 4],
-    restitution: f64,
-    speed: f64,
-) -> PyResult<[f64; 4]> {
-    let found = guarded(|| normal_of(normal).with_restitution(restitution, speed))?;
-    Ok([
-        found.stiffness,
-        found.damping,
-        found.stiffness_exponent,
-        found.damping_exponent,
-    ])
-}
+    /// Numbers of the normal force of a law, damped for a restitution at a speed.
+    fn _with_restitution(law, restitution: f64, speed: f64) -> PyResult<[f64; 4]> {
+        let normal = normal_of(law)?;
+        guarded(|| numbers_of(&normal.with_restitution(restitution, speed)))
+    }
 
-/// Restitution of a normal force at a speed.
-#[pyfunction]
-pub(crate) fn _restitution(normal: [f64; 4], speed: f64) -> PyResult<Option<f64>> {
-    guarded(|| normal_of(normal).restitution(speed))
-}
+    /// Restitution of the normal force of a law at a speed.
+    fn _restitution(law, speed: f64) -> PyResult<Option<f64>> {
+        let normal = normal_of(law)?;
+        guarded(|| normal.restitution(speed))
+    }
 
-/// Time of contact of a mass at a speed.
-#[pyfunction]
-pub(crate) fn _impact_time(normal: [f64; 4], mass: f64, speed: f64) -> PyResult<f64> {
-    guarded(|| normal_of(normal).impact_time(mass, speed))
+    /// Time of contact of a mass at a speed under the normal force of a law.
+    fn _impact_time(law, mass: f64, speed: f64) -> PyResult<f64> {
+        let normal = normal_of(law)?;
+        guarded(|| normal.impact_time(mass, speed))
+    }
 }

@@ -1,6 +1,4 @@
 //! Contacts, terrain, motors, constraints and forces of a simulator, from the small classes of Python that describe them.
-//!
-//! Each class has a method `_numbers` that gives its kind and numbers in the order of the fields here.
 
 mod activations;
 mod collisions;

@@ -1,7 +1,6 @@
 //! Motors.
 
 use dualbody::Model;
-use dualbody::contact::HuntCrossley;
 use dualbody::sim::{
     Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed,
     VelocityLimit,
@@ -9,6 +8,7 @@ use dualbody::sim::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::law::normal_of;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::kinds::check_kind;
 
@@ -57,9 +57,10 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
         }
     };
     let velocity = value.getattr("velocity")?.extract::<Option<(f64, f64)>>()?;
-    let position = value
-        .getattr("position")?
-        .extract::<Option<(Option<f64>, Option<f64>, [f64; 4])>>()?;
+    let position =
+        value
+            .getattr("position")?
+            .extract::<Option<(Option<f64>, Option<f64>, Bound<'_, PyAny>)>>()?;
     Ok(Actuator {
         servo: servo_of(value)?,
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
@@ -69,11 +70,7 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
         }),
         effort: value.getattr("effort")?.extract()?,
         friction,
-        position: position.map(|(lower, upper, stop)| PositionLimits {
-            lower,
-            upper,
-            stop: stop_of(stop),
-        }),
+        position: position.map(limits_of).transpose()?,
         velocity: velocity.map(|(speed, damping)| VelocityLimit { speed, damping }),
     })
 }
@@ -99,11 +96,9 @@ pub(super) fn servo_of(value: &Bound<'_, PyAny>) -> PyResult<Option<Servo>> {
     )
 }
 
-fn stop_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {
-    HuntCrossley {
-        stiffness,
-        damping,
-        stiffness_exponent,
-        damping_exponent,
-    }
+fn limits_of(
+    (lower, upper, stop): (Option<f64>, Option<f64>, Bound<'_, PyAny>),
+) -> PyResult<PositionLimits> {
+    let stop = normal_of(&stop)?;
+    Ok(PositionLimits { lower, upper, stop })
 }

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Array, Rows, argument, in_rows, numbers_mut, room};
 use crate::errors::{OrRaise, Raise, value_error};
 use crate::model::PyModel;
+use crate::python::functions;
 use crate::scratch::find_or_make;
 
 thread_local! {
@@ -36,36 +37,32 @@ impl Raise for NearestError {
 /// Results of `_nearest`, one array each.
 type Arrays<'py> = [Array<'py>; 4];
 
-/// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first.
-#[pyfunction]
-pub(crate) fn _nearest<'py>(
-    model: &Bound<'py, PyModel>,
-    q: &Bound<'py, PyAny>,
-    first: &str,
-    second: &str,
-) -> PyResult<Arrays<'py>> {
-    let (py, own) = (model.py(), model.get());
-    let (m, shapes) = (&*own.model, shapes_of(own)?);
-    let q = Rows::read(&argument("q", q, &[m.nq()]))?;
-    let tails: [&[usize]; 4] = [&[], &[2, 3], &[3], &[m.nv()]];
-    let arrays = tails.map(|tail| room(py, &[q.batch(), tail].concat()));
-    let [distance, points, normal, gradient] = arrays;
-    let arrays = [distance?, points?, normal?, gradient?];
-    let mut out: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
-    let (count, rows) = (q.batch().iter().product(), q.as_slice());
-    py.detach(|| {
-        in_rows(count, &[1, 6, 3, m.nv()], &mut out, |k, row| {
-            let q = &rows[k * m.nq()..(k + 1) * m.nq()];
-            let near = shapes.nearest(m, q, first, second)?;
-            let [a, b] = near.points;
-            let numbers = [near.distance].into_iter().chain(a.into_iter().copied());
-            let numbers = numbers.chain(b.into_iter().copied());
-            let numbers = numbers.chain(near.normal.into_iter().copied());
-            let numbers = numbers.chain(near.gradient.iter().copied());
-            row.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
-            Ok::<_, NearestError>(())
-        })
-    })?
-    .or_raise()?;
-    Ok(arrays)
+functions! {
+    /// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first.
+    fn _nearest(model: &Bound<'py, PyModel>, q, first: &str, second: &str) -> PyResult<Arrays<'py>> {
+        let (py, own) = (model.py(), model.get());
+        let (m, shapes) = (&*own.model, shapes_of(own)?);
+        let q = Rows::read(&argument("q", q, &[m.nq()]))?;
+        let tails: [&[usize]; 4] = [&[], &[2, 3], &[3], &[m.nv()]];
+        let arrays = tails.map(|tail| room(py, &[q.batch(), tail].concat()));
+        let [distance, points, normal, gradient] = arrays;
+        let arrays = [distance?, points?, normal?, gradient?];
+        let mut out: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
+        let (count, rows) = (q.batch().iter().product(), q.as_slice());
+        py.detach(|| {
+            in_rows(count, &[1, 6, 3, m.nv()], &mut out, |k, row| {
+                let q = &rows[k * m.nq()..(k + 1) * m.nq()];
+                let near = shapes.nearest(m, q, first, second)?;
+                let [a, b] = near.points;
+                let numbers = [near.distance].into_iter().chain(a.into_iter().copied());
+                let numbers = numbers.chain(b.into_iter().copied());
+                let numbers = numbers.chain(near.normal.into_iter().copied());
+                let numbers = numbers.chain(near.gradient.iter().copied());
+                row.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
+                Ok::<_, NearestError>(())
+            })
+        })?
+        .or_raise()?;
+        Ok(arrays)
+    }
 }

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use super::motors::servo_of;
 use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded};
-use crate::kinds::check_kind;
+use crate::kinds::{check_kind, kind_of};
 use crate::model::read_pose;
 
 fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Anchor> {
@@ -25,25 +25,20 @@ fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Ancho
 }
 
 fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
-    let kind: String = value.getattr("_kind")?.extract()?;
+    let kind = kind_of(value)?;
     let anchors = || -> PyResult<[Anchor; 2]> {
         Ok([anchor_of(model, "a", value)?, anchor_of(model, "b", value)?])
     };
     let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
     let constraint = match kind.as_str() {
-        "weld" => Constraint::weld(anchors()?),
-        "ball" => Constraint::ball(anchors()?),
-        "distance" => {
+        "Weld" => Constraint::weld(anchors()?),
+        "Ball" => Constraint::ball(anchors()?),
+        "Distance" => {
             let (anchors, length) = (anchors()?, number("length")?);
             guarded(|| Constraint::distance(anchors, length))?
         }
-        "tendon" => {
-            let joints: Vec<(String, f64)> = value
-                .getattr("joints")?
-                .call_method0("items")?
-                .try_iter()?
-                .map(|item| item?.extract())
-                .collect::<PyResult<_>>()?;
+        "Tendon" => {
+            let joints = coefficients_of(value)?;
             let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
             let length = number("length")?;
             guarded(|| Constraint::tendon(model, &joints, length))?.or_raise()?
@@ -77,59 +72,66 @@ fn force_of(x: [f64; 6]) -> Force<f64> {
     Force::from_array(x)
 }
 
+/// A list of parts of some classes.
+fn list<'py, T>(
+    parts: &Bound<'py, PyAny>,
+    name: &str,
+    classes: &[&str],
+    one: impl Fn(&Bound<'py, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    let all: Vec<Bound<'_, PyAny>> = parts.get_item(name)?.extract()?;
+    for (k, one) in all.iter().enumerate() {
+        check_kind(format_args!("{name}[{k}]"), one, "sim", classes, "")?;
+    }
+    all.iter().map(one).collect()
+}
+
+/// Coefficients of joints by name.
+fn coefficients_of(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, f64)>> {
+    let joints = value.getattr("joints")?.call_method0("items")?;
+    joints.try_iter()?.map(|item| item?.extract()).collect()
+}
+
+fn external_force_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<ExternalForce> {
+    let place = anchor_of(model, "place", value)?;
+    let (force, name): ([f64; 6], String) = (
+        value.getattr("force")?.extract()?,
+        value.getattr("representation")?.extract()?,
+    );
+    let representation = named::<Representation>(model, &name)?;
+    guarded(|| ExternalForce::constant(place, force_of(force), representation))
+}
+
 /// Adds to a simulator what its description in Python names, besides contacts.
 pub(crate) fn with_parts(
     mut simulator: Simulator,
     parts: &Bound<'_, PyAny>,
 ) -> PyResult<Simulator> {
     let model = simulator.model().clone();
-    let list = |name: &str, classes: &[&str]| -> PyResult<Vec<Bound<'_, PyAny>>> {
-        let all: Vec<Bound<'_, PyAny>> = parts.get_item(name)?.extract()?;
-        for (k, one) in all.iter().enumerate() {
-            check_kind(format_args!("{name}[{k}]"), one, "sim", classes, "")?;
-        }
-        Ok(all)
-    };
-    let constraints = list(
-        "constraints",
-        &["Weld", "Ball", "Distance", "Coupler", "Tendon"],
-    )?;
-    if !constraints.is_empty() {
-        let all: Vec<Constraint> = constraints
-            .iter()
-            .map(|c| constraint_of(&model, c))
-            .collect::<PyResult<_>>()?;
-        let all = [simulator.constraints().to_vec(), all].concat();
+    let kinds = ["Weld", "Ball", "Distance", "Coupler", "Tendon"];
+    let all = list(parts, "constraints", &kinds, |c| constraint_of(&model, c))?;
+    if !all.is_empty() {
+        let all = [simulator.constraints(), &all].concat();
         simulator = guarded(|| simulator.with_constraints(all))?;
     }
-    let forces = list("external_forces", &["ExternalForce"])?;
-    if !forces.is_empty() {
-        let one = |value: &Bound<'_, PyAny>| {
-            let place = anchor_of(&model, "place", value)?;
-            let (force, name): ([f64; 6], String) = (
-                value.getattr("force")?.extract()?,
-                value.getattr("representation")?.extract()?,
-            );
-            let representation = named::<Representation>(&model, &name)?;
-            guarded(|| ExternalForce::constant(place, force_of(force), representation))
-        };
-        let all: Vec<ExternalForce> = forces.iter().map(one).collect::<PyResult<_>>()?;
+    let all = list(parts, "external_forces", &["ExternalForce"], |f| {
+        external_force_of(&model, f)
+    })?;
+    if !all.is_empty() {
         simulator = guarded(|| simulator.with_external_forces(all))?;
     }
-    let actuators = list("frame_actuators", &["FrameActuator"])?;
-    if !actuators.is_empty() {
-        let all: Vec<FrameActuator> = actuators
-            .iter()
-            .map(|a| frame_actuator_of(&model, a))
-            .collect::<PyResult<_>>()?;
-        let all = [simulator.frame_actuators().to_vec(), all].concat();
+    let all = list(parts, "frame_actuators", &["FrameActuator"], |a| {
+        frame_actuator_of(&model, a)
+    })?;
+    if !all.is_empty() {
+        let all = [simulator.frame_actuators(), &all].concat();
         simulator = guarded(|| simulator.with_frame_actuators(all))?;
     }
-    let tendons = list("tendon_servos", &["TendonServo"])?;
-    if !tendons.is_empty() {
-        let given = tendons.iter().map(|t| tendon_servo_of(&model, t));
-        let given: Vec<TendonServo> = given.collect::<PyResult<_>>()?;
-        let all = [simulator.tendon_servos().to_vec(), given].concat();
+    let all = list(parts, "tendon_servos", &["TendonServo"], |t| {
+        tendon_servo_of(&model, t)
+    })?;
+    if !all.is_empty() {
+        let all = [simulator.tendon_servos(), &all].concat();
         simulator = guarded(|| simulator.with_tendon_servos(all))?;
     }
     super::activations::add(simulator, parts)
@@ -137,11 +139,7 @@ pub(crate) fn with_parts(
 
 fn tendon_servo_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<TendonServo> {
     let name: String = value.getattr("name")?.extract()?;
-    let joints = value.getattr("joints")?.call_method0("items")?;
-    let joints: Vec<(String, f64)> = joints
-        .try_iter()?
-        .map(|item| item?.extract())
-        .collect::<PyResult<_>>()?;
+    let joints = coefficients_of(value)?;
     let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
     let missing = || PyValueError::new_err(format!("the tendon \"{name}\" has no servo"));
     let servo = servo_of(value)?.ok_or_else(missing)?;

@@ -3,9 +3,11 @@
 use dualbody::contact::{HeightField, Terrain};
 use pyo3::prelude::*;
 
-use super::law::numbers_of;
-use crate::errors::{guarded, value_error};
-use crate::kinds::check_kind;
+use crate::arrays::{read_matrix, read_numbers};
+use crate::errors::guarded;
+use crate::kinds::{check_kind, kind_of};
+use crate::limits::check_grid;
+use crate::python::functions;
 
 pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
     check_kind(
@@ -15,25 +17,33 @@ pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
         &["Terrain"],
         ", as Terrain.flat()",
     )?;
-    let (kind, x, size): (String, Vec<f64>, [usize; 2]) = numbers_of(value)?;
-    guarded(|| match (kind.as_str(), x.as_slice()) {
-        ("plane", &[px, py, pz, nx, ny, nz]) => Ok(Terrain::plane([px, py, pz], [nx, ny, nz])),
-        ("height_field", &[x, y, dx, dy, ref heights @ ..]) => Ok(Terrain::HeightField(
-            HeightField::new([x, y], [dx, dy], size, heights),
-        )),
-        _ => Err(value_error(format_args!(
-            "terrain is of the unknown kind \"{kind}\""
-        ))),
-    })?
+    if kind_of(value)? == "Plane" {
+        let (point, normal) = (
+            read_numbers("point", value)?,
+            read_numbers("normal", value)?,
+        );
+        return guarded(|| Terrain::plane(point, normal));
+    }
+    let (origin, spacing) = (
+        read_numbers("origin", value)?,
+        read_numbers("spacing", value)?,
+    );
+    let heights = value.getattr("heights")?;
+    let shape = heights.getattr("shape").and_then(|shape| shape.extract());
+    if let Ok((nx, ny)) = shape {
+        check_grid(nx, ny)?;
+    }
+    let heights = read_matrix("heights", &heights)?;
+    let (nx, ny) = heights.shape();
+    // x varies fastest, as the rows of a column do.
+    guarded(|| HeightField::new(origin, spacing, [nx, ny], heights.as_slice()))
+        .map(Terrain::HeightField)
 }
 
-/// Height and slope (h, ∂h/∂x, ∂h/∂y) of a terrain at (x, y).
-#[pyfunction]
-pub(crate) fn _terrain_surface(
-    terrain: &Bound<'_, PyAny>,
-    x: f64,
-    y: f64,
-) -> PyResult<(f64, f64, f64)> {
-    let ground = terrain_of(terrain)?.surface(&x, &y);
-    Ok((ground.height, ground.slope[0], ground.slope[1]))
+functions! {
+    /// Height and slope (h, ∂h/∂x, ∂h/∂y) of a terrain at (x, y).
+    fn _terrain_surface(terrain, x: f64, y: f64) -> PyResult<(f64, f64, f64)> {
+        let ground = terrain_of(terrain)?.surface(&x, &y);
+        Ok((ground.height, ground.slope[0], ground.slope[1]))
+    }
 }

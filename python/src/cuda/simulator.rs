@@ -8,7 +8,6 @@ use dualbody_cuda::{CudaSimulator, Real};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
@@ -17,6 +16,7 @@ use super::states::{Held, OfEither, PyCudaStates};
 use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::{getters, methods, of_package};
 use crate::simulator::{Given, PySimulator, read_inputs, row, stack};
 use crate::threads::stopped;
 
@@ -32,41 +32,16 @@ pub(crate) struct PyCudaSimulator {
     simulator: Py<PySimulator>,
 }
 
-#[pymethods]
-impl PyCudaSimulator {
-    #[new]
-    #[pyo3(signature = (simulator, count, *, parameters=None, precision="double", derivatives=Vec::new(), device=None, cache=None))]
-    fn new(
-        simulator: &Bound<'_, PySimulator>,
-        count: &Bound<'_, PyAny>,
-        parameters: Option<&Bound<'_, PyDict>>,
-        precision: &str,
-        derivatives: Vec<String>,
-        device: Option<&Bound<'_, PyAny>>,
-        cache: Option<PathBuf>,
-    ) -> PyResult<Self> {
-        let device = device.map_or(Ok(0), |device| whole("device", device))?;
-        let count = whole("count", count)?;
-        let wanted = Wanted::read(count, parameters, precision, &derivatives, device, cache)?;
-        let own = &simulator.get().simulator;
-        Ok(Self {
-            gpu: stopped(simulator.py(), || wanted.make(own))??,
-            simulator: simulator.clone().unbind(),
-        })
-    }
-
+getters! { PyCudaSimulator {
     /// The original simulator.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
 
     /// Names of the parameters that differ between states.
-    #[getter]
-    fn parameter_names(&self) -> Vec<&str> {
-        on_either!(&self.gpu, gpu => gpu.parameter_names())
-    }
+    parameter_names: Vec<&str> = |own| on_either!(&own.gpu, gpu => gpu.parameter_names());
+} }
 
+#[pymethods]
+impl PyCudaSimulator {
     pub(super) fn __len__(&self) -> usize {
         on_either!(&self.gpu, gpu => gpu.len())
     }
@@ -82,36 +57,40 @@ impl PyCudaSimulator {
             "cuda.Simulator({simulator}, {count} states, precision=\"{precision}\")"
         ))
     }
+}
+
+methods! { PyCudaSimulator {
+    #[new]
+    fn new(
+        simulator: &Bound<'py, PySimulator>, count, *, parameters: Option<&Bound<'py, PyDict>> = None, precision: &str = "double",
+        derivatives: Vec<String> = Vec::new(), device = None, cache: Option<PathBuf> = None
+    ) -> PyResult<Self> {
+        let device = device.map_or(Ok(0), |device| whole("device", device))?;
+        let count = whole("count", count)?;
+        let wanted = Wanted::read(count, parameters, precision, &derivatives, device, cache)?;
+        let own = &simulator.get().simulator;
+        Ok(Self {
+            gpu: stopped(simulator.py(), || wanted.make(own))??,
+            simulator: simulator.clone().unbind(),
+        })
+    }
 
     /// Puts states on the GPU, where they stay: a cuda.States. Arguments as in step.
-    #[pyo3(signature = (q, v, *, contact=None))]
-    fn states(
-        slf: Bound<'_, Self>,
-        q: &Bound<'_, PyAny>,
-        v: &Bound<'_, PyAny>,
-        contact: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<PyCudaStates> {
-        let (py, own) = (q.py(), slf.get());
+    fn states(this: &Bound<'py, Self>, q, v, *, contact = None) -> PyResult<PyCudaStates> {
+        let (py, own) = (q.py(), this.get());
         let (_, states, _) = own.read(q, v, None, contact)?;
         let held = match &own.gpu {
             Gpu::Double(gpu) => put(py, gpu, &states).map(OfEither::Double),
             Gpu::Single(gpu) => put(py, gpu, &states).map(OfEither::Single),
         };
-        Ok(PyCudaStates::new(slf.unbind(), held?))
+        Ok(PyCudaStates::new(this.clone().unbind(), held?))
     }
 
     /// Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
     ///
     /// q (count, nq), v (count, nv), u (count, nu; N·m or N; zero if left out), contact (count, n_contact); arguments that are equal for all states
     /// may lack the first axis, except one of them. Raises FloatingPointError that names the first state whose step fails.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn step<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    fn step(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyTuple>> {
         let py = q.py();
         let (given, states, inputs) = self.read(q, v, u, contact)?;
         let (next, endings) = on_gpu!(py, &self.gpu, gpu => {
@@ -143,17 +122,7 @@ impl PyCudaSimulator {
     /// Takes steps from each state, and returns a cuda.Rollout of each `every`-th state (of the first and the last state for 0).
     ///
     /// q, v, contact as in step; inputs (count, steps, nu) or (steps, nu) for all, zero if left out.
-    #[pyo3(signature = (q, v, steps=None, *, inputs=None, every=None, contact=None))]
-    fn rollout<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        steps: Option<&Bound<'py, PyAny>>,
-        inputs: Option<&Bound<'py, PyAny>>,
-        every: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    fn rollout(&self, q, v, steps = None, *, inputs = None, every = None, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let (py, own, count) = (q.py(), self.simulator.get(), self.__len__());
         let every = every.map_or(Ok(1), |every| whole("every", every))?;
         let given = own.read(q, v, None, contact)?;
@@ -173,7 +142,7 @@ impl PyCudaSimulator {
         let width = states.first().map_or(0, State::len);
         let all = PyArray1::from_vec(py, motions.kept).reshape([count, kept, width])?;
         let last = PyArray1::from_vec(py, motions.last).reshape([count, width])?;
-        let make = MAKE.import(py, "dualbody.cuda", "_rollout")?;
+        let make = of_package!(py, "cuda", "_rollout");
         make.call1((
             &self.simulator,
             all,
@@ -185,14 +154,7 @@ impl PyCudaSimulator {
 
     /// Jacobians of the step of each state, as Simulator.linearize: a (count, n_tangent, n_tangent), b (count, n_tangent, nu). Arguments as in
     /// step. Needs derivatives=["jacobians"], and one robot for all states.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn linearize<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn linearize(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
         let (given, states, inputs) = self.read(q, v, u, contact)?;
         let all = on_gpu!(py, &self.gpu, gpu => gpu.linearize(&states, &inputs))?;
@@ -207,16 +169,7 @@ impl PyCudaSimulator {
     /// that differ between states, without friction.
     ///
     /// adjoint (count, n_tangent). Needs derivatives=["gradients"]. Raises FloatingPointError that names the first state without a gradient.
-    #[pyo3(signature = (q, v, u, adjoint, *, contact=None))]
-    fn vjp<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: &Bound<'py, PyAny>,
-        adjoint: &Bound<'py, PyAny>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    fn vjp(&self, q, v, u, adjoint, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let (py, n) = (q.py(), self.simulator.get().simulator.n_tangent());
         let (given, states, inputs) = self.read(q, v, Some(u), contact)?;
         let adjoint = Rows::read(&argument("adjoint", adjoint, &[n]))?;
@@ -238,11 +191,10 @@ impl PyCudaSimulator {
             part(&found.parameters, p),
             part(&[], 0),
         );
-        CLASS
-            .import(py, "dualbody.sim", "StepGradient")?
+        of_package!(py, "sim", "StepGradient")
             .call1(arrays)
     }
-}
+} }
 
 impl PyCudaSimulator {
     /// States and inputs of a call, for every state of the batch.

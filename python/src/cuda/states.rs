@@ -8,7 +8,6 @@ use dualbody_cuda::{CudaError, CudaSimulator, CudaStates, Device, Dlpack, Number
 use numpy::PyArray1;
 use pyo3::exceptions::PyBufferError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 use super::motions::ending_of;
@@ -17,6 +16,7 @@ use super::simulator::PyCudaSimulator;
 use super::tensors;
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
+use crate::python::{methods, of_package};
 
 /// States of one precision on the device, with room for their input.
 #[derive(Debug)]
@@ -129,15 +129,29 @@ impl PyCudaStates {
         Ok(format!("cuda.States({n} numbers each, of {simulator})"))
     }
 
+    /// The Status of each state, with the step at which its motion ended, counted from the last copy_from. Waits for the device.
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let endings = self.work(py, |_, held| of_either!(held, own => own.states.endings()))?;
+        let count = endings.len();
+        let ended = endings.into_iter().enumerate();
+        let stopped: Vec<_> = ended
+            .filter_map(|(k, end)| Some((k, ending_of(end)?)))
+            .collect();
+        of_package!(py, "_make", "_statuses").call1((count, stopped, true))
+    }
+
+    /// The kind and the number of the device, as DLPack counts.
+    fn __dlpack_device__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let (kind, number): (u32, i32) = tensors::place(&self.device())?.into();
+        PyTuple::new(py, [i64::from(kind), i64::from(number)])
+    }
+}
+
+methods! { PyCudaStates {
     /// Takes `steps` steps of all states with an input that is held: u (nu, count), an array on the GPU of the simulator's precision, in C order
     /// (`actions.T.contiguous()` of a policy's (count, nu)); zero if it is left out.
-    #[pyo3(signature = (u=None, steps=None))]
-    fn advance(
-        &self,
-        py: Python<'_>,
-        u: Option<&Bound<'_, PyAny>>,
-        steps: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
+    fn advance(&self, py: Python, u = None, steps = None) -> PyResult<()> {
         let steps = steps.map_or(Ok(1), |steps| whole("steps", steps))?;
         let input = u
             .map(|u| tensors::read("u", u, &self.device()))
@@ -151,7 +165,7 @@ impl PyCudaStates {
 
     /// Replaces all states by those of an array on the GPU, (n, count), as `torch.from_dlpack(states)` makes it: for example, `torch.where(done, start, x)`
     /// begins some anew. Motions that had ended go on.
-    fn copy_from(&self, py: Python<'_>, states: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn copy_from(&self, py: Python, states) -> PyResult<()> {
         let tensor = tensors::read("states", states, &self.device())?;
         self.work(
             py,
@@ -160,7 +174,7 @@ impl PyCudaStates {
     }
 
     /// All numbers, (count, n): q, v, contact of each state, from the device.
-    fn numbers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn numbers(&self, py: Python) -> PyResult<Bound<'py, PyAny>> {
         let all = self.work(py, |_, held| {
             let states = of_either!(held, own => own.states.to_vec())?;
             Ok(states
@@ -173,29 +187,9 @@ impl PyCudaStates {
         flat.call_method1("reshape", ((all.len(), width),))
     }
 
-    /// The Status of each state, with the step at which its motion ended, counted from the last copy_from. Waits for the device.
-    #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        let endings = self.work(py, |_, held| of_either!(held, own => own.states.endings()))?;
-        let count = endings.len();
-        let ended = endings.into_iter().enumerate();
-        let stopped: Vec<_> = ended
-            .filter_map(|(k, end)| Some((k, ending_of(end)?)))
-            .collect();
-        let make = MAKE.import(py, "dualbody._make", "_statuses")?;
-        make.call1((count, stopped, true))
-    }
-
     /// A copy for another package; see the class.
-    #[pyo3(signature = (*, stream=None, max_version=None, dl_device=None, copy=None))]
-    fn __dlpack__<'py>(
-        &self,
-        py: Python<'py>,
-        stream: Option<&Bound<'py, PyAny>>,
-        max_version: Option<(u32, u32)>,
-        dl_device: Option<(u32, i32)>,
-        copy: Option<bool>,
+    fn __dlpack__(
+        &self, py: Python, *, stream = None, max_version: Option<(u32, u32)> = None, dl_device: Option<(u32, i32)> = None, copy: Option<bool> = None
     ) -> PyResult<Py<PyAny>> {
         if copy == Some(false) {
             return Err(PyBufferError::new_err("states are passed on as copies"));
@@ -208,10 +202,4 @@ impl PyCudaStates {
             )
         })
     }
-
-    /// The kind and the number of the device, as DLPack counts.
-    fn __dlpack_device__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let (kind, number): (u32, i32) = tensors::place(&self.device())?.into();
-        PyTuple::new(py, [i64::from(kind), i64::from(number)])
-    }
-}
+} }

@@ -8,7 +8,7 @@ use crate::arrays::Array;
 use crate::model::PyModel;
 
 /// Methods that call functions of the table.
-macro_rules! methods {
+macro_rules! tangents {
     ($($(#[$attribute:meta])* $name:ident($($x:ident),+) = $function:ident;)*) => {
         #[pymethods]
         impl PyModel { $(
@@ -20,7 +20,7 @@ macro_rules! methods {
     };
 }
 
-methods! {
+tangents! {
     /// Configuration q ⊕ dv, moved by a tangent vector (velocity times time): (..., nq). q (..., nq), dv (..., nv).
     ///
     /// It differs from q + dv for quaternions: dv contains rotations about body axes, rad, and translations of a floating base along them, m.

@@ -10,6 +10,7 @@ use crate::arrays::{Array, empty, numbers_mut, read_matrix, read_vector};
 use crate::counts::whole_of;
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
+use crate::python::functions;
 
 const QUANTITIES: [(&str, Quantity); 4] = [
     ("position", Quantity::Position),
@@ -29,25 +30,24 @@ const UNITS: [(&str, Unit); 5] = [
 /// A segment as Python has it: name, start, rate, and q, v, a, tau with a row for each sample.
 type SegmentNumbers<'py> = (String, f64, f64, [Array<'py>; 4]);
 
-/// Prepares experiments for a robot: segments, and stretches that were too short as (name, start, samples).
-#[pyfunction]
-pub(crate) fn _prepare<'py>(
-    model: &Bound<'py, PyModel>,
-    preparation: &Bound<'py, PyAny>,
-    experiments: Vec<Bound<'py, PyAny>>,
-) -> PyResult<(Vec<SegmentNumbers<'py>>, Vec<(String, f64, usize)>)> {
-    let (py, model) = (model.py(), &*model.get().model);
-    let preparation = preparation_of(preparation)?;
-    let all: Vec<Experiment> = experiments
-        .iter()
-        .map(experiment_of)
-        .collect::<PyResult<_>>()?;
-    let data = py.detach(|| guarded(|| preparation.prepare(model, &all)))?;
-    let data = data.or_raise()?;
-    let left_out = data.left_out.into_iter();
-    let left_out = left_out.map(|own| (own.experiment, own.start, own.samples));
-    let segments = data.segments.iter().map(|own| numbers_of(py, own));
-    Ok((segments.collect(), left_out.collect()))
+functions! {
+    /// Prepares experiments for a robot: segments, and stretches that were too short as (name, start, samples).
+    fn _prepare(
+        model: &Bound<'py, PyModel>, preparation, experiments: Vec<Bound<'py, PyAny>>
+    ) -> PyResult<(Vec<SegmentNumbers<'py>>, Vec<(String, f64, usize)>)> {
+        let (py, model) = (model.py(), &*model.get().model);
+        let preparation = preparation_of(preparation)?;
+        let all: Vec<Experiment> = experiments
+            .iter()
+            .map(experiment_of)
+            .collect::<PyResult<_>>()?;
+        let data = py.detach(|| guarded(|| preparation.prepare(model, &all)))?;
+        let data = data.or_raise()?;
+        let left_out = data.left_out.into_iter();
+        let left_out = left_out.map(|own| (own.experiment, own.start, own.samples));
+        let segments = data.segments.iter().map(|own| numbers_of(py, own));
+        Ok((segments.collect(), left_out.collect()))
+    }
 }
 
 fn numbers_of<'py>(py: Python<'py>, segment: &Segment) -> SegmentNumbers<'py> {

@@ -11,6 +11,7 @@ use super::regressor::regressor_of;
 use super::robot::{RobotNumbers, numbers_of, robot_of};
 use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::functions;
 use crate::threads::on_pool_stopped;
 
 /// Name, value, standard deviation, lower and upper end.
@@ -32,27 +33,24 @@ type EstimateNumbers<'py> = (
     Bound<'py, PyAny>,
 );
 
-/// Estimates the base parameters of a robot from data.
-#[pyfunction]
-pub(crate) fn _estimate<'py>(
-    py: Python<'py>,
-    regressor: &Bound<'py, PyAny>,
-    data: &Bound<'py, PyAny>,
-) -> PyResult<EstimateNumbers<'py>> {
-    let (regressor, data) = (regressor_of(regressor)?, data_of(data)?);
-    let found = py.detach(|| guarded(|| estimate(&regressor, &data)))?;
-    let own = found.or_raise()?;
-    let (freedom, unknowns) = (own.freedom(), own.unknowns());
-    Ok((
-        vector(py, own.values.as_slice().to_vec()).into_any(),
-        matrix(py, &own.covariance),
-        matrix(py, &own.information),
-        own.force_deviations,
-        own.equations,
-        own.condition,
-        freedom,
-        vector(py, unknowns.as_slice().to_vec()).into_any(),
-    ))
+functions! {
+    /// Estimates the base parameters of a robot from data.
+    fn _estimate(py: Python, regressor, data) -> PyResult<EstimateNumbers<'py>> {
+        let (regressor, data) = (regressor_of(regressor)?, data_of(data)?);
+        let found = py.detach(|| guarded(|| estimate(&regressor, &data)))?;
+        let own = found.or_raise()?;
+        let (freedom, unknowns) = (own.freedom(), own.unknowns());
+        Ok((
+            vector(py, own.values.as_slice().to_vec()).into_any(),
+            matrix(py, &own.covariance),
+            matrix(py, &own.information),
+            own.force_deviations,
+            own.equations,
+            own.condition,
+            freedom,
+            vector(py, unknowns.as_slice().to_vec()).into_any(),
+        ))
+    }
 }
 
 /// The estimate that Python has.
@@ -80,15 +78,13 @@ fn estimate_of(value: &Bound<'_, PyAny>) -> PyResult<Estimate> {
     })
 }
 
-/// Confidence intervals of the base parameters.
-#[pyfunction]
-pub(crate) fn _intervals(
-    estimate: &Bound<'_, PyAny>,
-    level: f64,
-) -> PyResult<Vec<IntervalNumbers>> {
-    let own = estimate_of(estimate)?;
-    let all = guarded(|| own.intervals(level))?;
-    Ok(all.into_iter().map(interval).collect())
+functions! {
+    /// Confidence intervals of the base parameters.
+    fn _intervals(estimate, level: f64) -> PyResult<Vec<IntervalNumbers>> {
+        let own = estimate_of(estimate)?;
+        let all = guarded(|| own.intervals(level))?;
+        Ok(all.into_iter().map(interval).collect())
+    }
 }
 
 /// The robot with what was found.
@@ -98,36 +94,27 @@ pub(crate) fn _identified<'py>(estimate: &Bound<'py, PyAny>) -> PyResult<RobotNu
     Ok(numbers_of(estimate.py(), &guarded(|| own.robot())?))
 }
 
-/// A physically consistent robot: (unknowns, robot, excess, gap, iterations).
-#[pyfunction]
-pub(crate) fn _consistent<'py>(
-    estimate: &Bound<'py, PyAny>,
-    regularization: Option<f64>,
-    gap: Option<f64>,
-) -> PyResult<(Bound<'py, PyAny>, RobotNumbers<'py>, f64, f64, usize)> {
-    let (py, own) = (estimate.py(), estimate_of(estimate)?);
-    let mut options = ConsistencyOptions::default();
-    options.regularization = regularization.unwrap_or(options.regularization);
-    options.gap = gap.unwrap_or(options.gap);
-    let found = on_pool_stopped(py, || own.consistent(&options))?.or_raise()?;
-    let unknowns = vector(py, found.unknowns.as_slice().to_vec()).into_any();
-    let robot = numbers_of(py, &found.robot);
-    Ok((unknowns, robot, found.excess, found.gap, found.iterations))
-}
+functions! {
+    /// A physically consistent robot: (unknowns, robot, excess, gap, iterations).
+    fn _consistent(estimate, regularization: Option<f64>, gap: Option<f64>) -> PyResult<(Bound<'py, PyAny>, RobotNumbers<'py>, f64, f64, usize)> {
+        let (py, own) = (estimate.py(), estimate_of(estimate)?);
+        let mut options = ConsistencyOptions::default();
+        options.regularization = regularization.unwrap_or(options.regularization);
+        options.gap = gap.unwrap_or(options.gap);
+        let found = on_pool_stopped(py, || own.consistent(&options))?.or_raise()?;
+        let unknowns = vector(py, found.unknowns.as_slice().to_vec()).into_any();
+        let robot = numbers_of(py, &found.robot);
+        Ok((unknowns, robot, found.excess, found.gap, found.iterations))
+    }
 
-/// Text and page of the report.
-#[pyfunction]
-pub(crate) fn _report(
-    estimate: &Bound<'_, PyAny>,
-    robot: &Bound<'_, PyAny>,
-    validation: &Bound<'_, PyAny>,
-    level: f64,
-) -> PyResult<(String, String)> {
-    let (own, robot, data) = (
-        estimate_of(estimate)?,
-        robot_of(robot)?,
-        data_of(validation)?,
-    );
-    let report = guarded(|| Report::new(&own, &robot, &data, level))?.or_raise()?;
-    Ok((report.to_string(), identification_page(&report)))
+    /// Text and page of the report.
+    fn _report(estimate, robot, validation, level: f64) -> PyResult<(String, String)> {
+        let (own, robot, data) = (
+            estimate_of(estimate)?,
+            robot_of(robot)?,
+            data_of(validation)?,
+        );
+        let report = guarded(|| Report::new(&own, &robot, &data, level))?.or_raise()?;
+        Ok((report.to_string(), identification_page(&report)))
+    }
 }

@@ -8,6 +8,7 @@ use super::regressor::regressor_of;
 use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
 use crate::errors::{OrRaise, guarded};
 use crate::options::read_options;
+use crate::python::functions;
 use crate::threads::on_pool_stopped;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
@@ -18,44 +19,36 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
 /// (period, centre, coefficients, condition, condition of the start).
 type Motion<'py> = (f64, Bound<'py, PyAny>, Array<'py>, f64, f64);
 
-/// Finds a periodic motion that tells much of the unknowns.
-#[pyfunction]
-pub(crate) fn _excite<'py>(
-    py: Python<'py>,
-    regressor: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-) -> PyResult<Motion<'py>> {
-    let (regressor, options) = (regressor_of(regressor)?, options_of(options)?);
-    let found = on_pool_stopped(py, || excite(&regressor, &options))?;
-    let found = found.or_raise()?;
-    let center = vector(py, found.center).into_any();
-    let coefficients = matrix(py, &found.coefficients);
-    let (condition, start) = (found.condition, found.start_condition);
-    Ok((found.period, center, coefficients, condition, start))
-}
-
-/// Configurations, velocities and accelerations of a motion at times, (times, n) each.
-#[pyfunction]
-pub(crate) fn _excited<'py>(
-    py: Python<'py>,
-    motion: &Bound<'py, PyAny>,
-    times: &Bound<'py, PyAny>,
-) -> PyResult<[Array<'py>; 3]> {
-    let center = read_vector("center", &motion.getattr("center")?, None)?;
-    let (n, times) = (center.len(), read_vector("times", times, None)?);
-    let motion = Excitation {
-        period: motion.getattr("period")?.extract()?,
-        coefficients: read_matrix("coefficients", &motion.getattr("coefficients")?)?,
-        condition: motion.getattr("condition")?.extract()?,
-        start_condition: motion.getattr("start_condition")?.extract()?,
-        center,
-    };
-    let out = [(); 3].map(|()| empty(py, &[times.len(), n]));
-    for (k, &time) in times.iter().enumerate() {
-        let at = guarded(|| motion.at(time))?;
-        for (out, x) in out.iter().zip([&at.q, &at.v, &at.a]) {
-            numbers_mut(out)[k * n..(k + 1) * n].copy_from_slice(x.as_slice());
-        }
+functions! {
+    /// Finds a periodic motion that tells much of the unknowns.
+    fn _excite(py: Python, regressor, options: &Bound<'py, PyDict>) -> PyResult<Motion<'py>> {
+        let (regressor, options) = (regressor_of(regressor)?, options_of(options)?);
+        let found = on_pool_stopped(py, || excite(&regressor, &options))?;
+        let found = found.or_raise()?;
+        let center = vector(py, found.center).into_any();
+        let coefficients = matrix(py, &found.coefficients);
+        let (condition, start) = (found.condition, found.start_condition);
+        Ok((found.period, center, coefficients, condition, start))
     }
-    Ok(out)
+
+    /// Configurations, velocities and accelerations of a motion at times, (times, n) each.
+    fn _excited(py: Python, motion, times) -> PyResult<[Array<'py>; 3]> {
+        let center = read_vector("center", &motion.getattr("center")?, None)?;
+        let (n, times) = (center.len(), read_vector("times", times, None)?);
+        let motion = Excitation {
+            period: motion.getattr("period")?.extract()?,
+            coefficients: read_matrix("coefficients", &motion.getattr("coefficients")?)?,
+            condition: motion.getattr("condition")?.extract()?,
+            start_condition: motion.getattr("start_condition")?.extract()?,
+            center,
+        };
+        let out = [(); 3].map(|()| empty(py, &[times.len(), n]));
+        for (k, &time) in times.iter().enumerate() {
+            let at = guarded(|| motion.at(time))?;
+            for (out, x) in out.iter().zip([&at.q, &at.v, &at.a]) {
+                numbers_mut(out)[k * n..(k + 1) * n].copy_from_slice(x.as_slice());
+            }
+        }
+        Ok(out)
+    }
 }

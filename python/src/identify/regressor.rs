@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Array, matrix, vector, write_matrix};
 use crate::errors::{OrRaise, choice, guarded};
 use crate::model::PyModel;
+use crate::python::functions;
 
 /// Dry friction (shape, number) from its description in Python.
 pub(super) fn friction_of(given: Option<(String, f64)>) -> PyResult<Option<DryFriction>> {
@@ -52,14 +53,13 @@ pub(super) fn regressor_of(value: &Bound<'_, PyAny>) -> PyResult<Regressor> {
     Ok(out)
 }
 
-/// Names and nominal values of the unknowns.
-#[pyfunction]
-pub(crate) fn _regressor<'py>(
-    regressor: &Bound<'py, PyAny>,
-) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
-    let own = regressor_of(regressor)?;
-    let nominal = vector(regressor.py(), own.nominal().as_slice().to_vec());
-    Ok((own.names().to_vec(), nominal.into_any()))
+functions! {
+    /// Names and nominal values of the unknowns.
+    fn _regressor(regressor) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
+        let own = regressor_of(regressor)?;
+        let nominal = vector(regressor.py(), own.nominal().as_slice().to_vec());
+        Ok((own.names().to_vec(), nominal.into_any()))
+    }
 }
 
 /// Applies a function of q, v and a to each of a motion.
@@ -79,24 +79,20 @@ pub(super) fn map_motion<'py>(
     })
 }
 
-/// Y of states, (…, nv, unknowns).
-#[pyfunction]
-pub(crate) fn _regressor_matrix<'py>(
-    regressor: &Bound<'py, PyAny>,
-    q: &Bound<'py, PyAny>,
-    v: &Bound<'py, PyAny>,
-    a: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let own = regressor_of(regressor)?;
-    let tail = [own.model().nv(), own.names().len()];
-    map_motion(
-        &model_of(regressor)?,
-        [q, v, a],
-        &tail,
-        &|[q, v, a], out| {
-            write_matrix(&own.matrix(q, v, a), out);
-        },
-    )
+functions! {
+    /// Y of states, (…, nv, unknowns).
+    fn _regressor_matrix(regressor, q, v, a) -> PyResult<Array<'py>> {
+        let own = regressor_of(regressor)?;
+        let tail = [own.model().nv(), own.names().len()];
+        map_motion(
+            &model_of(regressor)?,
+            [q, v, a],
+            &tail,
+            &|[q, v, a], out| {
+                write_matrix(&own.matrix(q, v, a), out);
+            },
+        )
+    }
 }
 
 /// (independent, dependent, combination, without effect, meanings).

@@ -7,6 +7,7 @@ use super::data::{data_of, samples};
 use super::regressor::{friction_of, map_motion, model_of};
 use crate::arrays::{Array, read_vector, vector};
 use crate::errors::{OrRaise, guarded};
+use crate::python::functions;
 
 /// An identified robot as Python has it: all parameters of the model, dry friction, offsets.
 pub(super) type RobotNumbers<'py> = [Bound<'py, PyAny>; 3];
@@ -32,34 +33,28 @@ pub(super) fn robot_of(value: &Bound<'_, PyAny>) -> PyResult<Robot> {
     })
 }
 
-/// Joint forces that a robot needs for a motion, (…, nv).
-#[pyfunction]
-pub(crate) fn _predict<'py>(
-    robot: &Bound<'py, PyAny>,
-    q: &Bound<'py, PyAny>,
-    v: &Bound<'py, PyAny>,
-    a: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let own = robot_of(robot)?;
-    let tail = [own.model.nv()];
-    map_motion(&model_of(robot)?, [q, v, a], &tail, &|[q, v, a], out| {
-        out.copy_from_slice(own.predict(q, v, a).as_slice());
-    })
+functions! {
+    /// Joint forces that a robot needs for a motion, (…, nv).
+    fn _predict(robot, q, v, a) -> PyResult<Array<'py>> {
+        let own = robot_of(robot)?;
+        let tail = [own.model.nv()];
+        map_motion(&model_of(robot)?, [q, v, a], &tail, &|[q, v, a], out| {
+            out.copy_from_slice(own.predict(q, v, a).as_slice());
+        })
+    }
 }
 
 /// Errors (rms, mean, largest, rms of the measured) along each coordinate, and predicted forces (samples, nv) of each segment.
 type Validation<'py> = (Vec<[f64; 4]>, Vec<Array<'py>>);
 
-/// Compares predicted with measured forces.
-#[pyfunction]
-pub(crate) fn _validate<'py>(
-    robot: &Bound<'py, PyAny>,
-    data: &Bound<'py, PyAny>,
-) -> PyResult<Validation<'py>> {
-    let (own, data) = (robot_of(robot)?, data_of(data)?);
-    let found = guarded(|| own.validate(&data))?.or_raise()?;
-    let errors = found.coordinates.iter();
-    let errors = errors.map(|own| [own.rms, own.mean, own.largest, own.measured]);
-    let predicted = found.predicted.iter().map(|m| samples(robot.py(), m));
-    Ok((errors.collect(), predicted.collect()))
+functions! {
+    /// Compares predicted with measured forces.
+    fn _validate(robot, data) -> PyResult<Validation<'py>> {
+        let (own, data) = (robot_of(robot)?, data_of(data)?);
+        let found = guarded(|| own.validate(&data))?.or_raise()?;
+        let errors = found.coordinates.iter();
+        let errors = errors.map(|own| [own.rms, own.mean, own.largest, own.measured]);
+        let predicted = found.predicted.iter().map(|m| samples(robot.py(), m));
+        Ok((errors.collect(), predicted.collect()))
+    }
 }

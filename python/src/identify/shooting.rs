@@ -10,7 +10,9 @@ use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
 use crate::counts::whole;
 use crate::errors::OrRaise;
+use crate::kinds::kind_of;
 use crate::options::{chosen, read_options};
+use crate::python::functions;
 use crate::simulator::PySimulator;
 use crate::threads::on_pool_stopped;
 
@@ -23,15 +25,19 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
         samples, starts = starts by starts, position_deviation, velocity_deviation, regularization, max_iterations)
 }
 
-/// The adjusted parameter, from (kind, name or points).
+/// The adjusted parameter.
 fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
-    let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
-    match kind.as_str() {
-        "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
-        "mass" => Ok(Adjustable::LinkMass(of.extract()?)),
-        "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
-        _ => Ok(Adjustable::Friction(whole("points", &of)?)),
-    }
+    let text = |name: &str| -> PyResult<String> { value.getattr(name)?.extract() };
+    Ok(match kind_of(value)?.as_str() {
+        "Inertia" => Adjustable::Inertia(text("link")?),
+        "LinkMass" => Adjustable::LinkMass(text("link")?),
+        "Parameter" => Adjustable::Parameter(text("name")?),
+        _ => {
+            let points = value.getattr("points")?.try_iter()?;
+            let points = points.map(|point| whole("points", &point?));
+            Adjustable::Friction(points.collect::<PyResult<_>>()?)
+        }
+    })
 }
 
 /// (values, intervals, deviation, status, converged, iterations, parameters of the model).
@@ -45,33 +51,29 @@ type Found<'py> = (
     Bound<'py, PyAny>,
 );
 
-/// Adjusts numbers of a simulator until its motion is that of the data.
-#[pyfunction]
-pub(crate) fn _shoot<'py>(
-    py: Python<'py>,
-    simulator: &Bound<'py, PySimulator>,
-    data: &Bound<'py, PyAny>,
-    adjustable: Vec<Bound<'py, PyAny>>,
-    level: f64,
-    options: &Bound<'py, PyDict>,
-) -> PyResult<Found<'py>> {
-    let (data, options) = (data_of(data)?, options_of(options)?);
-    let all: Vec<Adjustable> = adjustable
-        .iter()
-        .map(adjustable_of)
-        .collect::<PyResult<_>>()?;
-    let own = &*simulator.get().simulator;
-    let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
-    let found = found.or_raise()?;
-    let parameters = found.simulator.model().parameters();
-    let intervals = found.intervals;
-    Ok((
-        vector(py, found.values).into_any(),
-        intervals.map(|all| all.into_iter().map(interval).collect()),
-        found.deviation,
-        found.status.to_string(),
-        found.status == Status::Converged,
-        found.iterations,
-        vector(py, parameters.as_slice().to_vec()).into_any(),
-    ))
+functions! {
+    /// Adjusts numbers of a simulator until its motion is that of the data.
+    fn _shoot(
+        py: Python, simulator: &Bound<'py, PySimulator>, data, adjustable: Vec<Bound<'py, PyAny>>, level: f64, options: &Bound<'py, PyDict>
+    ) -> PyResult<Found<'py>> {
+        let (data, options) = (data_of(data)?, options_of(options)?);
+        let all: Vec<Adjustable> = adjustable
+            .iter()
+            .map(adjustable_of)
+            .collect::<PyResult<_>>()?;
+        let own = &*simulator.get().simulator;
+        let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
+        let found = found.or_raise()?;
+        let parameters = found.simulator.model().parameters();
+        let intervals = found.intervals;
+        Ok((
+            vector(py, found.values).into_any(),
+            intervals.map(|all| all.into_iter().map(interval).collect()),
+            found.deviation,
+            found.status.to_string(),
+            found.status == Status::Converged,
+            found.iterations,
+            vector(py, parameters.as_slice().to_vec()).into_any(),
+        ))
+    }
 }

@@ -10,6 +10,7 @@ use super::base::base_of;
 use super::handle::PyModel;
 use super::shapes::{inertia_of, read_geometry, read_pose};
 use crate::errors::{OrRaise, choice, guarded, value_error};
+use crate::python::functions;
 
 pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
     let name: String = link.getattr("name")?.extract()?;
@@ -106,47 +107,42 @@ pub(super) fn joint_of(joint: &Bound<'_, PyAny>) -> PyResult<JointSpec> {
     Ok(spec)
 }
 
-/// Builds a robot from links, joints and frames.
-#[pyfunction]
-pub(crate) fn _build_model(
-    name: String,
-    gravity: [f64; 3],
-    base: &str,
-    independent_mimic_joints: bool,
-    links: Vec<Bound<'_, PyAny>>,
-    joints: Vec<Bound<'_, PyAny>>,
-    frames: Vec<(String, String, Bound<'_, PyAny>)>,
-    py: Python<'_>,
-) -> PyResult<PyModel> {
-    let mimicry = match independent_mimic_joints {
-        true => Mimicry::Independent,
-        false => Mimicry::Coupled,
-    };
-    let mut builder = ModelBuilder::new(name.clone())
-        .with_gravity(gravity)
-        .with_base(base_of(base)?);
-    builder.mimicry = mimicry;
-    for link in &links {
-        builder.add_link(link_of(link)?);
+functions! {
+    /// Builds a robot from links, joints and frames.
+    fn _build_model(
+        py: Python, name: String, gravity: [f64; 3], base: &str, independent_mimic_joints: bool, links: Vec<Bound<'py, PyAny>>,
+        joints: Vec<Bound<'py, PyAny>>, frames: Vec<(String, String, Bound<'py, PyAny>)>
+    ) -> PyResult<PyModel> {
+        let mimicry = match independent_mimic_joints {
+            true => Mimicry::Independent,
+            false => Mimicry::Coupled,
+        };
+        let mut builder = ModelBuilder::new(name.clone())
+            .with_gravity(gravity)
+            .with_base(base_of(base)?);
+        builder.mimicry = mimicry;
+        for link in &links {
+            builder.add_link(link_of(link)?);
+        }
+        for joint in &joints {
+            builder.add_joint(joint_of(joint)?);
+        }
+        for (name, link, placement) in &frames {
+            builder.add_frame(name, link, read_pose("placement", placement)?);
+        }
+        let model = guarded(|| builder.build())?.or_raise()?;
+        let recipe = (
+            name,
+            gravity,
+            base,
+            independent_mimic_joints,
+            links,
+            joints,
+            frames,
+        );
+        Ok(PyModel::new(
+            model,
+            ("_build_model", recipe.into_pyobject(py)?),
+        ))
     }
-    for joint in &joints {
-        builder.add_joint(joint_of(joint)?);
-    }
-    for (name, link, placement) in &frames {
-        builder.add_frame(name, link, read_pose("placement", placement)?);
-    }
-    let model = guarded(|| builder.build())?.or_raise()?;
-    let recipe = (
-        name,
-        gravity,
-        base,
-        independent_mimic_joints,
-        links,
-        joints,
-        frames,
-    );
-    Ok(PyModel::new(
-        model,
-        ("_build_model", recipe.into_pyobject(py)?),
-    ))
 }

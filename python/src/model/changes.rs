@@ -13,6 +13,7 @@ use super::shapes::{inertia_of, read_pose};
 use crate::arrays::read_vector;
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::methods;
 
 pub(super) fn positions(given: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
     given
@@ -116,16 +117,12 @@ edits! {
     scaled(length: f64, density: f64) = |model| model.scaled(length, density).or_raise();
 }
 
-#[pymethods]
-impl PyModel {
+methods! { PyModel {
     /// The robot with other parameters.
-    pub(crate) fn with_parameters<'py>(
-        this: &Bound<'py, Self>,
-        parameters: &Bound<'py, PyAny>,
-    ) -> PyResult<Self> {
+    fn with_parameters(this: &Bound<'py, Self>, parameters) -> PyResult<Self> {
         let m = &this.get().model;
         let x = read_vector("parameters", parameters, Some(m.parameters().len()))?;
         let model = guarded(|| m.with_parameters(&x))?;
         Self::edited(this, "with_parameters", (x,), model)
     }
-}
+} }

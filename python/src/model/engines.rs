@@ -10,6 +10,7 @@ use pyo3::types::PySlice;
 use super::handle::PyModel;
 use crate::arrays::{Array, Work, argument, map_rows, numbers, write_matrix};
 use crate::errors::{OrRaise, choice, guarded, shape_error, value_error};
+use crate::python::{getters, methods, slice};
 
 fn engine(name: &str) -> PyResult<Engine> {
     let choices = [
@@ -35,6 +36,17 @@ pub(crate) struct PyEngineCoordinates {
 
 /// An argument by name, with the shape of a row.
 type Given<'a, 'py> = (&'static str, &'a Bound<'py, PyAny>, Vec<usize>);
+
+getters! { PyEngineCoordinates {
+    /// The robot.
+    model: Py<PyModel> = |own, py| own.model.clone_ref(py);
+
+    /// Name of the engine.
+    engine: &str = |own| &own.engine;
+
+    /// Number of the engine's configuration coordinates.
+    nq: PyResult<usize> = |own| Ok(own.coordinates(&own.model.get().model)?.nq());
+} }
 
 impl PyEngineCoordinates {
     fn made(
@@ -139,45 +151,12 @@ impl PyEngineCoordinates {
     ) -> PyResult<Bound<'py, PySlice>> {
         let m = &self.model.get().model;
         let range = of(&self.coordinates(m)?, m.find_joint(joint).or_raise()?);
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 }
 
 #[pymethods]
 impl PyEngineCoordinates {
-    #[new]
-    #[pyo3(signature = (model, engine, joint_order=None))]
-    fn new(
-        model: &Bound<'_, PyModel>,
-        engine: &str,
-        joint_order: Option<Vec<String>>,
-    ) -> PyResult<Self> {
-        Self::made(model, engine, joint_order)
-    }
-
-    /// The robot.
-    #[getter]
-    fn model(&self, py: Python<'_>) -> Py<PyModel> {
-        self.model.clone_ref(py)
-    }
-
-    /// Name of the engine.
-    #[getter]
-    fn engine(&self) -> &str {
-        &self.engine
-    }
-
-    /// Number of the engine's configuration coordinates.
-    #[getter]
-    fn nq(&self) -> PyResult<usize> {
-        Ok(self.coordinates(&self.model.get().model)?.nq())
-    }
-
     /// Range of a joint in the engine's configuration.
     fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         self.slice(py, name, |own, joint| own.joint_q(joint))
@@ -226,8 +205,15 @@ impl PyEngineCoordinates {
     }
 }
 
+methods! { PyEngineCoordinates {
+    #[new]
+    fn new(model: &Bound<'py, PyModel>, engine: &str, joint_order: Option<Vec<String>> = None) -> PyResult<Self> {
+        Self::made(model, engine, joint_order)
+    }
+} }
+
 /// Methods that apply functions of vectors, `name(vectors) => function`, or of q and a matrix, `name(q, matrix: rows) => function`.
-macro_rules! methods {
+macro_rules! coordinates {
     ($($(#[$doc:meta])* $name:ident(q $(, $x:ident)+) => $function:ident;)*) => { $(#[pymethods] impl PyEngineCoordinates {
         $(#[$doc])*
         fn $name<'py>(&self, q: &Bound<'py, PyAny>, $($x: &Bound<'py, PyAny>),+) -> PyResult<Array<'py>> {
@@ -249,7 +235,7 @@ macro_rules! methods {
     })* };
 }
 
-methods! {
+coordinates! {
     /// Velocity, small displacement or gradient in the engine's coordinates, (..., nv). q (..., nq), v (..., nv).
     tangent_to(q, v) => tangent_to;
 
@@ -269,7 +255,7 @@ methods! {
     acceleration_from(q, v, a) => acceleration_from;
 }
 
-methods! {
+coordinates! {
     /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
     jacobian_to(q, jacobian: |_| None) => |t, x| x * t.transpose();
 
@@ -283,18 +269,10 @@ methods! {
     mass_matrix_from(q, mass_matrix: |m| Some(m.nv())) => |t, x| t.tr_mul(x) * t;
 }
 
-#[pymethods]
-impl PyModel {
+methods! { PyModel {
     /// State of this robot in the coordinates of "pinocchio", "mujoco" or "jaxsim": (q, v). Joints may be in another order. q (..., nq), v (..., nv);
     /// `EngineCoordinates` has forces, accelerations and matrices too.
-    #[pyo3(signature = (engine, q, v, joint_order=None))]
-    fn to_engine<'py>(
-        this: &Bound<'py, Self>,
-        engine: &str,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        joint_order: Option<Vec<String>>,
-    ) -> PyResult<(Array<'py>, Array<'py>)> {
+    fn to_engine(this: &Bound<'py, Self>, engine: &str, q, v, joint_order: Option<Vec<String>> = None) -> PyResult<(Array<'py>, Array<'py>)> {
         let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
         Ok((
             coordinates.configuration_to(q)?,
@@ -303,17 +281,10 @@ impl PyModel {
     }
 
     /// State (q, v) of this robot from the coordinates of "pinocchio", "mujoco" or "jaxsim". q (..., the engine's nq), v (..., nv).
-    #[pyo3(signature = (engine, q, v, joint_order=None))]
-    fn from_engine<'py>(
-        this: &Bound<'py, Self>,
-        engine: &str,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        joint_order: Option<Vec<String>>,
-    ) -> PyResult<(Array<'py>, Array<'py>)> {
+    fn from_engine(this: &Bound<'py, Self>, engine: &str, q, v, joint_order: Option<Vec<String>> = None) -> PyResult<(Array<'py>, Array<'py>)> {
         let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
         let q = coordinates.configuration_from(q)?;
         let v = coordinates.tangent_from(q.as_any(), v)?;
         Ok((q, v))
     }
-}
+} }

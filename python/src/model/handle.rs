@@ -12,6 +12,7 @@ use pyo3::types::PyTuple;
 use super::report::PyImportReport;
 use crate::arrays::{Array, Work, argument, map_rows};
 use crate::errors::OrRaise;
+use crate::python::functions;
 
 /// Robot: an immutable tree of bodies and joints.
 ///
@@ -36,14 +37,11 @@ pub(crate) fn next_id() -> u64 {
     LAST.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Calls a method of a robot that gives a changed one.
-#[pyfunction]
-pub(crate) fn _edited<'py>(
-    model: &Bound<'py, PyModel>,
-    method: &str,
-    arguments: &Bound<'py, PyTuple>,
-) -> PyResult<Bound<'py, PyAny>> {
-    model.call_method1(method, arguments)
+functions! {
+    /// Calls a method of a robot that gives a changed one.
+    fn _edited(model: &Bound<'py, PyModel>, method: &str, arguments: &Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyAny>> {
+        model.call_method1(method, arguments)
+    }
 }
 
 #[pymethods]

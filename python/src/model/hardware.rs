@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use super::handle::PyModel;
 use crate::arrays::{Array, matrix, read_vector, vector};
 use crate::errors::{OrRaise, choice, guarded};
+use crate::python::functions;
 
 const DIMENSIONS: [(&str, Dimension); 6] = [
     ("x", Dimension::X),
@@ -42,43 +43,28 @@ fn scaled((name, dimensions, masses): &(String, Vec<String>, String)) -> PyResul
     Ok(ScaledLink::new(name, &dimensions).with_mass_distribution(masses))
 }
 
-/// Names and nominal values of the parameters.
-#[pyfunction]
-#[pyo3(signature = (model, links))]
-pub(crate) fn _hardware<'py>(
-    model: &Bound<'py, PyModel>,
-    links: Option<Links>,
-) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
-    let hardware = hardware_of(model, links.as_ref())?;
-    let nominal = vector(model.py(), hardware.nominal().to_vec());
-    Ok((hardware.names().to_vec(), nominal.into_any()))
-}
+functions! {
+    /// Names and nominal values of the parameters.
+    fn _hardware(model: &Bound<'py, PyModel>, links: Option<Links>) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
+        let hardware = hardware_of(model, links.as_ref())?;
+        let nominal = vector(model.py(), hardware.nominal().to_vec());
+        Ok((hardware.names().to_vec(), nominal.into_any()))
+    }
 
-/// The robot with other values of the parameters.
-#[pyfunction]
-#[pyo3(signature = (model, links, x))]
-pub(crate) fn _hardware_model(
-    model: &Bound<'_, PyModel>,
-    links: Option<Links>,
-    x: &Bound<'_, PyAny>,
-) -> PyResult<PyModel> {
-    let hardware = hardware_of(model, links.as_ref())?;
-    let x = read_vector("x", x, Some(hardware.names().len()))?;
-    let made = guarded(|| hardware.model(&x))?.or_raise()?;
-    let recipe = (model, links, x).into_pyobject(model.py())?;
-    Ok(PyModel::new(made, ("_hardware_model", recipe)))
-}
+    /// The robot with other values of the parameters.
+    fn _hardware_model(model: &Bound<'py, PyModel>, links: Option<Links>, x) -> PyResult<PyModel> {
+        let hardware = hardware_of(model, links.as_ref())?;
+        let x = read_vector("x", x, Some(hardware.names().len()))?;
+        let made = guarded(|| hardware.model(&x))?.or_raise()?;
+        let recipe = (model, links, x).into_pyobject(model.py())?;
+        Ok(PyModel::new(made, ("_hardware_model", recipe)))
+    }
 
-/// Derivatives of all parameters of the model in those of the hardware.
-#[pyfunction]
-#[pyo3(signature = (model, links, x))]
-pub(crate) fn _hardware_jacobian<'py>(
-    model: &Bound<'py, PyModel>,
-    links: Option<Links>,
-    x: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let hardware = hardware_of(model, links.as_ref())?;
-    let x = read_vector("x", x, Some(hardware.names().len()))?;
-    let jacobian = guarded(|| hardware.parameter_jacobian(&x))?.or_raise()?;
-    Ok(matrix(model.py(), &jacobian))
+    /// Derivatives of all parameters of the model in those of the hardware.
+    fn _hardware_jacobian(model: &Bound<'py, PyModel>, links: Option<Links>, x) -> PyResult<Array<'py>> {
+        let hardware = hardware_of(model, links.as_ref())?;
+        let x = read_vector("x", x, Some(hardware.names().len()))?;
+        let jacobian = guarded(|| hardware.parameter_jacobian(&x))?.or_raise()?;
+        Ok(matrix(model.py(), &jacobian))
+    }
 }

@@ -13,6 +13,7 @@ use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::read_vector;
 use crate::errors::{OrRaise, choice, guarded, type_error, value_error, warn};
+use crate::python::{functions, methods};
 
 fn up_axis(name: &str) -> PyResult<UpAxis> {
     let choices = [
@@ -179,46 +180,41 @@ fn source_of(
     Ok((wanted, text.filter(|_| !is_there), path))
 }
 
-/// Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.
-///
-/// A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
-#[pyfunction]
-pub(crate) fn _load_model(
-    py: Python<'_>,
-    format: &str,
-    text: Option<String>,
-    path: Option<PathBuf>,
-    options: &Bound<'_, PyDict>,
-) -> PyResult<PyModel> {
-    let wanted = guarded(|| options_of(options))??;
-    // A pickle may be read in another folder.
-    let path = path.map(|path| std::path::absolute(&path).unwrap_or(path));
-    let read = path
-        .as_ref()
-        .and_then(|path| std::fs::read_to_string(path).ok());
-    let is_from_file = path.is_some() && (text.is_none() || text == read);
-    let loaded = py.detach(|| {
-        guarded(|| match (format, &path, &text) {
-            ("urdf", Some(path), _) if is_from_file => wanted.load_urdf_file(path),
-            ("sdf", Some(path), _) if is_from_file => wanted.load_sdf_file(path),
-            ("mjcf", Some(path), _) if is_from_file => wanted.load_mjcf_file(path),
-            ("urdf", _, Some(text)) => beside(wanted, path.as_ref()).load_urdf_str(text),
-            ("mjcf", _, Some(text)) => beside(wanted, path.as_ref()).load_mjcf_str(text),
-            (_, _, Some(text)) => beside(wanted, path.as_ref()).load_sdf_str(text),
-            _ => wanted.load_urdf_str(""),
+functions! {
+    /// Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.
+    ///
+    /// A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
+    fn _load_model(py: Python, format: &str, text: Option<String>, path: Option<PathBuf>, options: &Bound<'py, PyDict>) -> PyResult<PyModel> {
+        let wanted = guarded(|| options_of(options))??;
+        // A pickle may be read in another folder.
+        let path = path.map(|path| std::path::absolute(&path).unwrap_or(path));
+        let read = path
+            .as_ref()
+            .and_then(|path| std::fs::read_to_string(path).ok());
+        let is_from_file = path.is_some() && (text.is_none() || text == read);
+        let loaded = py.detach(|| {
+            guarded(|| match (format, &path, &text) {
+                ("urdf", Some(path), _) if is_from_file => wanted.load_urdf_file(path),
+                ("sdf", Some(path), _) if is_from_file => wanted.load_sdf_file(path),
+                ("mjcf", Some(path), _) if is_from_file => wanted.load_mjcf_file(path),
+                ("urdf", _, Some(text)) => beside(wanted, path.as_ref()).load_urdf_str(text),
+                ("mjcf", _, Some(text)) => beside(wanted, path.as_ref()).load_mjcf_str(text),
+                (_, _, Some(text)) => beside(wanted, path.as_ref()).load_sdf_str(text),
+                _ => wanted.load_urdf_str(""),
+            })
+        })?;
+        let (model, report) = loaded.or_raise()?;
+        // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
+        let path = path.map(PathBuf::into_os_string);
+        let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
+        warn_of_floating_arm(py, &model, &report)?;
+        let report = Py::new(py, PyImportReport { report })?;
+        let model = PyModel::new(model, ("_load_model", recipe));
+        Ok(PyModel {
+            report: Some(report),
+            ..model
         })
-    })?;
-    let (model, report) = loaded.or_raise()?;
-    // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
-    let path = path.map(PathBuf::into_os_string);
-    let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
-    warn_of_floating_arm(py, &model, &report)?;
-    let report = Py::new(py, PyImportReport { report })?;
-    let model = PyModel::new(model, ("_load_model", recipe));
-    Ok(PyModel {
-        report: Some(report),
-        ..model
-    })
+    }
 }
 
 /// Warns of a robot that floats unasked and whose base carries one chain only: as a rule an arm that was meant to stand.
@@ -259,8 +255,7 @@ pub(super) fn by_name(given: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Vec<f6
     given.iter().map(one).collect()
 }
 
-#[pymethods]
-impl PyModel {
+methods! { PyModel {
     /// Loads a robot from a URDF: a text that begins with "<", or the path of a file.
     ///
     /// base: "auto" (fixed if the root link is called "world"; else it floats, an arm too, with a warning), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
@@ -268,22 +263,14 @@ impl PyModel {
     /// locked_joints: {name: position}; search_paths, roots: directories of meshes; massless_links: "kept", "refused" or (mass, radius);
     /// mesh_up_axis: "auto", "honour" or "ignore". What the loader remarks is in `import_report`.
     #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    pub(super) fn from_urdf(
-        description: &Bound<'_, PyAny>,
-        keywords: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn from_urdf(description, **keywords) -> PyResult<Self> {
         from_description("urdf", description, keywords)
     }
 
     /// Loads a robot from an SDF: a text that begins with "<", or the path of a file. The keywords are those of from_urdf, and
     /// model_name where there are several.
     #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    pub(super) fn from_sdf(
-        description: &Bound<'_, PyAny>,
-        keywords: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn from_sdf(description, **keywords) -> PyResult<Self> {
         from_description("sdf", description, keywords)
     }
 
@@ -291,11 +278,7 @@ impl PyModel {
     /// "auto" the robot stands or floats as the file says. Joints, bodies and sites keep their names, and q has the numbers of qpos. What the model
     /// cannot hold, such as actuators and sensors, is in `import_report`.
     #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    pub(super) fn from_mjcf(
-        description: &Bound<'_, PyAny>,
-        keywords: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn from_mjcf(description, **keywords) -> PyResult<Self> {
         from_description("mjcf", description, keywords)
     }
-}
+} }

@@ -7,26 +7,13 @@ use super::handle::PyModel;
 use crate::arrays::{Array, vector};
 use crate::counts::whole;
 use crate::errors::guarded;
+use crate::python::methods;
 
 #[pymethods]
 impl PyModel {
     /// Neutral configuration (nq,).
     pub(super) fn neutral<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, self.model.neutral().as_slice().to_vec()).into_any()
-    }
-
-    /// Configuration on the path from q0 (t = 0) to q1 (t = 1): (..., nq).
-    fn interpolate<'py>(
-        &self,
-        q0: &Bound<'py, PyAny>,
-        q1: &Bound<'py, PyAny>,
-        t: f64,
-    ) -> PyResult<Array<'py>> {
-        let m = &self.model;
-        let arguments = [("q0", q0, m.nq()), ("q1", q1, m.nq())];
-        self.map(q0.py(), &arguments, &[m.nq()], &|x, out| {
-            out.copy_from_slice(m.interpolate(x[0], x[1], t).as_slice());
-        })
     }
 
     /// Random configuration within the limits, (nq,); equal seeds give equal results.
@@ -36,17 +23,23 @@ impl PyModel {
         let q = self.model.random_configuration(&mut rng);
         Ok(vector(py, q.as_slice().to_vec()).into_any())
     }
+}
+
+methods! { PyModel {
+    /// Configuration on the path from q0 (t = 0) to q1 (t = 1): (..., nq).
+    fn interpolate(&self, q0, q1, t: f64) -> PyResult<Array<'py>> {
+        let m = &self.model;
+        let arguments = [("q0", q0, m.nq()), ("q1", q1, m.nq())];
+        self.map(q0.py(), &arguments, &[m.nq()], &|x, out| {
+            out.copy_from_slice(m.interpolate(x[0], x[1], t).as_slice());
+        })
+    }
 
     /// Random velocity of at most a speed in each coordinate, (nv,); equal seeds give equal results.
-    #[pyo3(signature = (seed, speed=1.0))]
-    fn random_velocity<'py>(
-        &self,
-        seed: &Bound<'py, PyAny>,
-        speed: f64,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn random_velocity(&self, seed, speed: f64 = 1.0) -> PyResult<Bound<'py, PyAny>> {
         let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let v = guarded(|| self.model.random_velocity(&mut rng, speed))?;
         Ok(vector(py, v.as_slice().to_vec()).into_any())
     }
-}
+} }

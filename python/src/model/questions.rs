@@ -6,7 +6,7 @@ use pyo3::types::PySlice;
 use super::handle::PyModel;
 use super::report::PyImportReport;
 use crate::arrays::vector;
-use crate::getters::getters;
+use crate::python::{getters, of_package, slice};
 
 getters! { PyModel {
     /// Name of the robot.
@@ -79,23 +79,13 @@ impl PyModel {
     /// Range of a joint in q.
     fn joint_q<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let range = self.model.joint_q(self.joint_id(name)?);
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 
     /// Range of a joint in v.
     fn joint_v<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let range = self.model.joint_v(self.joint_id(name)?);
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 
     /// Kind of a joint: "revolute", "prismatic", …
@@ -109,9 +99,7 @@ impl PyModel {
     pub(super) fn limits<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let limits = self.model.limits(self.joint_id(name)?);
         let numbers = (limits.lower, limits.upper, limits.velocity, limits.effort);
-        py.import("dualbody.model")?
-            .getattr("Limits")?
-            .call1(numbers)
+        of_package!(py, "model", "Limits").call1(numbers)
     }
 
     /// Links with physically inconsistent inertia: [(link, reason)].

@@ -5,7 +5,8 @@ use dualbody::io::ImportNote;
 use pyo3::prelude::*;
 
 use super::base::base_of;
-use crate::getters::getters;
+use crate::python::getters;
+use crate::python::{functions, of_package};
 use crate::words::{for_python, snake};
 
 /// Report of loading a file: warnings, and unused content. Its str is a table.
@@ -14,23 +15,19 @@ pub(crate) struct PyImportReport {
     pub(crate) report: ImportReport,
 }
 
-/// Restores a pickled report: file, base, requested base, root link, joints with limits, warnings, unused lines.
-#[pyfunction]
-pub(crate) fn _import_report(
-    file: String,
-    bases: [String; 2],
-    root_link: String,
-    limited_joints: usize,
-    warnings: Vec<Note>,
-    ignored: Vec<Note>,
-) -> PyResult<PyImportReport> {
-    let one = |(path, name, line, reason): Note| ImportNote::new(path, name, line, reason);
-    let mut report = ImportReport::new(file, base_of(&bases[0])?, root_link);
-    report.wanted_base = base_of(&bases[1])?;
-    report.limited_joints = limited_joints;
-    report.warnings = warnings.into_iter().map(one).collect();
-    report.ignored = ignored.into_iter().map(one).collect();
-    Ok(PyImportReport { report })
+functions! {
+    /// Restores a pickled report: file, base, requested base, root link, joints with limits, warnings, unused lines.
+    fn _import_report(
+        file: String, bases: [String; 2], root_link: String, limited_joints: usize, warnings: Vec<Note>, ignored: Vec<Note>
+    ) -> PyResult<PyImportReport> {
+        let one = |(path, name, line, reason): Note| ImportNote::new(path, name, line, reason);
+        let mut report = ImportReport::new(file, base_of(&bases[0])?, root_link);
+        report.wanted_base = base_of(&bases[1])?;
+        report.limited_joints = limited_joints;
+        report.warnings = warnings.into_iter().map(one).collect();
+        report.ignored = ignored.into_iter().map(one).collect();
+        Ok(PyImportReport { report })
+    }
 }
 
 /// One remark: element, name, line, reason.
@@ -68,7 +65,7 @@ getters! { PyImportReport {
 #[pymethods]
 impl PyImportReport {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody._dualbody")?.getattr("_import_report")?;
+        let make = of_package!(py, "_dualbody", "_import_report");
         let r = &self.report;
         let parts = (
             &r.file,
@@ -78,7 +75,7 @@ impl PyImportReport {
             self.warnings(),
             self.ignored(),
         );
-        Ok((make, parts.into_pyobject(py)?.into_any()))
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -7,8 +7,9 @@ use dualbody::spatial::{Inertia, Symmetric3, Transform};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 
-use crate::arrays::numbers;
+use crate::arrays::{numbers, read_numbers};
 use crate::errors::{shape_error, value_error};
+use crate::kinds::kind_of;
 
 /// A pose from a matrix [[R, p], [0, 1]], or from a translation.
 pub(crate) fn read_pose(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Transform<f64>> {
@@ -42,25 +43,31 @@ pub(super) fn inertia_of(mass: f64, com: [f64; 3], about_com: [[f64; 3]; 3]) -> 
     Inertia::from_com(mass, &com.into(), &Symmetric3::new(xx, xy, xz, yy, yz, zz))
 }
 
-type GivenGeometry = (String, Vec<f64>, Option<String>);
-
-pub(super) fn geometry((kind, x, uri): &GivenGeometry) -> PyResult<Geometry> {
-    match (kind.as_str(), x.as_slice(), uri) {
-        ("box", &[x, y, z], _) => Ok(Geometry::Box { size: [x, y, z] }),
-        ("sphere", &[radius], _) => Ok(Geometry::Sphere { radius }),
-        ("cylinder", &[radius, length], _) => Ok(Geometry::Cylinder { radius, length }),
-        ("capsule", &[radius, length], _) => Ok(Geometry::Capsule { radius, length }),
-        ("mesh", &[x, y, z], Some(uri)) => Ok(Geometry::Mesh {
-            uri: uri.clone(),
-            path: Some(PathBuf::from(uri)).filter(|path| path.exists()),
-            scale: [x, y, z],
-            up_axis: UpAxis::Auto,
-        }),
-        _ => Err(value_error(format_args!("geometry is ({kind:?}, {x:?})"))),
-    }
-}
-
-/// A shape of Python, by its numbers.
+/// A shape of Python.
 pub(crate) fn read_geometry(shape: &Bound<'_, PyAny>) -> PyResult<Geometry> {
-    geometry(&shape.call_method0("_numbers")?.extract()?)
+    let read = |name: &str| shape.getattr(name);
+    Ok(match kind_of(shape)?.as_str() {
+        "Box" => Geometry::Box {
+            size: read_numbers("size", shape)?,
+        },
+        "Sphere" => Geometry::Sphere {
+            radius: read("radius")?.extract()?,
+        },
+        "Mesh" => {
+            let uri: String = read("path")?.extract()?;
+            Geometry::Mesh {
+                path: Some(PathBuf::from(&uri)).filter(|path| path.exists()),
+                uri,
+                scale: read_numbers("scale", shape)?,
+                up_axis: UpAxis::Auto,
+            }
+        }
+        kind => {
+            let (radius, length) = (read("radius")?.extract()?, read("length")?.extract()?);
+            match kind {
+                "Cylinder" => Geometry::Cylinder { radius, length },
+                _ => Geometry::Capsule { radius, length },
+            }
+        }
+    })
 }

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 use super::handle::PyModel;
 use crate::errors::{OrRaise, guarded};
+use crate::python::{methods, of_package};
 
 #[pymethods]
 impl PyModel {
@@ -27,15 +28,15 @@ impl PyModel {
         dualbody::view::model_page(&self.model)
     }
 
-    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
-    #[pyo3(signature = (width="100%", height="480"))]
-    fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
-        py.import("dualbody.view")?
-            .getattr("Page")?
-            .call1((self.to_html(), width, height))
-    }
-
     pub(super) fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
     }
 }
+
+methods! { PyModel {
+    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
+    fn show(&self, py: Python, width: &str = "100%", height: &str = "480") -> PyResult<Bound<'py, PyAny>> {
+        of_package!(py, "view", "Page")
+            .call1((self.to_html(), width, height))
+    }
+} }

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::arrays::{Array, checked_output, empty, numbers_mut, room, write_matrix};
 use crate::errors::{guarded, value_error};
 use crate::model::PyModel;
+use crate::python::{getters, methods, of_package, slice};
 use crate::simulator::{Given, PySimulator};
 use crate::threads::on_pool;
 pub(crate) use noise::PyNoisySensors;
@@ -32,6 +33,14 @@ pub(crate) struct PySensors {
     /// Memory of the last call for one state, with the simulator that it is for.
     memory: Mutex<Option<(u64, SensorScratch<f64>)>>,
 }
+
+getters! { PySensors {
+    /// Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings.
+    names: Vec<&str> = |own| own.sensors.names();
+
+    /// Unit of each reading; empty for dimensionless readings.
+    units: Vec<&'static str> = |own| own.sensors.units();
+} }
 
 #[pymethods]
 impl PySensors {
@@ -53,18 +62,6 @@ impl PySensors {
         })
     }
 
-    /// Name of each reading: that of its sensor, with ".x", ".qw", ".fx" and so on if the sensor has several readings.
-    #[getter]
-    fn names(&self) -> Vec<&str> {
-        self.sensors.names()
-    }
-
-    /// Unit of each reading; empty for dimensionless readings.
-    #[getter]
-    fn units(&self) -> Vec<&'static str> {
-        self.sensors.units()
-    }
-
     /// Collision shapes that range finders do not see, a sentence each; empty without range finders.
     #[getter]
     fn missing_shapes(&self) -> Vec<String> {
@@ -80,27 +77,29 @@ impl PySensors {
     fn slice<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PySlice>> {
         let missing = || pyo3::exceptions::PyKeyError::new_err(name.to_owned());
         let range = self.sensors.range(name).ok_or_else(missing)?;
-        Ok(PySlice::new(
-            py,
-            range.start as isize,
-            range.end as isize,
-            1,
-        ))
+        Ok(slice(py, range))
     }
 
+    fn __repr__(&self) -> String {
+        let model = self.model.get().model.name();
+        format!(
+            "Sensors of \"{model}\": {}",
+            self.sensors.names().join(", ")
+        )
+    }
+
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+        let (py, own) = (this.py(), this.get());
+        let arguments = (own.model.clone_ref(py), own.given.clone_ref(py)).into_pyobject(py)?;
+        Ok((this.get_type().into_any(), arguments.into_any().unbind()))
+    }
+}
+
+methods! { PySensors {
     /// Readings (..., len) of the step from a state under the input; the state is not changed. Arguments as in Simulator.step; out: an array for the result.
     ///
     /// Raises FloatingPointError if a reading is not finite.
-    #[pyo3(signature = (simulator, q, v, u=None, *, contact=None, out=None))]
-    fn read<'py>(
-        &self,
-        simulator: &Bound<'py, PySimulator>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Array<'py>> {
+    fn read(&self, simulator: &Bound<'py, PySimulator>, q, v, u = None, *, contact = None, out = None) -> PyResult<Array<'py>> {
         let own = simulator.get();
         let given = own.read(q, v, u, contact)?;
         let shape = [given.batch.as_slice(), &[self.sensors.len()]].concat();
@@ -120,15 +119,7 @@ impl PySensors {
 
     /// Jacobians of the step and of its readings, in tangent coordinates: SensorLinearization of a, b as from Simulator.linearize, c (..., len,
     /// n_tangent) and d (..., len, nu). Arguments as in Simulator.step.
-    #[pyo3(signature = (simulator, q, v, u=None, *, contact=None))]
-    fn linearize<'py>(
-        &self,
-        simulator: &Bound<'py, PySimulator>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn linearize(&self, simulator: &Bound<'py, PySimulator>, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), simulator.get());
         let given = own.read(q, v, u, contact)?;
         let count = given.count();
@@ -149,36 +140,17 @@ impl PySensors {
                 write_matrix(matrix, &mut numbers_mut(array)[start..start + matrix.len()]);
             }
         }
-        let class = py.import("dualbody.sim")?.getattr("SensorLinearization")?;
+        let class = of_package!(py, "sim", "SensorLinearization");
         let [a, b, c, d] = out;
         class.call1((a, b, c, d))
     }
 
     /// The sensors with noise, for one state per seed: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between
     /// two samples, s; seeds: (n,), whole numbers.
-    fn noisy(
-        &self,
-        noise: &Bound<'_, PyDict>,
-        time_step: f64,
-        seeds: Vec<u64>,
-    ) -> PyResult<PyNoisySensors> {
+    fn noisy(&self, noise: &Bound<'py, PyDict>, time_step: f64, seeds: Vec<u64>) -> PyResult<PyNoisySensors> {
         PyNoisySensors::new(&self.sensors, noise, time_step, &seeds)
     }
-
-    fn __repr__(&self) -> String {
-        let model = self.model.get().model.name();
-        format!(
-            "Sensors of \"{model}\": {}",
-            self.sensors.names().join(", ")
-        )
-    }
-
-    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
-        let (py, own) = (this.py(), this.get());
-        let arguments = (own.model.clone_ref(py), own.given.clone_ref(py)).into_pyobject(py)?;
-        Ok((this.get_type().into_any(), arguments.into_any().unbind()))
-    }
-}
+} }
 
 impl PySensors {
     fn read_one(&self, own: &PySimulator, given: &Given<'_>, out: &mut [f64]) -> PyResult<()> {

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 use super::{check_rows, spec};
 use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::methods;
 
 /// Sensors with noise, of one state for each seed: made by `Sensors.noisy`. The same seed gives the same readings, whatever other states there are.
 #[pyclass(frozen, name = "NoisySensors", module = "dualbody.sim")]
@@ -61,9 +62,14 @@ impl PyNoisySensors {
         Ok(out)
     }
 
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(self.lock()?.len())
+    }
+}
+
+methods! { PyNoisySensors {
     /// Restarts states with the random numbers of their seeds: (n,) whole numbers. mask: (n,), the selected states; all by default.
-    #[pyo3(signature = (seeds, mask=None))]
-    fn reset(&self, seeds: Vec<u64>, mask: Option<Vec<bool>>) -> PyResult<()> {
+    fn reset(&self, seeds: Vec<u64>, mask: Option<Vec<bool>> = None) -> PyResult<()> {
         let mut states = self.lock()?;
         let mask = mask.unwrap_or_else(|| vec![true; states.len()]);
         if (seeds.len(), mask.len()) != (states.len(), states.len()) {
@@ -83,11 +89,7 @@ impl PyNoisySensors {
         }
         Ok(())
     }
-
-    fn __len__(&self) -> PyResult<usize> {
-        Ok(self.lock()?.len())
-    }
-}
+} }
 
 impl PyNoisySensors {
     fn lock(&self) -> PyResult<std::sync::MutexGuard<'_, Vec<NoisySensors>>> {

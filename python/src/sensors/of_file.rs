@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::value_error;
 use crate::model::PyModel;
+use crate::python::of_package;
 use crate::words::snake;
 
 #[pymethods]
@@ -90,7 +91,7 @@ fn written<'py>(py: Python<'py>, model: &Model, sensor: &Sensor) -> PyResult<Bou
             )));
         }
     };
-    let class = py.import("dualbody.sim")?.getattr("Sensor")?;
+    let class = of_package!(py, "sim", "Sensor");
     class.call((kind, on), Some(&fields))
 }
 
@@ -109,6 +110,6 @@ fn written_noise<'py>(py: Python<'py>, noise: &SensorNoise) -> PyResult<Bound<'p
     ] {
         fields.set_item(name, value)?;
     }
-    let class = py.import("dualbody.sim")?.getattr("SensorNoise")?;
+    let class = of_package!(py, "sim", "SensorNoise");
     class.call((), Some(&fields))
 }

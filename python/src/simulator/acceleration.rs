@@ -11,30 +11,22 @@ use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, checked_output, empty, numbers_mut};
 use crate::model::PyModel;
+use crate::python::methods;
 
 fn not_finite(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
     PyFloatingPointError::new_err(format!("the acceleration{which} is not finite"))
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Acceleration dv/dt at a state under the input, (..., nv), rad/s² or m/s²: forward dynamics with all forces at this instant.
     ///
     /// Arguments as in step; out: an array for the result. Motors, limits, friction, springs, constraints and contact are evaluated at this state,
     /// while a step evaluates some of them at its end. Rigid contact has forces over a whole step only; the acceleration is the mean over one step.
     /// Raises FloatingPointError if an acceleration is not finite.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", models=None, out=None))]
-    fn acceleration<'py>(
-        this: &Bound<'py, Self>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        forces: Option<&Bound<'py, PyAny>>,
-        representation: &str,
-        models: Option<Vec<Py<PyModel>>>,
-        out: Option<&Bound<'py, PyAny>>,
+    fn acceleration(
+        this: &Bound<'py, Self>, q, v, u = None, *, contact = None, forces = None, representation: &str = "mixed",
+        models: Option<Vec<Py<PyModel>>> = None, out = None
     ) -> PyResult<Array<'py>> {
         if let Some(forces) = forces {
             let (forced, u) = with_forces(this, u, forces, representation, models.is_some())?;
@@ -55,7 +47,7 @@ impl PySimulator {
         }
         Ok(array)
     }
-}
+} }
 
 impl PySimulator {
     fn accelerate_one(&self, given: &Given<'_>, out: &Array<'_>) -> PyResult<()> {

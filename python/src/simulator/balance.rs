@@ -16,6 +16,7 @@ use super::spread::Spread;
 use crate::arrays::{Rows, argument, read_vector, vector};
 use crate::errors::{choice, shape_error, value_error};
 use crate::limits::check_array;
+use crate::python::methods;
 
 /// Bounds of numbers.
 type Bounds = [Vec<f64>; 2];
@@ -116,15 +117,49 @@ type Step<'py> = (
 
 #[pymethods]
 impl PyBalance {
+    /// Seeds the states whose seed is not None, from their next episode on.
+    fn seed(&mut self, seeds: Vec<Option<u64>>) {
+        if let Some(all) = &mut self.all {
+            let seeds = seeds.iter().take(all.states().len()).enumerate();
+            seeds.for_each(|(i, seed)| seed.iter().for_each(|seed| all.seed(i, *seed)));
+        }
+    }
+
+    /// Takes the steps of actions (n, nu).
+    fn step<'py>(&mut self, actions: &Bound<'py, PyAny>) -> PyResult<Step<'py>> {
+        let py = actions.py();
+        self.read_actions(actions)?;
+        self.refuse_ended()?;
+        let n = self.next.rewards.len();
+        if self.spread.begins() {
+            let threads = threads_for(n)?;
+            self.all = self.all.take().map(|all| all.with_threads(threads));
+        }
+        let (all, actions, next) = (&mut self.all, &self.actions, &mut self.next);
+        self.spread.run(py, || {
+            if let Some(all) = all {
+                all.step(actions, next);
+            }
+        })?;
+        let next = &self.next;
+        let begins_again = self.auto_reset == AutoReset::SameStep
+            && (next.terminated.contains(&true) || next.truncated.contains(&true));
+        let last = begins_again.then(|| single(py, &next.final_observations, n));
+        Ok((
+            single(py, &next.observations, n)?,
+            PyArray1::from_slice(py, &next.rewards),
+            PyArray1::from_slice(py, &next.terminated),
+            PyArray1::from_slice(py, &next.truncated),
+            last.transpose()?,
+        ))
+    }
+}
+
+methods! { PyBalance {
     #[new]
     fn new(
-        simulator: &Bound<'_, PySimulator>,
-        n: usize,
-        start: (Bound<'_, PyAny>, Bound<'_, PyAny>),
-        within: (Bound<'_, PyAny>, Bound<'_, PyAny>),
-        max_steps: usize,
-        steps_per_action: usize,
-        mode: &str,
+        simulator: &Bound<'py, PySimulator>, n: usize, start: (Bound<'py, PyAny>, Bound<'py, PyAny>), within: (Bound<'py, PyAny>, Bound<'py, PyAny>),
+        max_steps: usize, steps_per_action: usize, mode: &str
     ) -> PyResult<Self> {
         let own = &simulator.get().simulator;
         let (nq, nv, nu, _) = simulator.get().sizes();
@@ -159,21 +194,8 @@ impl PyBalance {
         })
     }
 
-    /// Seeds the states whose seed is not None, from their next episode on.
-    fn seed(&mut self, seeds: Vec<Option<u64>>) {
-        if let Some(all) = &mut self.all {
-            let seeds = seeds.iter().take(all.states().len()).enumerate();
-            seeds.for_each(|(i, seed)| seed.iter().for_each(|seed| all.seed(i, *seed)));
-        }
-    }
-
     /// Begins episodes, those of a mask or all: observations.
-    #[pyo3(signature = (mask=None))]
-    fn reset<'py>(
-        &mut self,
-        py: Python<'py>,
-        mask: Option<PyArrayLike1<'_, bool>>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    fn reset(&mut self, py: Python, mask: Option<PyArrayLike1<'py, bool>> = None) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let n = self.next.rewards.len();
         let mask = mask.map(|mask| mask.as_array().to_vec());
         if let Some(given) = mask.as_ref().map(Vec::len).filter(|given| *given != n) {
@@ -190,46 +212,14 @@ impl PyBalance {
         single(py, &self.next.observations, n)
     }
 
-    /// Takes the steps of actions (n, nu).
-    fn step<'py>(&mut self, actions: &Bound<'py, PyAny>) -> PyResult<Step<'py>> {
-        let py = actions.py();
-        self.read_actions(actions)?;
-        self.refuse_ended()?;
-        let n = self.next.rewards.len();
-        if self.spread.begins() {
-            let threads = threads_for(n)?;
-            self.all = self.all.take().map(|all| all.with_threads(threads));
-        }
-        let (all, actions, next) = (&mut self.all, &self.actions, &mut self.next);
-        self.spread.run(py, || {
-            if let Some(all) = all {
-                all.step(actions, next);
-            }
-        })?;
-        let next = &self.next;
-        let begins_again = self.auto_reset == AutoReset::SameStep
-            && (next.terminated.contains(&true) || next.truncated.contains(&true));
-        let last = begins_again.then(|| single(py, &next.final_observations, n));
-        Ok((
-            single(py, &next.observations, n)?,
-            PyArray1::from_slice(py, &next.rewards),
-            PyArray1::from_slice(py, &next.terminated),
-            PyArray1::from_slice(py, &next.truncated),
-            last.transpose()?,
-        ))
-    }
-
     /// The first state (nq,), (nv,), and the number of actions of its episode so far.
-    fn first<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)> {
+    fn first(&self, py: Python) -> Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)> {
         let all = self.all.as_ref().filter(|all| all.states().len() > 0)?;
         let state = all.states().state(0);
         let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
         Some((q, v, all.length(0)))
     }
-}
+} }
 
 impl PyBalance {
     /// Reads actions, without a copy on the way if they are those of Gymnasium, in single precision.

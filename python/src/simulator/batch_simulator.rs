@@ -16,6 +16,7 @@ use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
 use crate::counts::whole;
 use crate::errors::{guarded, value_error};
 use crate::limits::check_array;
+use crate::python::{getters, methods};
 
 /// Many states of a robot that stay where they are between steps, in the lanes of vector units: faster than Simulator.step, which reads and checks all states at each step.
 ///
@@ -30,15 +31,45 @@ pub(crate) struct PyBatchSimulator {
     spread: Spread,
 }
 
+getters! { PyBatchSimulator {
+    /// The simulator of all states, without the parameters in which they differ.
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
+
+    /// Configurations (n, nq): a copy.
+    q: Array<'py> = |own, py| own.part(py, 0);
+
+    /// Velocities (n, nv): a copy.
+    v: Array<'py> = |own, py| own.part(py, 1);
+
+    /// States of contact (n, n_contact): a copy.
+    contact: Array<'py> = |own, py| own.part(py, 2);
+} }
+
 #[pymethods]
 impl PyBatchSimulator {
+    fn __len__(&self) -> usize {
+        self.states.len()
+    }
+
+    /// Whether each state runs (n,): it does until it diverges, and again once it is set.
+    #[getter]
+    fn running<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        let runs = |i| self.states.status(i) == RolloutStatus::Completed;
+        PyArray1::from_iter(py, (0..self.states.len()).map(runs))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let simulator = self.simulator.bind(py).repr()?;
+        Ok(format!(
+            "BatchSimulator({simulator}, {})",
+            self.states.len()
+        ))
+    }
+}
+
+methods! { PyBatchSimulator {
     #[new]
-    #[pyo3(signature = (simulator, n, *, parameters=None))]
-    fn new(
-        simulator: &Bound<'_, PySimulator>,
-        n: &Bound<'_, PyAny>,
-        parameters: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn new(simulator: &Bound<'py, PySimulator>, n, *, parameters: Option<&Bound<'py, PyDict>> = None) -> PyResult<Self> {
         let own = &simulator.get().simulator;
         let n: usize = whole("n", n)?;
         check_array("states", &[n, own.neutral_state::<f64>().len()])?;
@@ -59,50 +90,8 @@ impl PyBatchSimulator {
         })
     }
 
-    /// The simulator of all states, without the parameters in which they differ.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
-
-    fn __len__(&self) -> usize {
-        self.states.len()
-    }
-
-    /// Configurations (n, nq): a copy.
-    #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 0)
-    }
-
-    /// Velocities (n, nv): a copy.
-    #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 1)
-    }
-
-    /// States of contact (n, n_contact): a copy.
-    #[getter]
-    fn contact<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.part(py, 2)
-    }
-
-    /// Whether each state runs (n,): it does until it diverges, and again once it is set.
-    #[getter]
-    fn running<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        let runs = |i| self.states.status(i) == RolloutStatus::Completed;
-        PyArray1::from_iter(py, (0..self.states.len()).map(runs))
-    }
-
     /// Sets states: all, or those whose flag is true in mask (n,). q (n, nq) or (nq,), v likewise; contact is neutral if it is left out.
-    #[pyo3(signature = (q, v, *, contact=None, mask=None))]
-    fn set(
-        &mut self,
-        q: &Bound<'_, PyAny>,
-        v: &Bound<'_, PyAny>,
-        contact: Option<&Bound<'_, PyAny>>,
-        mask: Option<PyArrayLike1<'_, bool>>,
-    ) -> PyResult<()> {
+    fn set(&mut self, q, v, *, contact = None, mask: Option<PyArrayLike1<'py, bool>> = None) -> PyResult<()> {
         let (own, n) = (self.simulator.get(), self.states.len());
         let given = own.read(q, v, None, contact)?;
         let mask = mask.map(|mask| mask.as_array().to_vec());
@@ -136,13 +125,7 @@ impl PyBatchSimulator {
     }
 
     /// Takes time steps with the input held: u (n, nu) or (nu,), N·m or N, zero if it is left out; steps: their number, the decimation of a policy.
-    #[pyo3(signature = (u=None, *, steps=None))]
-    fn step(
-        &mut self,
-        py: Python<'_>,
-        u: Option<&Bound<'_, PyAny>>,
-        steps: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
+    fn step(&mut self, py: Python, u = None, *, steps = None) -> PyResult<()> {
         let steps: usize = steps.map_or(Ok(1), |steps| whole("steps", steps))?;
         let inputs = self.inputs(u)?;
         let n = self.states.len();
@@ -157,15 +140,7 @@ impl PyBatchSimulator {
             }
         })
     }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let simulator = self.simulator.bind(py).repr()?;
-        Ok(format!(
-            "BatchSimulator({simulator}, {})",
-            self.states.len()
-        ))
-    }
-}
+} }
 
 impl PyBatchSimulator {
     fn part<'py>(&self, py: Python<'py>, part: usize) -> Array<'py> {

@@ -8,13 +8,12 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use crate::arrays::{read_vector, vector};
+use crate::python::{methods, of_package};
 use crate::words::snake;
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Remarks on a time step that is too long for springs, dampers, limits and soft contact near this pose, and for rotations if a velocity is given.
-    #[pyo3(signature = (q, v=None))]
-    fn remarks(&self, q: &Bound<'_, PyAny>, v: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+    fn remarks(&self, q, v = None) -> PyResult<Vec<String>> {
         let model = self.simulator.model();
         let q = read_vector("q", q, Some(model.nq()))?;
         let said = match v {
@@ -28,14 +27,7 @@ impl PySimulator {
     }
 
     /// Report on contact in a state under an input: a ContactReport.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn contact_report<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn contact_report(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
         let given = self.one(q, v, u, contact)?;
         let report = self.with_memory(&given, |memory| {
@@ -54,11 +46,10 @@ impl PySimulator {
             certificate(&report.certificate),
             self.pairs(py, &report)?,
         );
-        py.import("dualbody.sim")?
-            .getattr("ContactReport")?
+        of_package!(py, "sim", "ContactReport")
             .call1(fields)
     }
-}
+} }
 
 impl PySimulator {
     /// Points between bodies: a PairContact each.
@@ -67,7 +58,7 @@ impl PySimulator {
         py: Python<'py>,
         report: &ContactReport,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = py.import("dualbody.sim")?.getattr("PairContact")?;
+        let class = of_package!(py, "sim", "PairContact");
         let frames = self.simulator.model().frames();
         let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice().to_vec());
         let pairs = report.pairs.iter().map(|pair| {

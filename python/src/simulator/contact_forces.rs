@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::handle::PySimulator;
 use crate::arrays::{Array, Work, argument, map_rows, numbers, numbers_mut, room};
+use crate::python::methods;
 use crate::threads::on_pool;
 
 /// Numbers of a link: the force on it, and whether it is in contact.
@@ -21,17 +22,10 @@ const POINT: usize = 22;
 /// Numbers of a point for its Jacobian: the indices of the links, and its position.
 const PLACE: usize = 5;
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Forces on links (..., n_links, 7), on the points with the ground (..., n, 3), and the points between links (..., m, 22), of which those that a state has fewer than others
     /// have the links -1.
-    fn _contact_forces<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<[Array<'py>; 3]> {
+    fn _contact_forces(&self, q, v, u: Option<&Bound<'py, PyAny>>, contact: Option<&Bound<'py, PyAny>>) -> PyResult<[Array<'py>; 3]> {
         let py = q.py();
         let given = self.read(q, v, u, contact)?;
         let count = given.count();
@@ -62,13 +56,7 @@ impl PySimulator {
     }
 
     /// Jacobians at points between links, or their rates, (..., m, 6, nv): points (..., m, 5) of links and position.
-    fn _pair_jacobians<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        points: &Bound<'py, PyAny>,
-        are_rates: bool,
-    ) -> PyResult<Array<'py>> {
+    fn _pair_jacobians(&self, q, v, points, are_rates: bool) -> PyResult<Array<'py>> {
         let model = self.simulator.model();
         let ([nq], [nv]) = ([model.nq()], [model.nv()]);
         let points = numbers("points", points)?.into_any();
@@ -98,7 +86,7 @@ impl PySimulator {
         };
         map_rows(q.py(), (model, self.id()), &arguments, &tail, None, work)
     }
-}
+} }
 
 fn reports(simulator: &Simulator, states: &[State], inputs: &[f64]) -> Vec<ContactReport> {
     let nu = simulator.nu();

@@ -9,6 +9,7 @@ use super::handle::PySimulator;
 use crate::arrays::{Array, Work, argument, map_rows, numbers_mut};
 use crate::dynamics::table::Entry;
 use crate::errors::value_error;
+use crate::python::methods;
 
 /// Entries of the table, and methods that call them.
 macro_rules! entries_of_simulators {
@@ -30,40 +31,27 @@ dualbody_python_table::simulator_functions!(entries_of_simulators);
 
 #[pymethods]
 impl PySimulator {
-    /// Positions, velocities, normals and depths of all points of contact in one array, (..., n, 10).
-    fn _contact_points<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.call_entry(&entries::_contact_points, &[q, v], &[])
-    }
-
     /// Poses of the frames of all contact points, (..., n, 4, 4): the origin at the point, the axes of its link. q (..., nq).
     fn contact_frames<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         self.call_entry(&entries::contact_frames, &[q], &[])
+    }
+}
+
+methods! { PySimulator {
+    /// Positions, velocities, normals and depths of all points of contact in one array, (..., n, 10).
+    fn _contact_points(&self, q, v) -> PyResult<Array<'py>> {
+        self.call_entry(&entries::_contact_points, &[q, v], &[])
     }
 
     /// Jacobians of the frames of all contact points, (..., n, 6, nv). q (..., nq).
     ///
     /// In the mixed representation the first three rows give the velocity of the body at the point, in world axes. A frame is fixed to its body.
-    #[pyo3(signature = (q, representation="mixed"))]
-    fn contact_jacobians<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        representation: &str,
-    ) -> PyResult<Array<'py>> {
+    fn contact_jacobians(&self, q, representation: &str = "mixed") -> PyResult<Array<'py>> {
         self.call_entry(&entries::contact_jacobians, &[q], &[representation])
     }
 
     /// Rates of the Jacobians of the frames of all contact points along v, (..., n, 6, nv). q (..., nq), v (..., nv).
-    #[pyo3(signature = (q, v, representation="mixed"))]
-    fn contact_jacobian_derivatives<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        representation: &str,
-    ) -> PyResult<Array<'py>> {
+    fn contact_jacobian_derivatives(&self, q, v, representation: &str = "mixed") -> PyResult<Array<'py>> {
         self.call_entry(
             &entries::contact_jacobian_derivatives,
             &[q, v],
@@ -72,10 +60,7 @@ impl PySimulator {
     }
 
     /// Whether a point of each link is below the ground, in the order of ``model.link_names``, (..., n_links) of bool. q (..., nq).
-    fn links_in_contact<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    fn links_in_contact(&self, q) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         self.check_contacts()?;
         let (simulator, model) = (&*self.simulator, self.simulator.model());
         let work = Work {
@@ -93,7 +78,7 @@ impl PySimulator {
         let flags: Vec<bool> = numbers_mut(&flags).iter().map(|&x| x > 0.0).collect();
         numpy::PyArray1::from_vec(q.py(), flags).reshape(shape)
     }
-}
+} }
 
 impl PySimulator {
     fn check_contacts(&self) -> PyResult<()> {

@@ -9,18 +9,12 @@ use pyo3::types::PyTuple;
 use super::handle::PySimulator;
 use crate::arrays::{matrix, read_matrix_of, vector};
 use crate::errors::guarded;
+use crate::python::methods;
 use crate::threads::on_pool_stopped;
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Equilibrium near a guess: (q, contact, u, acceleration, iterations, status, found).
-    #[pyo3(signature = (q, u=None, contact=None))]
-    fn _equilibrium<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    fn _equilibrium(&self, q, u = None, contact = None) -> PyResult<Bound<'py, PyTuple>> {
         let py = q.py();
         let rest = vector(py, vec![0.0; self.simulator.model().nv()]);
         let given = self.one(q, &rest, u, contact)?;
@@ -41,12 +35,7 @@ impl PySimulator {
     }
 
     /// Regulator about an equilibrium: (gain, eigenvalues of the loop, status, stabilised, bristles, dropped directions, names, eigenvalues).
-    fn _equilibrium_lqr<'py>(
-        &self,
-        at: [Bound<'py, PyAny>; 3],
-        q: &Bound<'py, PyAny>,
-        r: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    fn _equilibrium_lqr(&self, at: [Bound<'py, PyAny>; 3], q, r) -> PyResult<Bound<'py, PyTuple>> {
         let (py, [pose, contact, u]) = (q.py(), at);
         let (n, nu) = (2 * self.simulator.model().nv(), self.simulator.nu());
         let rest = vector(py, vec![0.0; n / 2]);
@@ -74,7 +63,7 @@ impl PySimulator {
         )
             .into_pyobject(py)
     }
-}
+} }
 
 /// Complex numbers as (re, im), one in each row.
 fn pairs<'py>(py: Python<'py>, values: &[Complex<f64>]) -> PyResult<Bound<'py, PyAny>> {

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use crate::errors::value_error;
+use crate::python::of_package;
 
 /// A simulator with an input for each coordinate of the forces, and the input with them.
 pub(super) fn with_forces<'py>(
@@ -21,7 +22,7 @@ pub(super) fn with_forces<'py>(
     let py = this.py();
     let parts = this.get().parts.bind(py).as_any();
     let actuators = parts.get_item("frame_actuators")?;
-    let forced = py.import("dualbody._forces")?.getattr("_forced")?;
+    let forced = of_package!(py, "_forces", "_forced");
     let made = forced.call1((this, actuators, u, forces, representation))?;
     made.extract()
 }

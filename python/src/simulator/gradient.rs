@@ -5,7 +5,6 @@ use std::ops::Range;
 use dualbody::linearize::{StepGradient, VjpScratch};
 use dualbody::sim::SimulatorParameterGroup;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
 
 use super::given::{check_finite, row};
@@ -14,6 +13,7 @@ use super::memory::check_batch;
 use crate::arrays::{Array, Rows, argument, common_batch, empty, numbers_mut};
 use crate::errors::guarded;
 use crate::model::PyModel;
+use crate::python::{methods, of_package};
 use crate::threads::on_pool;
 
 /// Gradients of fewer states than this are taken on the thread that asks for them.
@@ -56,23 +56,14 @@ pub(crate) fn stack<'py, 'a>(
     array
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Gradient of ⟨adjoint, next state⟩, the vector-Jacobian product of a step: a StepGradient (state, input, parameters, friction,
     /// simulator_parameters).
     ///
     /// q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. The cost is three to six steps, for
     /// any number of parameters. parameters: False omits parameters and friction.
-    #[pyo3(signature = (q, v, u, adjoint, *, contact=None, models=None, parameters=true))]
-    fn vjp<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: &Bound<'py, PyAny>,
-        adjoint: &Bound<'py, PyAny>,
-        contact: Option<&Bound<'py, PyAny>>,
-        models: Option<Vec<Py<PyModel>>>,
-        parameters: bool,
+    fn vjp(
+        &self, q, v, u, adjoint, *, contact = None, models: Option<Vec<Py<PyModel>>> = None, parameters: bool = true
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), &*self.simulator);
         let (n, nu) = (own.n_tangent(), own.nu());
@@ -111,12 +102,10 @@ impl PySimulator {
             friction,
             simulator,
         );
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        CLASS
-            .import(py, "dualbody.sim", "StepGradient")?
+        of_package!(py, "sim", "StepGradient")
             .call1(arrays)
     }
-}
+} }
 
 impl PySimulator {
     /// Derivatives in the parameters of the model, in the friction of each point of contact and in all parameters of the simulator, from the latter of each

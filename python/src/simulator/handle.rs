@@ -12,6 +12,7 @@ use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, choice, guarded, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of, simulator_of};
+use crate::python::{functions, getters, methods, of_package};
 
 /// A simulator of a batch.
 pub(crate) struct Batch {
@@ -112,15 +113,20 @@ fn warn_of_shapes(py: Python<'_>, model: &Model, contacts: &Contacts) -> PyResul
     warn(py, &text)
 }
 
-/// Makes a simulator again.
-#[pyfunction]
-pub(crate) fn _simulator<'py>(
-    class: &Bound<'py, PyAny>,
-    model: &Bound<'py, PyAny>,
-    parts: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyAny>> {
-    class.call((model,), Some(parts))
+functions! {
+    /// Makes a simulator again.
+    fn _simulator(class, model, parts: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+        class.call((model,), Some(parts))
+    }
 }
+
+getters! { PySimulator {
+    /// The robot.
+    model: Py<PyModel> = |own, py| own.model.clone_ref(py);
+
+    /// Time step, s.
+    time_step: f64 = |own| own.simulator.time_step();
+} }
 
 impl PySimulator {
     /// The simulator of everything that a description holds.
@@ -141,26 +147,97 @@ impl PySimulator {
 
 #[pymethods]
 impl PySimulator {
+    /// Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
+    /// activations; what the file does not state of it is zero.
+    #[getter]
+    fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        let scene = self.parts.bind(py).as_any().get_item("_scene")?;
+        if scene.is_none() {
+            return Ok(out);
+        }
+        if scene.get_item(0)?.extract::<String>()? != "mjcf" {
+            return Ok(out);
+        }
+        let scene = scene_of(&scene)?;
+        let state_of = |state: &State, u: Vec<f64>| {
+            let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
+            let mut contact = self.simulator.neutral_state::<f64>();
+            // A simulator with other activations starts without those of the file.
+            if contact.activation.len() == state.activation.len() {
+                contact.activation.clone_from(&state.activation);
+            }
+            let contact = contact.contact.iter().chain(&contact.activation);
+            (q, v, vector(py, u), vector(py, contact.copied().collect()))
+        };
+        let still = vec![0.0; self.simulator.nu()];
+        out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;
+        for key in &scene.keyframes {
+            let u = match key.control.is_empty() {
+                true => still.clone(),
+                false => scene.inputs(key.control.as_slice()),
+            };
+            out.set_item(&key.name, state_of(&key.state, u))?;
+        }
+        Ok(out)
+    }
+
+    /// Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
+    #[getter]
+    fn integrator(&self) -> &'static str {
+        let own = self.simulator.integrator();
+        let found = INTEGRATORS
+            .iter()
+            .find(|(_, integrator)| *integrator == own);
+        found.map_or("", |(name, _)| name)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let s = &self.simulator;
+        let mut text = format!(
+            "Simulator({}, time_step={}, integrator=\"{}\", nu={}",
+            self.model.bind(py).repr()?,
+            s.time_step(),
+            self.integrator(),
+            s.nu()
+        );
+        if let Some(contacts) = s.contacts() {
+            text += &format!(", {} contact points", contacts.points().len());
+        }
+        if !s.constraints().is_empty() {
+            text += &format!(", {} constraints", s.constraints().len());
+        }
+        Ok(text + ")")
+    }
+
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+        let (py, own) = (this.py(), this.get());
+        let parts = own.parts.bind(py).copy()?;
+        let has_described = !parts.as_any().get_item("contacts")?.is_none();
+        if let Some(contacts) = own.simulator.contacts().filter(|_| has_described) {
+            // Points of meshes travel with the simulator: their files may be missing elsewhere.
+            let points: Vec<_> = contacts.points().iter().map(point_numbers).collect();
+            let described = parts
+                .as_any()
+                .get_item("contacts")?
+                .call_method1("_with_points", (points,))?;
+            parts.set_item("contacts", described)?;
+        }
+        let make = of_package!(py, "_dualbody", "_simulator");
+        let arguments = (this.get_type(), own.base.clone_ref(py), parts).into_pyobject(py)?;
+        Ok((make.clone(), arguments.into_any().unbind()))
+    }
+}
+
+methods! { PySimulator {
     #[new]
-    #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
-        constraints=None, external_forces=None, frame_actuators=None, tendon_servos=None, activations=None, divergence_bound=None,
-        parameters=None, _scene=None))]
-    pub(super) fn new(
-        py: Python<'_>,
-        model: &Bound<'_, PyModel>,
-        time_step: Option<f64>,
-        integrator: Option<&str>,
-        actuated: Option<Bound<'_, PyAny>>,
-        contacts: Option<Bound<'_, PyAny>>,
-        actuation: Option<Bound<'_, PyAny>>,
-        constraints: Option<Vec<Bound<'_, PyAny>>>,
-        external_forces: Option<Vec<Bound<'_, PyAny>>>,
-        frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
-        tendon_servos: Option<Vec<Bound<'_, PyAny>>>,
-        activations: Option<Bound<'_, PyDict>>,
-        divergence_bound: Option<f64>,
-        parameters: Option<Bound<'_, PyAny>>,
-        _scene: Option<Bound<'_, PyAny>>,
+    fn new(
+        py: Python, model: &Bound<'py, PyModel>, *, time_step: Option<f64> = None, integrator: Option<&str> = "semi_implicit_euler",
+        actuated: Option<Bound<'py, PyAny>> = None, contacts: Option<Bound<'py, PyAny>> = None, actuation: Option<Bound<'py, PyAny>> = None,
+        constraints: Option<Vec<Bound<'py, PyAny>>> = None, external_forces: Option<Vec<Bound<'py, PyAny>>> = None,
+        frame_actuators: Option<Vec<Bound<'py, PyAny>>> = None, tendon_servos: Option<Vec<Bound<'py, PyAny>>> = None,
+        activations: Option<Bound<'py, PyDict>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
+        _scene: Option<Bound<'py, PyAny>> = None
     ) -> PyResult<Self> {
         let parts = PyDict::new(py);
         parts.set_item("_scene", _scene)?;
@@ -202,11 +279,7 @@ impl PySimulator {
     /// model.import_report. The keywords are those of Model.from_mjcf. `replace` changes parts, and adds constraints, forces, frame_actuators and
     /// tendon_servos to those of the file. keyframes has its named states.
     #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    fn from_mjcf<'py>(
-        description: &Bound<'py, PyAny>,
-        keywords: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn from_mjcf(description, **keywords) -> PyResult<Bound<'py, PyAny>> {
         Self::from_description("mjcf", description, keywords)
     }
 
@@ -218,77 +291,12 @@ impl PySimulator {
     /// range of the input, the reduction of a simple transmission is the gear of the servo. What is not used is in model.import_report. The
     /// keywords are those of Model.from_urdf.
     #[staticmethod]
-    #[pyo3(signature = (description, **keywords))]
-    fn from_urdf<'py>(
-        description: &Bound<'py, PyAny>,
-        keywords: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn from_urdf(description, **keywords) -> PyResult<Bound<'py, PyAny>> {
         Self::from_description("urdf", description, keywords)
     }
 
-    /// Named states of the MJCF file: {name: (q, v, u, contact)}, first "qpos0" at rest without inputs; empty for other simulators. contact ends with the
-    /// activations; what the file does not state of it is zero.
-    #[getter]
-    fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let out = PyDict::new(py);
-        let scene = self.parts.bind(py).as_any().get_item("_scene")?;
-        if scene.is_none() {
-            return Ok(out);
-        }
-        if scene.get_item(0)?.extract::<String>()? != "mjcf" {
-            return Ok(out);
-        }
-        let scene = scene_of(&scene)?;
-        let state_of = |state: &State, u: Vec<f64>| {
-            let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
-            let mut contact = self.simulator.neutral_state::<f64>();
-            // A simulator with other activations starts without those of the file.
-            if contact.activation.len() == state.activation.len() {
-                contact.activation.clone_from(&state.activation);
-            }
-            let contact = contact.contact.iter().chain(&contact.activation);
-            (q, v, vector(py, u), vector(py, contact.copied().collect()))
-        };
-        let still = vec![0.0; self.simulator.nu()];
-        out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;
-        for key in &scene.keyframes {
-            let u = match key.control.is_empty() {
-                true => still.clone(),
-                false => scene.inputs(key.control.as_slice()),
-            };
-            out.set_item(&key.name, state_of(&key.state, u))?;
-        }
-        Ok(out)
-    }
-
-    /// The robot.
-    #[getter]
-    pub(crate) fn model(&self, py: Python<'_>) -> Py<PyModel> {
-        self.model.clone_ref(py)
-    }
-
-    /// Time step, s.
-    #[getter]
-    fn time_step(&self) -> f64 {
-        self.simulator.time_step()
-    }
-
-    /// Integrator: "semi_implicit_euler", "implicit_velocity", "runge_kutta_4" or "implicit_midpoint".
-    #[getter]
-    fn integrator(&self) -> &'static str {
-        let own = self.simulator.integrator();
-        let found = INTEGRATORS
-            .iter()
-            .find(|(_, integrator)| *integrator == own);
-        found.map_or("", |(name, _)| name)
-    }
-
     /// The simulator with parts replaced: the keywords of its constructor.
-    #[pyo3(signature = (**changes))]
-    pub(super) fn replace<'py>(
-        this: &Bound<'py, Self>,
-        changes: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn replace(this: &Bound<'py, Self>, **changes) -> PyResult<Bound<'py, PyAny>> {
         let py = this.py();
         let parts = this.get().parts.bind(py).copy()?;
         let model = this.get().base.clone_ref(py).into_any();
@@ -314,51 +322,12 @@ impl PySimulator {
     /// The simulator with other parameters, (n,), named by parameter_names. Raises a ValueError that names a parameter out of range.
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
-    fn with_parameters<'py>(
-        this: &Bound<'py, Self>,
-        parameters: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn with_parameters(this: &Bound<'py, Self>, parameters) -> PyResult<Bound<'py, PyAny>> {
         let changes = PyDict::new(this.py());
         changes.set_item("parameters", parameters)?;
         Self::replace(this, Some(&changes))
     }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let s = &self.simulator;
-        let mut text = format!(
-            "Simulator({}, time_step={}, integrator=\"{}\", nu={}",
-            self.model.bind(py).repr()?,
-            s.time_step(),
-            self.integrator(),
-            s.nu()
-        );
-        if let Some(contacts) = s.contacts() {
-            text += &format!(", {} contact points", contacts.points().len());
-        }
-        if !s.constraints().is_empty() {
-            text += &format!(", {} constraints", s.constraints().len());
-        }
-        Ok(text + ")")
-    }
-
-    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
-        let (py, own) = (this.py(), this.get());
-        let parts = own.parts.bind(py).copy()?;
-        let has_described = !parts.as_any().get_item("contacts")?.is_none();
-        if let Some(contacts) = own.simulator.contacts().filter(|_| has_described) {
-            // Points of meshes travel with the simulator: their files may be missing elsewhere.
-            let points: Vec<_> = contacts.points().iter().map(point_numbers).collect();
-            let described = parts
-                .as_any()
-                .get_item("contacts")?
-                .call_method1("_with_points", (points,))?;
-            parts.set_item("contacts", described)?;
-        }
-        let make = py.import("dualbody._dualbody")?.getattr("_simulator")?;
-        let arguments = (this.get_type(), own.base.clone_ref(py), parts).into_pyobject(py)?;
-        Ok((make, arguments.into_any().unbind()))
-    }
-}
+} }
 
 impl PySimulator {
     /// The number that identifies this simulator in this process.

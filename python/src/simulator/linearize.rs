@@ -3,7 +3,6 @@
 use dualbody::linearize::{LinearizeScratch, RateScratch};
 use dualbody::{Linearization, State};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 
 use super::given::Given;
 use super::gradient::each;
@@ -11,6 +10,7 @@ use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, numbers_mut, room, write_matrix};
 use crate::model::PyModel;
+use crate::python::{methods, of_package};
 
 /// Arrays of A and B, one pair for each state of a batch.
 pub(crate) struct Jacobians<'py> {
@@ -43,21 +43,12 @@ impl<'py> Jacobians<'py> {
     }
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Jacobians of the step in tangent coordinates: a (..., n_tangent, n_tangent), b (..., n_tangent, nu). Arguments as in step.
     ///
     /// δq is a tangent vector, as from Model.difference: three entries for a rotation of a ball joint or base, in body axes, not the four of a
     /// quaternion. Where contacts begin or end the Jacobians are those of one side. With soft contact the state includes its bristles.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, models=None))]
-    fn linearize<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        models: Option<Vec<Py<PyModel>>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn linearize(&self, q, v, u = None, *, contact = None, models: Option<Vec<Py<PyModel>>> = None) -> PyResult<Bound<'py, PyAny>> {
         let given = self.read(q, v, u, contact)?;
         check_batch(&given.batch, models.is_some())?;
         self.jacobians(q.py(), &given, |out| match given.batch.is_empty() {
@@ -69,14 +60,7 @@ impl PySimulator {
     /// Jacobians of the rate (v, acceleration) in continuous time, in tangent coordinates: shapes and arguments as in linearize.
     ///
     /// Raises ValueError with rigid contact, whose forces act over a step. [Carpentier, Mansard 2018]
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn linearize_rate<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn linearize_rate(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let given = self.read(q, v, u, contact)?;
         let own = &*self.simulator;
         let one = |scratch: &mut RateScratch, state: &State, u: &[f64], out: &mut Linearization| {
@@ -86,7 +70,7 @@ impl PySimulator {
             self.linearize_each(q.py(), &given, out, || RateScratch::new(own), one)
         })
     }
-}
+} }
 
 impl PySimulator {
     /// A `Linearization` of arrays for all states, once they are written.
@@ -96,10 +80,9 @@ impl PySimulator {
         given: &Given<'_>,
         write: impl FnOnce(&Jacobians<'py>) -> PyResult<()>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let out = Jacobians::new(py, self, &given.batch)?;
         write(&out)?;
-        let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
+        let class = of_package!(py, "sim", "Linearization");
         class.call1((out.a, out.b))
     }
 

@@ -17,6 +17,7 @@ use super::step::{diverged, write_state};
 use crate::arrays::Array;
 use crate::compiler::compiler_of;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::python::{getters, methods, of_package};
 use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -33,18 +34,40 @@ pub(crate) struct PyNativeSimulator {
     memories: Mutex<Vec<NativeScratch>>,
 }
 
+getters! { PyNativeSimulator {
+    /// The original simulator.
+    simulator: Py<PySimulator> = |own, py| own.simulator.clone_ref(py);
+
+    /// Reason why the step was not compiled; None if it was.
+    reason: Option<String> = |own| own.native.reason().map(ToString::to_string);
+} }
+
 #[pymethods]
 impl PyNativeSimulator {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let make = of_package!(py, "native", "_native_simulator");
+        let simulator = self.simulator.clone_ref(py);
+        let compiler = self.compiler.as_ref().map(|own| own.clone_ref(py));
+        let parts = (simulator, compiler).into_pyobject(py)?;
+        Ok((make.clone(), parts.into_any()))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let simulator = self.simulator.bind(py).repr()?;
+        Ok(match self.native.reason() {
+            None => format!("NativeSimulator({simulator})"),
+            Some(reason) => format!("NativeSimulator({simulator}, not compiled: {reason})"),
+        })
+    }
+}
+
+methods! { PyNativeSimulator {
     /// Compiles the step of a simulator, or finds it in the cache.
     ///
     /// Raises an OSError with the reason if compilation fails, and a ValueError if a step depends on values by branches, as most contact does. Ctrl-C
     /// ends the compiler.
     #[new]
-    #[pyo3(signature = (simulator, compiler=None))]
-    fn new(
-        simulator: &Bound<'_, PySimulator>,
-        compiler: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
+    fn new(simulator: &Bound<'py, PySimulator>, compiler = None) -> PyResult<Self> {
         let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
         let make = || trace::native((**own).clone(), &with);
         let native = stopped(simulator.py(), make)?.or_raise()?;
@@ -53,39 +76,15 @@ impl PyNativeSimulator {
 
     /// As the constructor, with the library's own code if compilation fails; `reason` contains the cause.
     #[staticmethod]
-    #[pyo3(signature = (simulator, compiler=None))]
-    fn or_own(
-        simulator: &Bound<'_, PySimulator>,
-        compiler: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
+    fn or_own(simulator: &Bound<'py, PySimulator>, compiler = None) -> PyResult<Self> {
         let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
         let make = || trace::native_or_own((**own).clone(), &with);
         let native = stopped(simulator.py(), make)?;
         Ok(Self::of(simulator, native, compiler))
     }
 
-    /// The original simulator.
-    #[getter]
-    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
-        self.simulator.clone_ref(py)
-    }
-
-    /// Reason why the step was not compiled; None if it was.
-    #[getter]
-    fn reason(&self) -> Option<String> {
-        self.native.reason().map(ToString::to_string)
-    }
-
     /// Advances by one time step, as Simulator.step; a batch on all cores.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
-    fn step<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyTuple>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    fn step(&self, q, v, u = None, *, contact = None, out: Option<&Bound<'py, PyTuple>> = None) -> PyResult<Bound<'py, PyTuple>> {
         let (py, own) = (q.py(), self.simulator.get());
         let given = own.read(q, v, u, contact)?;
         let one = |memory: &mut StepMemory| {
@@ -98,14 +97,7 @@ impl PyNativeSimulator {
     }
 
     /// Jacobians of the step, as Simulator.linearize, by the library's own code.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn linearize<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn linearize(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let own = self.simulator.get();
         let given = own.read(q, v, u, contact)?;
         own.jacobians(q.py(), &given, |out| {
@@ -122,17 +114,7 @@ impl PyNativeSimulator {
     }
 
     /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which also runs batches on vector registers.
-    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, progress=None))]
-    fn rollout<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        steps: Option<&Bound<'py, PyAny>>,
-        control: Option<&Bound<'py, PyAny>>,
-        inputs: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn rollout(&self, q, v, steps = None, *, control = None, inputs = None, contact = None, progress = None) -> PyResult<Bound<'py, PyAny>> {
         let own = self.simulator.get();
         let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
         asked.check_memory(1, own)?;
@@ -148,23 +130,7 @@ impl PyNativeSimulator {
         let states = own.states(&given, 1)?;
         asked.one(self.simulator.bind(q.py()), &states[0], progress, roll)
     }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody.native")?.getattr("_native_simulator")?;
-        let simulator = self.simulator.clone_ref(py);
-        let compiler = self.compiler.as_ref().map(|own| own.clone_ref(py));
-        let parts = (simulator, compiler).into_pyobject(py)?;
-        Ok((make, parts.into_any()))
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let simulator = self.simulator.bind(py).repr()?;
-        Ok(match self.native.reason() {
-            None => format!("NativeSimulator({simulator})"),
-            Some(reason) => format!("NativeSimulator({simulator}, not compiled: {reason})"),
-        })
-    }
-}
+} }
 
 impl PyNativeSimulator {
     fn of(

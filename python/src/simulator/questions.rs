@@ -8,7 +8,8 @@ use super::handle::PySimulator;
 use crate::arrays::vector;
 use crate::contact::point_numbers;
 use crate::errors::OrRaise;
-use crate::getters::getters;
+use crate::python::getters;
+use crate::python::methods;
 
 getters! { PySimulator {
     /// Number of inputs.
@@ -85,13 +86,11 @@ impl PySimulator {
     pub(super) fn neutral_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, vec![0.0; self.n_contact()]).into_any()
     }
+}
 
+methods! { PySimulator {
     /// Errors of the constraints in a state, row by row.
-    fn constraint_errors<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn constraint_errors(&self, q, v) -> PyResult<Bound<'py, PyAny>> {
         let given = self.one(q, v, None, None)?;
         let errors = self.with_memory(&given, |memory| {
             self.simulator.constraint_errors(&memory.state)
@@ -100,11 +99,7 @@ impl PySimulator {
     }
 
     /// A nearby state that satisfies the constraints: (q, v). Raises a ValueError with the remaining error if none is found.
-    fn assemble<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn assemble(&self, q, v) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let given = self.one(q, v, None, None)?;
         let state = self
             .with_memory(&given, |memory| self.simulator.assemble(&memory.state))?
@@ -113,4 +108,4 @@ impl PySimulator {
         let array = |x: &DVector<f64>| vector(q.py(), x.as_slice().to_vec()).into_any();
         Ok((array(&state.q), array(&state.v)))
     }
-}
+} }

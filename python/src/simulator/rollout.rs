@@ -14,26 +14,18 @@ use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
 use crate::limits::check_trajectories;
 use crate::model::PyModel;
+use crate::python::{methods, of_package};
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
     ///
     /// q (..., nq), v (..., nv), contact (..., n_contact; neutral if left out); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
     /// arrays of all states of step k, which counts steps and is no time; without both, the inputs are zero. models: a robot for each state of a batch,
     /// of the same structure. progress: True for a bar (tqdm, if it is installed), or a function of the number of steps done. A trajectory that stops
     /// says so in the status; its numbers are NaN from there on: ask `is_completed` before the last state is used.
-    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, models=None, progress=None))]
-    pub(super) fn rollout<'py>(
-        this: &Bound<'py, Self>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        steps: Option<&Bound<'py, PyAny>>,
-        control: Option<&Bound<'py, PyAny>>,
-        inputs: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        models: Option<Vec<Py<PyModel>>>,
-        progress: Option<&Bound<'py, PyAny>>,
+    fn rollout(
+        this: &Bound<'py, Self>, q, v, steps = None, *, control = None, inputs = None, contact = None, models: Option<Vec<Py<PyModel>>> = None,
+        progress = None
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), this.get());
         let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
@@ -64,7 +56,7 @@ impl PySimulator {
         };
         asked.finish(this, batch, states[0].len(), found, bar)
     }
-}
+} }
 
 /// Options of a rollout besides its states.
 pub(super) struct Asked<'a, 'py> {
@@ -136,7 +128,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         count: usize,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let asked = (progress, (self.steps, count), self.control.is_some(), WIDTH);
-        let bar = py.import("dualbody.sim")?.getattr("_progress")?;
+        let bar = of_package!(py, "sim", "_progress");
         let bar = bar.call1(asked)?;
         Ok(Some(bar).filter(|bar| !bar.is_none()))
     }
@@ -162,9 +154,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         };
         let arrays = (all, u, self.inputs.map(Rows::into_array));
         let ends = (count, out.stopped, out.failures);
-        py.import("dualbody.sim")?
-            .getattr("_rollout")?
-            .call1((of, batch, arrays, ends, bar))
+        of_package!(py, "sim", "_rollout").call1((of, batch, arrays, ends, bar))
     }
 }
 

@@ -4,7 +4,6 @@ use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions, 
 use dualbody::sim::RolloutStatus;
 use nalgebra::DVector;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 
 use super::given::{check_finite, row};
 use super::gradient::{each, stack};
@@ -16,6 +15,7 @@ use super::weighted::Weighted;
 use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::value_error;
 use crate::model::PyModel;
+use crate::python::{methods, of_package};
 
 /// Weights of a trajectory of a batch, of so many numbers each.
 fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {
@@ -49,29 +49,16 @@ fn options_of(
     Ok(options)
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Gradient of Σₖ ⟨by_q[k], q[k]⟩ + ⟨by_v[k], v[k]⟩ + ⟨by_contact[k], contact[k]⟩ + ⟨by_u[k], u[k]⟩ over a rollout, the vector-Jacobian
     /// product of all its steps: a RolloutGradient (start, inputs, parameters, friction, status, simulator_parameters).
     ///
     /// q (..., nq), v (..., nv), inputs (..., steps, nu) or (steps, nu) for all; by_q (..., steps + 1, nq) in coordinates, by_v (..., steps + 1, nv),
     /// by_contact (..., steps + 1, n_contact), by_u (..., steps, nu); zero if left out. parameters: False leaves parameters and friction out;
     /// checkpoints: states that are kept, "all", "square_root", or one in so many. A trajectory that does not come to its end has no slopes.
-    #[pyo3(signature = (q, v, inputs, *, by_q=None, by_v=None, by_contact=None, by_u=None, contact=None, models=None,
-        parameters=true, checkpoints=None))]
-    fn rollout_vjp<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        inputs: &Bound<'py, PyAny>,
-        by_q: Option<&Bound<'py, PyAny>>,
-        by_v: Option<&Bound<'py, PyAny>>,
-        by_contact: Option<&Bound<'py, PyAny>>,
-        by_u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        models: Option<Vec<Py<PyModel>>>,
-        parameters: bool,
-        checkpoints: Option<&Bound<'py, PyAny>>,
+    fn rollout_vjp(
+        &self, q, v, inputs, *, by_q = None, by_v = None, by_contact = None, by_u = None, contact = None, models: Option<Vec<Py<PyModel>>> = None,
+        parameters: bool = true, checkpoints = None
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), &*self.simulator);
         let (nq, nv, nu, nc) = self.sizes();
@@ -135,7 +122,7 @@ impl PySimulator {
         let all = each(py, count, || (), one)?;
         self.rollout_slopes(py, &batch, steps, parameters, &all)
     }
-}
+} }
 
 impl PySimulator {
     fn rollout_slopes<'py>(
@@ -167,8 +154,6 @@ impl PySimulator {
             stopped,
             !batch.is_empty(),
         );
-        static MAKE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        MAKE.import(py, "dualbody.sim", "_rollout_slopes")?
-            .call1(arrays)
+        of_package!(py, "sim", "_rollout_slopes").call1(arrays)
     }
 }

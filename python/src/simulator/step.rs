@@ -14,6 +14,7 @@ use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
 use crate::model::PyModel;
+use crate::python::methods;
 use crate::threads::on_pool;
 
 /// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
@@ -64,8 +65,7 @@ pub(crate) fn diverged(k: Option<usize>) -> PyErr {
     PyFloatingPointError::new_err(format!("the step{which} diverged"))
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Advances by one time step with the input held: the next (q, v), or (q, v, contact) if contact is given.
     ///
     /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out); models: a robot of the same structure for each state of a batch.
@@ -73,17 +73,9 @@ impl PySimulator {
     /// at each step, and nothing sticks. forces {frame or link: (..., 6)}: [linear; angular], N and N·m, in a representation, held as the input is.
     /// out: arrays for the next state, which may be those of the state. Soft contact and stiff springs need
     /// short steps (0.1 ms to 1 ms), rigid contact 1 ms to 10 ms. Raises FloatingPointError if the next state is not finite.
-    #[pyo3(signature = (q, v, u=None, *, contact=None, forces=None, representation="mixed", models=None, out=None))]
-    pub(super) fn step<'py>(
-        this: &Bound<'py, Self>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-        forces: Option<&Bound<'py, PyAny>>,
-        representation: &str,
-        models: Option<Vec<Py<PyModel>>>,
-        out: Option<&Bound<'py, PyTuple>>,
+    fn step(
+        this: &Bound<'py, Self>, q, v, u = None, *, contact = None, forces = None, representation: &str = "mixed",
+        models: Option<Vec<Py<PyModel>>> = None, out: Option<&Bound<'py, PyTuple>> = None
     ) -> PyResult<Bound<'py, PyTuple>> {
         if let Some(forces) = forces {
             let (forced, u) = with_forces(this, u, forces, representation, models.is_some())?;
@@ -102,7 +94,7 @@ impl PySimulator {
             |arrays: &[Array<'py>]| own.step_batch(q.py(), &given, models.as_deref(), arrays);
         own.take_step(q.py(), &given, out, one, many)
     }
-}
+} }
 
 impl PySimulator {
     /// The next state, or those of a batch.

@@ -9,6 +9,7 @@ use super::solution::{curvature_of, solve};
 use crate::arrays::{empty, numbers_mut, write_matrix};
 use crate::errors::value_error;
 use crate::options::read_options;
+use crate::python::functions;
 
 pub(super) fn options_of(value: &Bound<'_, PyDict>) -> PyResult<DdpOptions> {
     read_options!(DdpOptions, "Ddp", value;
@@ -30,30 +31,25 @@ pub(super) fn gains<'py>(
     array.into_any()
 }
 
-/// Solves a problem by differential dynamic programming: see `solution`, with the gains.
-#[pyfunction]
-#[pyo3(signature = (problem, options, guess=None, report=None))]
-pub(crate) fn _ddp<'py>(
-    problem: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-    guess: Option<Guess<'py>>,
-    report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let options = options_of(options)?;
-    if is_of_user(problem)? && options.curvature == Curvature::Exact {
-        return Err(value_error(
-            "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
-        ));
+functions! {
+    /// Solves a problem by differential dynamic programming: see `solution`, with the gains.
+    fn _ddp(problem, options: &Bound<'py, PyDict>, guess: Option<Guess<'py>> = None, report = None) -> PyResult<Bound<'py, PyTuple>> {
+        let options = options_of(options)?;
+        if is_of_user(problem)? && options.curvature == Curvature::Exact {
+            return Err(value_error(
+                "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
+            ));
+        }
+        solve(
+            problem,
+            guess,
+            report,
+            problem_of,
+            |problem, guess, report| {
+                let mut ddp = Ddp::with_options(problem, options);
+                ddp.solve_with(problem, guess, report).clone()
+            },
+            |py, dynamics, policy| Ok(gains(py, dynamics, policy)),
+        )
     }
-    solve(
-        problem,
-        guess,
-        report,
-        problem_of,
-        |problem, guess, report| {
-            let mut ddp = Ddp::with_options(problem, options);
-            ddp.solve_with(problem, guess, report).clone()
-        },
-        |py, dynamics, policy| Ok(gains(py, dynamics, policy)),
-    )
 }

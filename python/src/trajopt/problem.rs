@@ -12,6 +12,7 @@ use crate::arrays::read_vector;
 use crate::counts::whole_of;
 use crate::errors::{guarded, value_error};
 use crate::limits::check_trajectories;
+use crate::python::functions;
 use crate::raised::Raised;
 use crate::simulator::PySimulator;
 
@@ -170,19 +171,16 @@ pub(super) fn rows(
     }
 }
 
-/// Cost and constraint violation of a trajectory.
-#[pyfunction]
-pub(crate) fn _trajectory_cost(
-    problem: &Bound<'_, PyAny>,
-    states: Bound<'_, PyAny>,
-    inputs: Bound<'_, PyAny>,
-) -> PyResult<(f64, f64)> {
-    let raised = Raised::default();
-    let problem = problem_of(problem, &raised)?;
-    let trajectory = guess_of(&problem, Some((states, inputs)))?;
-    let found = guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))?;
-    raised.check()?;
-    Ok(found)
+functions! {
+    /// Cost and constraint violation of a trajectory.
+    fn _trajectory_cost(problem, states: Bound<'py, PyAny>, inputs: Bound<'py, PyAny>) -> PyResult<(f64, f64)> {
+        let raised = Raised::default();
+        let problem = problem_of(problem, &raised)?;
+        let trajectory = guess_of(&problem, Some((states, inputs)))?;
+        let found = guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))?;
+        raised.check()?;
+        Ok(found)
+    }
 }
 
 /// Barriers and bounds of a robot's limits: (lower, upper) of positions as states, and of efforts.

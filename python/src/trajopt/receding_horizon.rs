@@ -11,6 +11,7 @@ use super::problem::{Guess, cost_of, guess_of, problem_of_simulator};
 use super::solution::solution;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
+use crate::python::methods;
 use crate::raised::Raised;
 
 /// Model-predictive controller: solves the problem from where the robot is, a few iterations at each step, and moves the plan along.
@@ -22,15 +23,18 @@ pub(crate) struct PyRecedingHorizon {
 
 #[pymethods]
 impl PyRecedingHorizon {
+    /// The plan as a tuple of numbers; see `dualbody.trajopt.plan`.
+    fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let controller = self.lock();
+        let (dynamics, found) = (controller.problem().dynamics(), controller.solution());
+        solution(py, dynamics, found, gains(py, dynamics, &found.own))
+    }
+}
+
+methods! { PyRecedingHorizon {
     /// problem: a Problem; the keywords are those of Ddp, max_iterations those of each step.
     #[new]
-    #[pyo3(signature = (problem, guess=None, **options))]
-    pub(super) fn new(
-        py: Python<'_>,
-        problem: &Bound<'_, PyAny>,
-        guess: Option<Guess<'_>>,
-        options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn new(py: Python, problem, guess: Option<Guess<'py>> = None, **options) -> PyResult<Self> {
         let raised = Raised::default();
         let problem = problem_of_simulator(problem, &raised)?;
         let none = PyDict::new(py);
@@ -44,13 +48,7 @@ impl PyRecedingHorizon {
     }
 
     /// Input (nu,) for the state (q, v).
-    #[pyo3(signature = (q, v, contact=None))]
-    fn control<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn control(&self, q, v, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let mut controller = self.lock();
         let dynamics = controller.problem().dynamics();
         let model = dynamics.robot().expect("the model of a simulator");
@@ -72,11 +70,7 @@ impl PyRecedingHorizon {
     }
 
     /// Replaces the costs.
-    fn set_costs(
-        &self,
-        stage_cost: &Bound<'_, PyAny>,
-        final_cost: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
+    fn set_costs(&self, stage_cost, final_cost) -> PyResult<()> {
         let mut controller = self.lock();
         let dynamics = controller.problem().dynamics();
         let (stage, last) = (
@@ -89,14 +83,7 @@ impl PyRecedingHorizon {
             problem.set_final_cost(last);
         })
     }
-
-    /// The plan as a tuple of numbers; see `dualbody.trajopt.plan`.
-    fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let controller = self.lock();
-        let (dynamics, found) = (controller.problem().dynamics(), controller.solution());
-        solution(py, dynamics, found, gains(py, dynamics, &found.own))
-    }
-}
+} }
 
 impl PyRecedingHorizon {
     fn lock(&self) -> MutexGuard<'_, RecedingHorizon> {

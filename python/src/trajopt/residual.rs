@@ -15,6 +15,7 @@ use crate::arrays::{read_matrix, read_vector};
 use crate::counts::whole_of;
 use crate::dynamics::named;
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
+use crate::kinds::kind_of;
 use crate::limits::check_trajectories;
 use crate::model::read_pose;
 
@@ -22,7 +23,9 @@ use super::user::UserResidual;
 use crate::raised::Raised;
 
 pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
-    let (kind, x, y): (String, Vec<f64>, Vec<f64>) = value.call_method0("_numbers")?.extract()?;
+    let kind: String = value.getattr("kind")?.extract()?;
+    let numbers = |name| read_vector(name, &value.getattr(name)?, None);
+    let (x, y) = (numbers("x")?, numbers("y")?);
     match (kind.as_str(), x.as_slice()) {
         ("quadratic", _) => Ok(Activation::Quadratic),
         ("weighted", _) => Ok(Activation::Weighted(x)),
@@ -49,16 +52,16 @@ pub(super) fn with_residual<U: Use>(
     then: U,
 ) -> PyResult<U::Out> {
     match (kind_of(value)?.as_str(), dynamics.robot()) {
-        ("user", _) => {
+        ("Residual", _) => {
             let sizes = [dynamics.ndx(), dynamics.nu()];
             then.with(UserResidual::read(value, sizes, raised)?)
         }
-        ("input", _) => match references(value, dynamics.nu())?.as_deref() {
+        ("InputError", _) => match references(value, dynamics.nu())?.as_deref() {
             None => then.with(InputError::to_zero(dynamics)),
             Some([one]) => then.with(guarded(|| InputError::to(one))?),
             Some(all) => then.with(guarded(|| InputError::along(all))?),
         },
-        ("state", model) => match references(value, dynamics.nx())?.as_deref() {
+        ("StateError", model) => match references(value, dynamics.nx())?.as_deref() {
             None => then.with(StateError::to(&rest(dynamics, model))),
             Some([one]) => then.with(guarded(|| StateError::to(one))?),
             Some(all) => then.with(guarded(|| StateError::along(all))?),
@@ -76,10 +79,6 @@ fn rest(dynamics: &dyn AnySystem, model: Option<&Model>) -> Vec<f64> {
         Some(model) => State::neutral(model).numbers().copied().collect(),
         None => vec![0.0; dynamics.nx()],
     }
-}
-
-fn kind_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    value.getattr("_kind")?.extract()
 }
 
 /// The references of a residual, if there are any.
@@ -106,19 +105,19 @@ fn with_robot_residual<U: Use>(
     let three = || -> PyResult<[f64; 3]> { target()?.extract() };
     let six = || -> PyResult<[f64; 6]> { target()?.extract() };
     match kind {
-        "frame_position" => then.with(FramePosition::new(frame("frame")?, three()?)),
-        "frame_orientation" => {
+        "FramePosition" => then.with(FramePosition::new(frame("frame")?, three()?)),
+        "FrameOrientation" => {
             let target = read_pose("target", &target()?)?.rotation;
             then.with(FrameOrientation {
                 frame: frame("frame")?,
                 target,
             })
         }
-        "frame_pose" => then.with(FramePose {
+        "FramePose" => then.with(FramePose {
             frame: frame("frame")?,
             target: read_pose("target", &target()?)?,
         }),
-        "frame_velocity" => {
+        "FrameVelocity" => {
             let name: String = value.getattr("representation")?.extract()?;
             then.with(FrameVelocity {
                 frame: frame("frame")?,
@@ -126,7 +125,7 @@ fn with_robot_residual<U: Use>(
                 target: six()?,
             })
         }
-        "frame_distance" => {
+        "FrameDistance" => {
             let from = value.getattr("from_")?;
             let from = match from.extract::<String>() {
                 Ok(name) => Obstacle::Frame(model.find_frame(&name).or_raise()?),
@@ -137,7 +136,7 @@ fn with_robot_residual<U: Use>(
                 from,
             })
         }
-        "link_distances" => {
+        "LinkDistances" => {
             let pairs: Vec<(String, String)> = value.getattr("pairs")?.extract()?;
             let pairs: Vec<[&str; 2]> = pairs.iter().map(|(a, b)| [a.as_str(), b]).collect();
             let distances = LinkDistances::new(model, LinkShapes::new(model), &pairs);
@@ -146,10 +145,10 @@ fn with_robot_residual<U: Use>(
             check_trajectories(1, samples.saturating_add(1), pairs.len() * (model.nv() + 1))?;
             then.with(distances.or_raise()?.with_samples_between(samples))
         }
-        "center_of_mass" => then.with(CenterOfMass {
+        "CenterOfMass" => then.with(CenterOfMass {
             target: three()?.into(),
         }),
-        "centroidal_momentum" => then.with(CentroidalMomentum { target: six()? }),
+        "CentroidalMomentum" => then.with(CentroidalMomentum { target: six()? }),
         _ => Err(value_error(format_args!(
             "residual is of the unknown kind \"{kind}\""
         ))),

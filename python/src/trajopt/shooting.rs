@@ -9,6 +9,7 @@ use super::solution::{curvature_of, solve, trajectory};
 use crate::arrays::{matrix, read_vector, vector};
 use crate::errors::{choice, guarded};
 use crate::options::{chosen, read_options};
+use crate::python::functions;
 use crate::raised::Raised;
 
 const MINIMIZERS: [(&str, Minimizer); 4] = [
@@ -24,27 +25,22 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
         exact_curvature = curvature by curvature_of, constraint_tolerance = constraints.tolerance, penalty = constraints.penalty)
 }
 
-/// Minimises: see `solution`, with the variables.
-#[pyfunction]
-#[pyo3(signature = (problem, options, guess=None, report=None))]
-pub(crate) fn _single_shooting<'py>(
-    problem: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-    guess: Option<Guess<'py>>,
-    report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let options = options_of(options)?;
-    solve(
-        problem,
-        guess,
-        report,
-        problem_of_simulator,
-        |problem, guess, report| {
-            let minimizer = options.minimizer;
-            SingleShooting::with_options(problem, options).solve_with(guess, minimizer, report)
-        },
-        |py, _, own: &Variables| Ok(vector(py, own.variables.clone()).into_any()),
-    )
+functions! {
+    /// Minimises: see `solution`, with the variables.
+    fn _single_shooting(problem, options: &Bound<'py, PyDict>, guess: Option<Guess<'py>> = None, report = None) -> PyResult<Bound<'py, PyTuple>> {
+        let options = options_of(options)?;
+        solve(
+            problem,
+            guess,
+            report,
+            problem_of_simulator,
+            |problem, guess, report| {
+                let minimizer = options.minimizer;
+                SingleShooting::with_options(problem, options).solve_with(guess, minimizer, report)
+            },
+            |py, _, own: &Variables| Ok(vector(py, own.variables.clone()).into_any()),
+        )
+    }
 }
 
 /// The requested result of the function of single shooting.
@@ -63,48 +59,38 @@ const QUESTIONS: [(&str, Question); 4] = [
     ("trajectory", Question::Trajectory),
 ];
 
-/// Value, gradient (n,), Hessian (n, n) or trajectory (x, u) at variables (n,).
-#[pyfunction]
-pub(crate) fn _shooting_at<'py>(
-    problem: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-    question: &str,
-    z: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (py, raised) = (problem.py(), Raised::default());
-    let problem = problem_of_simulator(problem, &raised)?;
-    let question = choice("question", question, &QUESTIONS)?;
-    let own = SingleShooting::with_options(&problem, options_of(options)?);
-    let z = read_vector("z", z, Some(own.dim()))?;
-    let found = match question {
-        Question::Value => guarded(|| own.value(&z))?.into_pyobject(py)?.into_any(),
-        Question::Gradient => {
-            let gradient = guarded(|| own.gradient(&z))?;
-            vector(py, gradient.as_slice().to_vec()).into_any()
-        }
-        Question::Hessian => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
-        Question::Trajectory => {
-            let found = guarded(|| own.trajectory(&z))?;
-            let arrays = trajectory(py, problem.dynamics(), &found)?;
-            arrays.into_pyobject(py)?.into_any()
-        }
-    };
-    raised.check()?;
-    Ok(found)
-}
+functions! {
+    /// Value, gradient (n,), Hessian (n, n) or trajectory (x, u) at variables (n,).
+    fn _shooting_at(problem, options: &Bound<'py, PyDict>, question: &str, z) -> PyResult<Bound<'py, PyAny>> {
+        let (py, raised) = (problem.py(), Raised::default());
+        let problem = problem_of_simulator(problem, &raised)?;
+        let question = choice("question", question, &QUESTIONS)?;
+        let own = SingleShooting::with_options(&problem, options_of(options)?);
+        let z = read_vector("z", z, Some(own.dim()))?;
+        let found = match question {
+            Question::Value => guarded(|| own.value(&z))?.into_pyobject(py)?.into_any(),
+            Question::Gradient => {
+                let gradient = guarded(|| own.gradient(&z))?;
+                vector(py, gradient.as_slice().to_vec()).into_any()
+            }
+            Question::Hessian => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
+            Question::Trajectory => {
+                let found = guarded(|| own.trajectory(&z))?;
+                let arrays = trajectory(py, problem.dynamics(), &found)?;
+                arrays.into_pyobject(py)?.into_any()
+            }
+        };
+        raised.check()?;
+        Ok(found)
+    }
 
-/// The variables (n,) of a guess.
-#[pyfunction]
-#[pyo3(signature = (problem, options, guess=None))]
-pub(crate) fn _shooting_variables<'py>(
-    problem: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-    guess: Option<Guess<'py>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let py = problem.py();
-    let problem = problem_of_simulator(problem, &Raised::default())?;
-    let guess = guess_of(&problem, guess)?;
-    let options = options_of(options)?;
-    let found = guarded(|| SingleShooting::with_options(&problem, options).variables(&guess))?;
-    Ok(vector(py, found).into_any())
+    /// The variables (n,) of a guess.
+    fn _shooting_variables(problem, options: &Bound<'py, PyDict>, guess: Option<Guess<'py>> = None) -> PyResult<Bound<'py, PyAny>> {
+        let py = problem.py();
+        let problem = problem_of_simulator(problem, &Raised::default())?;
+        let guess = guess_of(&problem, guess)?;
+        let options = options_of(options)?;
+        let found = guarded(|| SingleShooting::with_options(&problem, options).variables(&guess))?;
+        Ok(vector(py, found).into_any())
+    }
 }

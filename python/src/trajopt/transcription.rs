@@ -10,6 +10,7 @@ use super::solution::{solve, stack};
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
 use crate::options::read_options;
+use crate::python::functions;
 use crate::raised::Raised;
 
 /// States at the nodes and in the middles, inputs likewise.
@@ -57,76 +58,67 @@ impl Read {
     }
 }
 
-/// Solves a problem by direct transcription: see `solution`, with what the curve has besides the states at the nodes.
-///
-/// * `from` – curve of a former solution, in place of a guess
-#[pyfunction]
-#[pyo3(signature = (problem, options, guess=None, from_=None, report=None))]
-pub(crate) fn _transcription<'py>(
-    problem: &Bound<'py, PyAny>,
-    options: &Bound<'py, PyDict>,
-    guess: Option<Guess<'py>>,
-    from_: Option<Points<'py>>,
-    report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyTuple>> {
-    check_dynamics(problem)?;
-    let options = options_of(options)?;
-    let from = match from_ {
-        Some(points) => {
-            let problem = problem_of(problem, &Raised::default())?;
-            Some(Read::new(&problem, &points)?)
-        }
-        None => None,
-    };
-    solve(
-        problem,
-        guess,
-        report,
-        problem_of,
-        |problem, guess, report| {
-            let solver = Transcription::with_options(options);
-            match from {
-                Some(points) => solver.resume_with(problem, &points.curve(problem), report),
-                None => solver.solve_with(problem, guess, report),
+functions! {
+    /// Solves a problem by direct transcription: see `solution`, with what the curve has besides the states at the nodes.
+    ///
+    /// * `from` – curve of a former solution, in place of a guess
+    fn _transcription(
+        problem, options: &Bound<'py, PyDict>, guess: Option<Guess<'py>> = None, from_: Option<Points<'py>> = None, report = None
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        check_dynamics(problem)?;
+        let options = options_of(options)?;
+        let from = match from_ {
+            Some(points) => {
+                let problem = problem_of(problem, &Raised::default())?;
+                Some(Read::new(&problem, &points)?)
             }
-        },
-        |py, simulator, own: &Continuous| {
-            let (nx, nu, curve) = (simulator.nx(), simulator.nu(), &own.curve);
-            let arrays = [
-                stack(py, &curve.middle_states, nx)?,
-                stack(py, &curve.inputs, nu)?,
-                stack(py, &curve.middle_inputs, nu)?,
-            ];
-            Ok(PyTuple::new(py, arrays)?.into_any())
-        },
-    )
-}
-
-/// States (n, nx) and inputs (n, nu) of a curve at times (n,), s.
-#[pyfunction]
-pub(crate) fn _curve_at<'py>(
-    problem: &Bound<'py, PyAny>,
-    points: Points<'py>,
-    times: &Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    check_dynamics(problem)?;
-    let py = problem.py();
-    let problem: Problem = problem_of(problem, &Raised::default())?;
-    let (points, times) = (
-        Read::new(&problem, &points)?,
-        read_vector("times", times, None)?,
-    );
-    if let Some(k) = times.iter().position(|time| time.is_nan()) {
-        return Err(value_error(format_args!("times[{k}] is not a number")));
+            None => None,
+        };
+        solve(
+            problem,
+            guess,
+            report,
+            problem_of,
+            |problem, guess, report| {
+                let solver = Transcription::with_options(options);
+                match from {
+                    Some(points) => solver.resume_with(problem, &points.curve(problem), report),
+                    None => solver.solve_with(problem, guess, report),
+                }
+            },
+            |py, simulator, own: &Continuous| {
+                let (nx, nu, curve) = (simulator.nx(), simulator.nu(), &own.curve);
+                let arrays = [
+                    stack(py, &curve.middle_states, nx)?,
+                    stack(py, &curve.inputs, nu)?,
+                    stack(py, &curve.middle_inputs, nu)?,
+                ];
+                Ok(PyTuple::new(py, arrays)?.into_any())
+            },
+        )
     }
-    let simulator = problem.dynamics();
-    let (states, inputs): (Vec<_>, Vec<_>) = guarded(|| {
-        let curve = points.curve(&problem);
-        let at = |&time: &f64| (curve.state(simulator, time), curve.input(time));
-        times.iter().map(at).unzip()
-    })?;
-    Ok((
-        stack(py, &states, simulator.nx())?,
-        stack(py, &inputs, simulator.nu())?,
-    ))
+
+    /// States (n, nx) and inputs (n, nu) of a curve at times (n,), s.
+    fn _curve_at(problem, points: Points<'py>, times) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        check_dynamics(problem)?;
+        let py = problem.py();
+        let problem: Problem = problem_of(problem, &Raised::default())?;
+        let (points, times) = (
+            Read::new(&problem, &points)?,
+            read_vector("times", times, None)?,
+        );
+        if let Some(k) = times.iter().position(|time| time.is_nan()) {
+            return Err(value_error(format_args!("times[{k}] is not a number")));
+        }
+        let simulator = problem.dynamics();
+        let (states, inputs): (Vec<_>, Vec<_>) = guarded(|| {
+            let curve = points.curve(&problem);
+            let at = |&time: &f64| (curve.state(simulator, time), curve.input(time));
+            times.iter().map(at).unzip()
+        })?;
+        Ok((
+            stack(py, &states, simulator.nx())?,
+            stack(py, &inputs, simulator.nu())?,
+        ))
+    }
 }

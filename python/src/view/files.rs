@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use dualbody::view::Recording;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
 use crate::errors::{OrRaise, guarded};
+use crate::python::{methods, of_package};
 
 files! { PyRecording.recording {
     /// The page as a text: it works offline, in one file.
@@ -29,32 +29,6 @@ files! { PyRecording.recording {
 
 #[pymethods]
 impl PyRecording {
-    /// Reads a recording from a table or a JSON file; the robots are not in it.
-    #[staticmethod]
-    #[pyo3(signature = (path, *models))]
-    pub(super) fn read(path: PathBuf, models: &Bound<'_, PyTuple>) -> PyResult<Self> {
-        let empty = Self::new(models)?;
-        let robots = models_of(&empty.models);
-        let is_table = path.extension().is_some_and(|extension| extension == "csv");
-        let recording = guarded(|| match is_table {
-            true => Recording::read_csv(&path, &robots),
-            false => Recording::read_json(&path, &robots),
-        })?;
-        let recording = recording.or_raise()?;
-        Ok(Self {
-            recording,
-            models: empty.models,
-        })
-    }
-
-    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
-    #[pyo3(signature = (width="100%", height="480"))]
-    fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
-        py.import("dualbody.view")?
-            .getattr("Page")?
-            .call1((self.to_html()?, width, height))
-    }
-
     fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
     }
@@ -75,3 +49,28 @@ impl PyRecording {
         })
     }
 }
+
+methods! { PyRecording {
+    /// Reads a recording from a table or a JSON file; the robots are not in it.
+    #[staticmethod]
+    fn read(path: PathBuf, *models) -> PyResult<Self> {
+        let empty = Self::new(models)?;
+        let robots = models_of(&empty.models);
+        let is_table = path.extension().is_some_and(|extension| extension == "csv");
+        let recording = guarded(|| match is_table {
+            true => Recording::read_csv(&path, &robots),
+            false => Recording::read_json(&path, &robots),
+        })?;
+        let recording = recording.or_raise()?;
+        Ok(Self {
+            recording,
+            models: empty.models,
+        })
+    }
+
+    /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
+    fn show(&self, py: Python, width: &str = "100%", height: &str = "480") -> PyResult<Bound<'py, PyAny>> {
+        of_package!(py, "view", "Page")
+            .call1((self.to_html()?, width, height))
+    }
+} }

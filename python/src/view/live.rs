@@ -10,6 +10,7 @@ use super::recording::PyRecording;
 use crate::arrays::{read_vector, vector};
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
+use crate::python::{getters, methods};
 use crate::simulator::PySimulator;
 
 /// A simulation that a page shows while it runs; a notebook shows it in a frame. It ends with `stop`, or when nothing refers to it.
@@ -20,6 +21,11 @@ pub(crate) struct PyLive {
     url: String,
     model: Py<PyModel>,
 }
+
+getters! { PyLive {
+    /// URL of the page, for browsers of this machine; it contains a secret.
+    url: &str = |own| &own.url;
+} }
 
 impl PyLive {
     /// The result of `read` on the simulation.
@@ -34,12 +40,6 @@ impl PyLive {
 
 #[pymethods]
 impl PyLive {
-    /// URL of the page, for browsers of this machine; it contains a secret.
-    #[getter]
-    fn url(&self) -> &str {
-        &self.url
-    }
-
     /// The recording since the start or the last reset, with at most 60 times per second.
     fn recording(&self, py: Python<'_>) -> PyResult<PyRecording> {
         let recording: Recording = self.of(py, Live::recording)?;
@@ -79,17 +79,10 @@ impl PyLive {
     }
 }
 
-#[pymethods]
-impl PySimulator {
+methods! { PySimulator {
     /// Runs the simulation interactively in the browser, from a state (the neutral one at rest by default): pause, step, speed, reset, pull bodies
     /// with the mouse, move joints by sliders (through servos). Its address is `.url`; a notebook shows it in a frame.
-    #[pyo3(signature = (q=None, v=None))]
-    fn live(
-        &self,
-        py: Python<'_>,
-        q: Option<&Bound<'_, PyAny>>,
-        v: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<PyLive> {
+    fn live(&self, py: Python, q = None, v = None) -> PyResult<PyLive> {
         let simulator: &Simulator = &self.simulator;
         let mut start: State = simulator.neutral_state();
         if let Some(q) = q {
@@ -108,4 +101,4 @@ impl PySimulator {
             model: self.model(py),
         })
     }
-}
+} }

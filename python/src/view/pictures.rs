@@ -6,12 +6,13 @@ use dualbody::State;
 use dualbody::view::{Picture, PictureOptions, Pictures};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::PyBytes;
 
 use super::recording::{PyRecording, models_of};
 use crate::arrays::read_vector;
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
+use crate::python::{getters, methods};
 
 /// Rows of pixels (height, width, 3), red, green, blue.
 type Pixels<'py> = Bound<'py, PyArray3<u8>>;
@@ -37,12 +38,15 @@ pub(crate) struct PyPictures {
     models: Vec<Py<PyModel>>,
 }
 
-#[pymethods]
-impl PyPictures {
+getters! { PyPictures {
+    /// Remarks on meshes that are not shown as they are.
+    warnings: Vec<String> = |own| own.pictures.warnings().to_vec();
+} }
+
+methods! { PyPictures {
     /// Pictures of the robots of a recording, with its objects and its camera. Meshes are read once.
     #[new]
-    #[pyo3(signature = (recording, width=640, height=480))]
-    fn new(py: Python<'_>, recording: &PyRecording, width: u32, height: u32) -> PyResult<Self> {
+    fn new(py: Python, recording: &PyRecording, width: u32 = 640, height: u32 = 480) -> PyResult<Self> {
         let options = options(width, height, 25.0, 1.0);
         Ok(Self {
             pictures: guarded(|| Pictures::new(&recording.recording, options))?,
@@ -53,8 +57,7 @@ impl PyPictures {
     }
 
     /// The picture of the robots at configurations q, one of each: (height, width, 3), uint8.
-    #[pyo3(signature = (*q))]
-    fn of<'py>(&self, py: Python<'py>, q: &Bound<'py, PyTuple>) -> PyResult<Pixels<'py>> {
+    fn of(&self, py: Python, *q) -> PyResult<Pixels<'py>> {
         let models = models_of(&self.models);
         if q.len() != models.len() {
             let (given, expected) = (q.len(), models.len());
@@ -71,73 +74,34 @@ impl PyPictures {
         let picture = py.detach(|| guarded(|| self.pictures.of(&states)))?;
         array(py, picture)
     }
+} }
 
-    /// Remarks on meshes that are not shown as they are.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.pictures.warnings().to_vec()
-    }
-}
-
-#[pymethods]
-impl PyRecording {
+methods! { PyRecording {
     /// The picture at a time (s), between moments interpolated: (height, width, 3), uint8.
-    #[pyo3(signature = (time, width=640, height=480))]
-    fn picture<'py>(
-        &self,
-        py: Python<'py>,
-        time: f64,
-        width: u32,
-        height: u32,
-    ) -> PyResult<Pixels<'py>> {
+    fn picture(&self, py: Python, time: f64, width: u32 = 640, height: u32 = 480) -> PyResult<Pixels<'py>> {
         let options = options(width, height, 25.0, 1.0);
         let picture = py.detach(|| guarded(|| self.recording.picture(time, options)))?;
         array(py, picture)
     }
 
     /// Writes the picture at a time as PNG, and the folders above it; an OSError names a file that cannot be written.
-    #[pyo3(signature = (path, time, width=640, height=480))]
-    fn save_png(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        time: f64,
-        width: u32,
-        height: u32,
-    ) -> PyResult<()> {
+    fn save_png(&self, py: Python, path: PathBuf, time: f64, width: u32 = 640, height: u32 = 480) -> PyResult<()> {
         let options = options(width, height, 25.0, 1.0);
         py.detach(|| guarded(|| self.recording.save_png(path, time, options)))?
             .or_raise()
     }
 
     /// Writes the motion as an animation that repeats, a GIF, and the folders above it; an OSError names a file that cannot be written.
-    #[pyo3(signature = (path, width=640, height=480, rate=25.0, speed=1.0))]
-    fn save_gif(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        width: u32,
-        height: u32,
-        rate: f64,
-        speed: f64,
-    ) -> PyResult<()> {
+    fn save_gif(&self, py: Python, path: PathBuf, width: u32 = 640, height: u32 = 480, rate: f64 = 25.0, speed: f64 = 1.0) -> PyResult<()> {
         let options = options(width, height, rate, speed);
         py.detach(|| guarded(|| self.recording.save_gif(path, options)))?
             .or_raise()
     }
 
     /// The animation of save_gif as bytes: a notebook shows them by IPython.display.Image.
-    #[pyo3(signature = (width=640, height=480, rate=25.0, speed=1.0))]
-    fn to_gif<'py>(
-        &self,
-        py: Python<'py>,
-        width: u32,
-        height: u32,
-        rate: f64,
-        speed: f64,
-    ) -> PyResult<Bound<'py, PyBytes>> {
+    fn to_gif(&self, py: Python, width: u32 = 640, height: u32 = 480, rate: f64 = 25.0, speed: f64 = 1.0) -> PyResult<Bound<'py, PyBytes>> {
         let options = options(width, height, rate, speed);
         let gif = py.detach(|| guarded(|| self.recording.to_gif(options)))?;
         Ok(PyBytes::new(py, &gif))
     }
-}
+} }

@@ -9,6 +9,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::read_vector;
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded};
+use crate::python::{functions, methods, of_package};
 
 /// Plot of curves; shows itself in notebooks.
 #[pyclass(frozen, name = "Plot", module = "dualbody")]
@@ -16,25 +17,20 @@ pub(crate) struct PyPlot {
     pub(super) plot: Plot,
 }
 
-/// Makes a plot again that was pickled.
-#[pyfunction]
-pub(crate) fn _plot(
-    title: &str,
-    axes: [String; 2],
-    size: (u32, u32),
-    is_logarithmic: bool,
-    lines: Vec<(String, Vec<(f64, f64)>)>,
-) -> PyResult<PyPlot> {
-    let [x, y] = axes;
-    let plot = Plot::new(title).with_axes(x, y);
-    let mut plot = guarded(|| plot.with_size(size.0, size.1))?;
-    if is_logarithmic {
-        plot = plot.with_logarithmic_axes();
+functions! {
+    /// Makes a plot again that was pickled.
+    fn _plot(title: &str, axes: [String; 2], size: (u32, u32), is_logarithmic: bool, lines: Vec<(String, Vec<(f64, f64)>)>) -> PyResult<PyPlot> {
+        let [x, y] = axes;
+        let plot = Plot::new(title).with_axes(x, y);
+        let mut plot = guarded(|| plot.with_size(size.0, size.1))?;
+        if is_logarithmic {
+            plot = plot.with_logarithmic_axes();
+        }
+        let add = |plot: Plot, (name, points)| plot.with_line(name, points);
+        Ok(PyPlot {
+            plot: lines.into_iter().fold(plot, add),
+        })
     }
-    let add = |plot: Plot, (name, points)| plot.with_line(name, points);
-    Ok(PyPlot {
-        plot: lines.into_iter().fold(plot, add),
-    })
 }
 
 files! { PyPlot.plot {
@@ -46,41 +42,6 @@ files! { PyPlot.plot {
 
 #[pymethods]
 impl PyPlot {
-    /// An empty plot: title, names of the axes, size in pixels.
-    #[new]
-    #[pyo3(signature = (title="", *, x="", y="", size=None, logarithmic=false))]
-    pub(super) fn new(
-        title: &str,
-        x: &str,
-        y: &str,
-        size: Option<&Bound<'_, PyAny>>,
-        logarithmic: bool,
-    ) -> PyResult<Self> {
-        let mut plot = Plot::new(title).with_axes(x, y);
-        if let Some(size) = size {
-            let (width, height) = whole("size", size)?;
-            plot = guarded(|| plot.with_size(width, height))?;
-        }
-        if logarithmic {
-            plot = plot.with_logarithmic_axes();
-        }
-        Ok(Self { plot })
-    }
-
-    /// The plot with an additional curve through the points (x, y).
-    fn with_line(
-        &self,
-        name: String,
-        x: &Bound<'_, PyAny>,
-        y: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let x = read_vector("x", x, None)?;
-        let y = read_vector("y", y, Some(x.len()))?;
-        let plot = self.plot.clone();
-        let plot = guarded(|| plot.with_line(name, x.into_iter().zip(y)))?;
-        Ok(Self { plot })
-    }
-
     /// The plot with another size, pixels.
     fn with_size(&self, width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (width, height) = (whole("width", width)?, whole("height", height)?);
@@ -101,7 +62,7 @@ impl PyPlot {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let make = py.import("dualbody._dualbody")?.getattr("_plot")?;
+        let make = of_package!(py, "_dualbody", "_plot");
         let plot = &self.plot;
         let line = |line: &PlotLine| (line.name.clone(), line.points.clone());
         let lines: Vec<_> = plot.lines.iter().map(line).collect();
@@ -112,10 +73,35 @@ impl PyPlot {
             plot.scale == PlotScale::Logarithmic,
             lines,
         );
-        Ok((make, parts.into_pyobject(py)?.into_any()))
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
         self.to_svg()
     }
 }
+
+methods! { PyPlot {
+    /// An empty plot: title, names of the axes, size in pixels.
+    #[new]
+    fn new(title: &str = "", *, x: &str = "", y: &str = "", size = None, logarithmic: bool = false) -> PyResult<Self> {
+        let mut plot = Plot::new(title).with_axes(x, y);
+        if let Some(size) = size {
+            let (width, height) = whole("size", size)?;
+            plot = guarded(|| plot.with_size(width, height))?;
+        }
+        if logarithmic {
+            plot = plot.with_logarithmic_axes();
+        }
+        Ok(Self { plot })
+    }
+
+    /// The plot with an additional curve through the points (x, y).
+    fn with_line(&self, name: String, x, y) -> PyResult<Self> {
+        let x = read_vector("x", x, None)?;
+        let y = read_vector("y", y, Some(x.len()))?;
+        let plot = self.plot.clone();
+        let plot = guarded(|| plot.with_line(name, x.into_iter().zip(y)))?;
+        Ok(Self { plot })
+    }
+} }

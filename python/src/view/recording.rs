@@ -10,6 +10,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Rows, argument, read_vector};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
+use crate::python::{functions, getters, methods, of_package};
 use crate::simulator::PySimulator;
 
 /// Motion of robots: for pages, files and plots.
@@ -86,26 +87,84 @@ pub(super) fn models_of(models: &[Py<PyModel>]) -> Vec<&Model> {
     models.iter().map(|model| &*model.get().model).collect()
 }
 
-/// Makes a recording again that was pickled.
-#[pyfunction]
-pub(crate) fn _recording<'py>(
-    class: &Bound<'py, PyAny>,
-    text: &str,
-    models: Vec<Py<PyModel>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let recording = guarded(|| Recording::from_json(text, &models_of(&models)))?.or_raise()?;
-    let arguments = PyTuple::new(class.py(), &models)?;
-    let made = class.call1(arguments)?;
-    made.cast::<PyRecording>()?.borrow_mut().recording = recording;
-    Ok(made)
+functions! {
+    /// Makes a recording again that was pickled.
+    fn _recording(class, text: &str, models: Vec<Py<PyModel>>) -> PyResult<Bound<'py, PyAny>> {
+        let recording = guarded(|| Recording::from_json(text, &models_of(&models)))?.or_raise()?;
+        let arguments = PyTuple::new(class.py(), &models)?;
+        let made = class.call1(arguments)?;
+        made.cast::<PyRecording>()?.borrow_mut().recording = recording;
+        Ok(made)
+    }
 }
+
+getters! { PyRecording {
+    /// Title of the page.
+    title: &str = |own| own.recording.title();
+
+    /// Recorded times, (n,), s.
+    times: Bound<'py, PyAny> = |own, py| crate::arrays::vector(py, own.recording.times().to_vec()).into_any();
+} }
 
 #[pymethods]
 impl PyRecording {
+    /// The recording of a rollout of one state (of a batch: of rollout[i]).
+    #[staticmethod]
+    fn from_rollout(model: &Bound<'_, PyModel>, rollout: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let own = &model.get().model;
+        let rollout = trajectory(own, None, rollout)?;
+        let recording = guarded(|| Recording::from_rollout(own, &rollout))?;
+        Ok(Self {
+            recording,
+            models: vec![model.clone().unbind()],
+        })
+    }
+
+    #[setter]
+    fn set_title(&mut self, title: String) {
+        self.recording = self.recording.clone().with_title(title);
+    }
+
+    fn __len__(&self) -> usize {
+        self.recording.len()
+    }
+
+    /// Names of the robots.
+    #[getter]
+    pub(super) fn robots(&self) -> Vec<&str> {
+        self.recording
+            .robots()
+            .iter()
+            .map(|robot| robot.name())
+            .collect()
+    }
+
+    fn __reduce__<'py>(
+        this: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, own) = (this.py(), this.borrow());
+        let make = of_package!(py, "_dualbody", "_recording");
+        let models: Vec<_> = own.models.iter().map(|model| model.clone_ref(py)).collect();
+        let parts = (this.get_type(), own.recording.to_json(), models);
+        Ok((make.clone(), parts.into_pyobject(py)?.into_any()))
+    }
+
+    fn __repr__(&self) -> String {
+        let robots = self.recording.robots().len();
+        let times = self.recording.times();
+        let last = times.last().copied().unwrap_or(0.0);
+        format!(
+            "Recording(\"{}\", {robots} robots, {} moments, {last:.3} s)",
+            self.recording.title(),
+            times.len()
+        )
+    }
+}
+
+methods! { PyRecording {
     /// An empty recording of robots.
     #[new]
-    #[pyo3(signature = (*models))]
-    pub(super) fn new(models: &Bound<'_, PyTuple>) -> PyResult<Self> {
+    fn new(*models) -> PyResult<Self> {
         let models: Vec<Py<PyModel>> = models
             .iter()
             .map(|model| {
@@ -119,25 +178,9 @@ impl PyRecording {
         Ok(Self { recording, models })
     }
 
-    /// The recording of a rollout of one state (of a batch: of rollout[i]).
-    #[staticmethod]
-    fn from_rollout(model: &Bound<'_, PyModel>, rollout: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let own = &model.get().model;
-        let rollout = trajectory(own, None, rollout)?;
-        let recording = guarded(|| Recording::from_rollout(own, &rollout))?;
-        Ok(Self {
-            recording,
-            models: vec![model.clone().unbind()],
-        })
-    }
-
     /// The recording of a rollout with the ground, contacts and constraints of the simulator.
     #[staticmethod]
-    fn of_simulation(
-        py: Python<'_>,
-        simulator: &Bound<'_, PySimulator>,
-        rollout: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
+    fn of_simulation(py: Python, simulator: &Bound<'py, PySimulator>, rollout) -> PyResult<Self> {
         let own = &*simulator.get().simulator;
         let rollout = trajectory(own.model(), Some(own), rollout)?;
         let recording = guarded(|| Recording::of_simulation(own, &rollout))?;
@@ -148,8 +191,7 @@ impl PyRecording {
     }
 
     /// Adds the states of all robots at a time: (q, v) or (q, v, u) of each.
-    #[pyo3(signature = (time, *states))]
-    fn push(&mut self, time: f64, states: &Bound<'_, PyTuple>) -> PyResult<()> {
+    fn push(&mut self, time: f64, *states) -> PyResult<()> {
         if states.len() != self.models.len() {
             return Err(value_error(format_args!(
                 "{} states, expected {}",
@@ -177,56 +219,4 @@ impl PyRecording {
             all.iter().map(|(state, u)| (state, u.as_slice())).collect();
         guarded(|| self.recording.push_all(time, &moments))
     }
-
-    /// Title of the page.
-    #[getter]
-    pub(super) fn title(&self) -> &str {
-        self.recording.title()
-    }
-
-    #[setter]
-    fn set_title(&mut self, title: String) {
-        self.recording = self.recording.clone().with_title(title);
-    }
-
-    fn __len__(&self) -> usize {
-        self.recording.len()
-    }
-
-    /// Recorded times, (n,), s.
-    #[getter]
-    fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        crate::arrays::vector(py, self.recording.times().to_vec()).into_any()
-    }
-
-    /// Names of the robots.
-    #[getter]
-    pub(super) fn robots(&self) -> Vec<&str> {
-        self.recording
-            .robots()
-            .iter()
-            .map(|robot| robot.name())
-            .collect()
-    }
-
-    fn __reduce__<'py>(
-        this: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let (py, own) = (this.py(), this.borrow());
-        let make = py.import("dualbody._dualbody")?.getattr("_recording")?;
-        let models: Vec<_> = own.models.iter().map(|model| model.clone_ref(py)).collect();
-        let parts = (this.get_type(), own.recording.to_json(), models);
-        Ok((make, parts.into_pyobject(py)?.into_any()))
-    }
-
-    fn __repr__(&self) -> String {
-        let robots = self.recording.robots().len();
-        let times = self.recording.times();
-        let last = times.last().copied().unwrap_or(0.0);
-        format!(
-            "Recording(\"{}\", {robots} robots, {} moments, {last:.3} s)",
-            self.recording.title(),
-            times.len()
-        )
-    }
-}
+} }

@@ -1,0 +1,32 @@
+"""The types of the compiled module are those of its entries, and name what it has."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+from pathlib import Path
+
+from dualbody import _dualbody
+
+HERE = Path(__file__).parents[1]
+FILE = HERE / "dualbody/_dualbody.pyi"
+
+
+def test_stubs_are_those_of_the_entries() -> None:
+    spec = importlib.util.spec_from_file_location("stubs", HERE / "stubs.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert FILE.read_text(encoding="utf-8") == module.stubs(), "run `python stubs.py`"
+
+
+def test_stubs_name_what_the_module_has() -> None:
+    tree = ast.parse(FILE.read_text(encoding="utf-8"))
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef) and "Keywords" not in node.name}
+    own = {name for name in dir(_dualbody) if not name.startswith("__")}
+    optional = {"BaseFunctions", "CudaSimulator"}  # types alone; only with the feature `cuda`
+    assert functions | set(classes) - optional == own - optional
+    for name in set(classes) - optional:
+        stated = {node.name for node in classes[name].body if isinstance(node, ast.FunctionDef)}
+        assert {member for member in vars(getattr(_dualbody, name)) if not member.startswith("__")} == {x for x in stated if not x.startswith("__")}
