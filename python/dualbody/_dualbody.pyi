@@ -487,8 +487,6 @@ class CudaSimulator:
         """The original simulator."""
     def __len__(self) -> int: ...
     def __new__(cls, simulator: Simulator, count: int, *, parameters: Mapping[str, ArrayLike] | None = None, precision: Literal["double", "single"] = "double", derivatives: Sequence[Literal["jacobians", "gradients"]] = ..., device: int | None = None, cache: Path | None = None) -> CudaSimulator: ...
-    def states(self, q: ArrayLike, v: ArrayLike, *, contact: ArrayLike | None = None) -> CudaStates:
-        """Puts states on the GPU, where they stay: a cuda.States. Arguments as in step."""
     def step(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None) -> tuple[Array, ...]:
         """Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
 
@@ -510,6 +508,8 @@ class CudaSimulator:
 
         adjoint (count, n_tangent). Needs derivatives=["gradients"]. Raises FloatingPointError that names the first state without a gradient.
         """
+    def states(self, q: ArrayLike, v: ArrayLike, *, contact: ArrayLike | None = None) -> CudaStates:
+        """Puts states on the GPU, where they stay: a cuda.States. Arguments as in step."""
 @final
 class CudaStates:
     @property

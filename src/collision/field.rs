@@ -67,7 +67,7 @@ impl DistanceField {
     }
 
     /// Half the edges of the box that holds the body, m.
-    pub(crate) fn half_extents(&self) -> [f64; 3] {
+    pub fn half_extents(&self) -> [f64; 3] {
         self.half_extents
     }
 

@@ -83,8 +83,8 @@ impl<T: Scalar> TreeMatrix<T> {
 
     /// Rows of the tree of a coordinate, with the entries of its column in them.
     pub(crate) fn in_tree(&self, k: usize) -> (Range<usize>, &[T]) {
-        let rows = self.rows[k].clone();
-        (rows.clone(), &self.column(k)[rows])
+        let column = self.columns[k];
+        (column.first..column.end, &self.values[column.entries()])
     }
 
     /// Takes the blocks of a matrix.

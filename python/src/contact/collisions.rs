@@ -31,7 +31,9 @@ pub(super) fn with_collisions(
         own if own.is_none() => law_of("law", &value.getattr("law")?, model)?,
         own => law_of("collisions.law", &own, model)?,
     };
-    let materials = by_link(&collisions, "materials", "Material", |own| material(own, model))?;
+    let materials = by_link(&collisions, "materials", "Material", |own| {
+        material(own, model)
+    })?;
     let mut options = CollisionOptions {
         self_collision: collisions.getattr("self_collision")?.extract()?,
         excluded: collisions.getattr("excluded")?.extract()?,
@@ -65,10 +67,7 @@ fn by_link<T>(
 }
 
 /// Materials of pairs of links, by both names.
-fn pairs(
-    collisions: &Bound<'_, PyAny>,
-    model: &Model,
-) -> PyResult<Vec<([String; 2], Material)>> {
+fn pairs(collisions: &Bound<'_, PyAny>, model: &Model) -> PyResult<Vec<([String; 2], Material)>> {
     let all = collisions.getattr("pairs")?;
     let of_pair = |(links, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let place = format!("pairs[{}]", links.repr()?);

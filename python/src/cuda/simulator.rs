@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use dlpark::DlpackElement;
 use dualbody::State;
-use dualbody_cuda::{CudaSimulator, Real};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
@@ -12,7 +10,6 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
 use super::precision::{Gpu, Wanted, on_either, on_gpu};
-use super::states::{Held, OfEither, PyCudaStates};
 use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
@@ -73,17 +70,6 @@ methods! { PyCudaSimulator {
             gpu: stopped(simulator.py(), || wanted.make(own))??,
             simulator: simulator.clone().unbind(),
         })
-    }
-
-    /// Puts states on the GPU, where they stay: a cuda.States. Arguments as in step.
-    fn states(this: &Bound<'py, Self>, q, v, *, contact = None) -> PyResult<PyCudaStates> {
-        let (py, own) = (q.py(), this.get());
-        let (_, states, _) = own.read(q, v, None, contact)?;
-        let held = match &own.gpu {
-            Gpu::Double(gpu) => put(py, gpu, &states).map(OfEither::Double),
-            Gpu::Single(gpu) => put(py, gpu, &states).map(OfEither::Single),
-        };
-        Ok(PyCudaStates::new(this.clone().unbind(), held?))
     }
 
     /// Advances all states by one time step: the next (q, v), or (q, v, contact) if contact is given.
@@ -198,7 +184,7 @@ methods! { PyCudaSimulator {
 
 impl PyCudaSimulator {
     /// States and inputs of a call, for every state of the batch.
-    fn read<'py>(
+    pub(super) fn read<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
@@ -223,15 +209,6 @@ impl PyCudaSimulator {
             "{what} of a batch of shape {batch:?}, expected ({count},)"
         )))
     }
-}
-
-/// Puts states on the device of a simulator.
-fn put<R: Real + DlpackElement>(
-    py: Python<'_>,
-    gpu: &CudaSimulator<R>,
-    states: &[State],
-) -> PyResult<Held<R>> {
-    py.detach(|| guarded(|| Held::new(gpu, states)))?.or_raise()
 }
 
 /// Numbers for each state: those of its row, or of the only one; zeros without rows.

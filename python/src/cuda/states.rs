@@ -4,6 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dlpark::DlpackElement;
 use dlpark::python::ExportRequest;
+use dualbody::State;
 use dualbody_cuda::{CudaError, CudaSimulator, CudaStates, Device, Dlpack, Numbers, Real};
 use numpy::PyArray1;
 use pyo3::exceptions::PyBufferError;
@@ -27,10 +28,7 @@ pub(super) struct Held<R> {
 }
 
 impl<R: Real + DlpackElement> Held<R> {
-    pub(super) fn new(
-        gpu: &CudaSimulator<R>,
-        states: &[dualbody::State],
-    ) -> Result<Self, CudaError> {
+    pub(super) fn new(gpu: &CudaSimulator<R>, states: &[State]) -> Result<Self, CudaError> {
         let states = gpu.states(states)?;
         let device = states.numbers().device().clone();
         Ok(Self {
@@ -115,6 +113,28 @@ impl PyCudaStates {
         let done = py.detach(|| guarded(|| work(gpu, &mut self.held())));
         done.and_then(OrRaise::or_raise)
     }
+}
+
+methods! { PyCudaSimulator {
+    /// Puts states on the GPU, where they stay: a cuda.States. Arguments as in step.
+    fn states(this: &Bound<'py, Self>, q, v, *, contact = None) -> PyResult<PyCudaStates> {
+        let (py, own) = (q.py(), this.get());
+        let (_, states, _) = own.read(q, v, None, contact)?;
+        let held = match &own.gpu {
+            Gpu::Double(gpu) => put(py, gpu, &states).map(OfEither::Double),
+            Gpu::Single(gpu) => put(py, gpu, &states).map(OfEither::Single),
+        };
+        Ok(PyCudaStates::new(this.clone().unbind(), held?))
+    }
+} }
+
+/// Puts states on the device of a simulator.
+fn put<R: Real + DlpackElement>(
+    py: Python<'_>,
+    gpu: &CudaSimulator<R>,
+    states: &[State],
+) -> PyResult<Held<R>> {
+    py.detach(|| guarded(|| Held::new(gpu, states)))?.or_raise()
 }
 
 #[pymethods]
