@@ -1,4 +1,4 @@
-//! Our side of the comparison of distances with MuJoCo: answers pairs of shapes, one a line; `nearest.py` asks.
+//! Our side of the comparison of distances with `MuJoCo`: answers pairs of shapes, one a line; `nearest.py` asks.
 //!
 //! A line has two shapes, each as `KIND COUNT NUMBERS... x y z` and the rotation by rows; the answer is the distance, both points and the normal.
 
