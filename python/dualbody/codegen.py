@@ -74,7 +74,7 @@ def inverse_dynamics_derivatives(model: Model) -> Graph:
 def step(simulator: Simulator) -> Graph:
     """Inputs q, v, contact (if there is a contact state), u; outputs q_next, v_next, contact_next likewise.
 
-    Raises a ValueError with the location if a step depends on values by branches, as most contact does: such a step has no graph. `Graph.jacobian`
+    Raises a ValueError with the location if a step depends on values by branches, as rigid contact does: such a step has no graph. `Graph.jacobian`
     computes its derivatives, in coordinates.
     """
     return _dualbody._trace_step(simulator)
