@@ -100,7 +100,7 @@ def test_balls_rest_at_the_depth_of_both_materials_or_of_their_pair():
     _, v = simulator.step(simulator.model.neutral(), np.zeros(18))[:2]
     assert abs(v).max() < 1e-12
     names = simulator.parameter_names
-    assert "material of pair 0: time constant" in names and "shape 1 of ball 0: time constant" in names
+    assert "material of pair 0: time constant" in names and "shape 0 of ball 0: time constant" in names
     with pytest.raises(ValueError, match="does not have"):
         balls_on_a_plate("rigid", [0.0], materials=materials)
     with pytest.raises(TypeError, match="names of two links"):
