@@ -49,7 +49,7 @@ pub struct SingleLanes<const N: usize>(pub [f32; N]);
 impl<const N: usize> Lanes<N> {
     /// Whether the dynamics run over lanes on this CPU: always, except in optimised programs for x86-64 on a CPU without AVX2, where they panic. On
     /// such a CPU [`BatchSimulator`](crate::sim::BatchSimulator) steps its states one by one, with bit-identical results.
-    pub(crate) fn is_supported() -> bool {
+    pub fn is_supported() -> bool {
         has_lanes()
     }
 }

@@ -134,7 +134,7 @@ impl<P: Scalar> Inertia<P> {
     ///
     /// # References
     /// [Rucker, Wensing 2022].
-    pub(crate) fn log_cholesky_jacobian(
+    pub fn log_cholesky_jacobian(
         theta: [P; INERTIAL_PARAMETERS],
     ) -> SMatrix<P, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS> {
         let seeded = std::array::from_fn(|k| Dual::variable(theta[k], k));

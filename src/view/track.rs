@@ -146,6 +146,7 @@ impl Track {
 
     /// Names the inputs, for plots and tables; a rollout already contains these names, see
     /// [`Simulator::input_names`](crate::Simulator::input_names).
+    #[cfg(any(test, feature = "live"))]
     pub(crate) fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
         self.inputs = names;
         self
