@@ -101,11 +101,8 @@ fn derivatives_over_duals_equal_second_derivatives() {
         let (q, v, w) = (q.as_slice(), v.as_slice(), w.as_slice());
         let second = inverse_dynamics_second_derivatives(&model, q, v, w);
         let direction = DVector::from_vec(direction);
-        let rows: Vec<_> = second
-            .iter()
-            .map(|h| (h * &direction).transpose())
-            .collect();
-        let expected = DMatrix::from_rows(&rows);
+        let products: Vec<_> = second.iter().map(|h| h * &direction).collect();
+        let expected = DMatrix::from_fn(nv, 3 * nv, |i, j| products[i][j]);
         for (k, m) in [moved.dq, moved.dv, moved.da].iter().enumerate() {
             let expected = expected.columns(k * nv, nv).into_owned();
             let what = format!("{}: block {k} of ∂²τ", model.name());
