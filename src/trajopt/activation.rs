@@ -54,7 +54,7 @@ impl Activation {
     ///
     /// # Panics
     /// If `r` is longer than the weights or bounds.
-    pub(crate) fn value<T: Scalar>(&self, r: &[T]) -> T {
+    pub fn value<T: Scalar>(&self, r: &[T]) -> T {
         let entries = r.iter().enumerate();
         entries.fold(T::zero(), |sum, (i, &r)| sum + self.entry(i, r))
     }
