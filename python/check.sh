@@ -19,6 +19,8 @@ if [ ! -x "$venv/bin/python" ]; then step "$python" -m venv "$venv"; fi
 step "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r requirements-check.txt
 step cargo fmt --all --check
 step cargo clippy --quiet ${features:+--features "$features"} -- -D warnings
+# Needs neither a GPU nor NVIDIA's tools to compile.
+step cargo clippy --quiet --features cuda -- -D warnings
 VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile" ${features:+--features "$features"}
 step "$venv/bin/python" -m pytest -q
 step "$venv/bin/mypy"

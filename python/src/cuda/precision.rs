@@ -28,19 +28,22 @@ impl Raise for CudaError {
     }
 }
 
-/// A simulator on a GPU.
+/// A value of either precision.
 #[derive(Debug)]
-pub(super) enum Gpu {
-    Double(CudaSimulator<f64>),
-    Single(CudaSimulator<f32>),
+pub(super) enum Either<D, S> {
+    Double(D),
+    Single(S),
 }
 
-/// The same expression for the simulator of either precision.
+/// A simulator on a GPU.
+pub(super) type Gpu = Either<CudaSimulator<f64>, CudaSimulator<f32>>;
+
+/// The same expression for the value of either precision.
 macro_rules! on_either {
-    ($gpu:expr, $own:ident => $call:expr) => {
-        match $gpu {
-            Gpu::Double($own) => $call,
-            Gpu::Single($own) => $call,
+    ($value:expr, $own:ident => $call:expr) => {
+        match $value {
+            Either::Double($own) => $call,
+            Either::Single($own) => $call,
         }
     };
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
-use super::precision::{Gpu, Wanted, on_either, on_gpu};
+use super::precision::{Either, Gpu, Wanted, on_either, on_gpu};
 use crate::arrays::{Rows, argument};
 use crate::counts::whole;
 use crate::errors::{OrRaise, guarded, value_error};
@@ -60,10 +60,11 @@ methods! { PyCudaSimulator {
     #[new]
     fn new(
         simulator: &Bound<'py, PySimulator>, count, *, parameters: Option<&Bound<'py, PyDict>> = None, precision: &str = "double",
-        derivatives: Vec<String> = Vec::new(), device = None, cache: Option<PathBuf> = None
+        derivatives: Option<Vec<String>> = None, device = None, cache: Option<PathBuf> = None
     ) -> PyResult<Self> {
         let device = device.map_or(Ok(0), |device| whole("device", device))?;
         let count = whole("count", count)?;
+        let derivatives = derivatives.unwrap_or_default();
         let wanted = Wanted::read(count, parameters, precision, &derivatives, device, cache)?;
         let own = &simulator.get().simulator;
         Ok(Self {

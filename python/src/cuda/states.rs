@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::motions::ending_of;
-use super::precision::Gpu;
+use super::precision::{Either, Gpu, on_either};
 use super::simulator::PyCudaSimulator;
 use super::tensors;
 use crate::counts::whole;
@@ -60,21 +60,7 @@ impl<R: Real + DlpackElement> Held<R> {
 }
 
 /// States in the precision of their simulator.
-#[derive(Debug)]
-pub(super) enum OfEither {
-    Double(Held<f64>),
-    Single(Held<f32>),
-}
-
-/// The same expression for states of either precision.
-macro_rules! of_either {
-    ($held:expr, $own:ident => $call:expr) => {
-        match $held {
-            OfEither::Double($own) => $call,
-            OfEither::Single($own) => $call,
-        }
-    };
-}
+type OfEither = Either<Held<f64>, Held<f32>>;
 
 /// States that stay on the GPU from step to step: what cuda.Simulator.states returns.
 ///
@@ -100,7 +86,7 @@ impl PyCudaStates {
     }
 
     fn device(&self) -> Device {
-        of_either!(&*self.held(), own => own.device().clone())
+        on_either!(&*self.held(), own => own.device().clone())
     }
 
     /// Work on the states without the interpreter lock; what fails is raised.
@@ -145,14 +131,14 @@ impl PyCudaStates {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let simulator = self.gpu.bind(py).repr()?;
-        let n = of_either!(&*self.held(), own => own.states.numbers().rows());
+        let n = on_either!(&*self.held(), own => own.states.numbers().rows());
         Ok(format!("cuda.States({n} numbers each, of {simulator})"))
     }
 
     /// The Status of each state, with the step at which its motion ended, counted from the last copy_from. Waits for the device.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let endings = self.work(py, |_, held| of_either!(held, own => own.states.endings()))?;
+        let endings = self.work(py, |_, held| on_either!(held, own => own.states.endings()))?;
         let count = endings.len();
         let ended = endings.into_iter().enumerate();
         let stopped: Vec<_> = ended
@@ -189,22 +175,21 @@ methods! { PyCudaStates {
         let tensor = tensors::read("states", states, &self.device())?;
         self.work(
             py,
-            |_, held| of_either!(held, own => own.states.copy_from_dlpack(&tensor)),
+            |_, held| on_either!(held, own => own.states.copy_from_dlpack(&tensor)),
         )
     }
 
     /// All numbers, (count, n): q, v, contact of each state, from the device.
     fn numbers(&self, py: Python) -> PyResult<Bound<'py, PyAny>> {
         let all = self.work(py, |_, held| {
-            let states = of_either!(held, own => own.states.to_vec())?;
-            Ok(states
-                .iter()
-                .map(|x| x.numbers().copied().collect())
-                .collect::<Vec<Vec<f64>>>())
+            on_either!(held, own => {
+                let all = own.states.numbers().download_states()?;
+                Ok(all.iter().map(|x| x.to_f64()).collect::<Vec<f64>>())
+            })
         })?;
-        let width = all.first().map_or(0, Vec::len);
-        let flat = PyArray1::from_vec(py, all.concat());
-        flat.call_method1("reshape", ((all.len(), width),))
+        let count = self.__len__(py);
+        let width = all.len() / count;
+        PyArray1::from_vec(py, all).call_method1("reshape", ((count, width),))
     }
 
     /// A copy for another package; see the class.
@@ -218,7 +203,7 @@ methods! { PyCudaStates {
         tensors::write(py, &request, &self.device(), || {
             self.work(
                 py,
-                |_, held| of_either!(held, own => own.states.to_dlpack()),
+                |_, held| on_either!(held, own => own.states.to_dlpack()),
             )
         })
     }
