@@ -30,14 +30,12 @@ mod rollout;
 mod sensors;
 mod vjp;
 
-use std::any::Any;
-
 use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
 use crate::memory;
-use crate::scalar::{Differentiable, Scalar};
+use crate::scalar::{Differentiable, Opaque, Scalar, over_f64};
 use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepPoint};
 pub use rate::RateScratch;
 pub use rollout::{
@@ -90,17 +88,22 @@ pub struct LinearizationEstimate {
 /// Working memory of [`Simulator::linearize_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
 /// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
-pub struct LinearizeScratch<T: Differentiable = f64> {
-    method: StepJacobian<T>,
-}
+pub struct LinearizeScratch<T: Differentiable = f64>(Opaque<StepJacobian<T>>);
 
 impl<T: Differentiable> LinearizeScratch<T> {
     /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        Self {
-            method: StepJacobian::new(simulator, Calls::Many),
+        if const { T::IS_F64 } {
+            return Self(memory_of_values(simulator).retyped());
         }
+        Self(Opaque::new(StepJacobian::new(simulator, Calls::Many)))
     }
+}
+
+/// The memory over `f64`: compiled here, once.
+#[inline(never)]
+fn memory_of_values(simulator: &Simulator) -> Opaque<StepJacobian<f64>> {
+    Opaque::new(StepJacobian::new(simulator, Calls::Many))
 }
 
 impl Simulator<f64> {
@@ -161,42 +164,37 @@ impl Simulator<f64> {
         scratch: &mut LinearizeScratch<T>,
         out: &mut Linearization<T>,
     ) {
-        // A compile-time condition: programs do not compile code again that the library contains.
-        if T::IS_F64 {
-            let (state, scratch, out): (&dyn Any, &mut dyn Any, &mut dyn Any) =
-                (state, scratch, out);
-            let own = (state.downcast_ref(), scratch.downcast_mut());
-            if let ((Some(state), Some(scratch)), Some(u), Some(out)) =
-                (own, T::as_f64(u), out.downcast_mut())
-            {
-                self.linearize_values(state, u, scratch, out);
-            }
-        } else {
-            self.linearize_numbers(state, u, scratch, out);
+        let memory = &mut scratch.0;
+        if const { T::IS_F64 } {
+            let (state, u, memory, out) = over_f64!(
+                state: &State, u: &[f64], memory: &mut Opaque<StepJacobian<f64>>, out: &mut Linearization,
+            );
+            return self.linearize_values(state, u, memory.get_mut(), out);
         }
+        self.linearize_numbers(state, u, memory.get_mut(), out);
     }
 
     /// [`linearize_into`](Self::linearize_into) over `f64`: compiled here, once.
+    #[inline(never)]
     fn linearize_values(
         &self,
         state: &State,
         u: &[f64],
-        scratch: &mut LinearizeScratch,
+        method: &mut StepJacobian<f64>,
         out: &mut Linearization,
     ) {
-        self.linearize_numbers(state, u, scratch, out);
+        self.linearize_numbers(state, u, method, out);
     }
 
     fn linearize_numbers<T: Differentiable>(
         &self,
         state: &State<T>,
         u: &[T],
-        scratch: &mut LinearizeScratch<T>,
+        method: &mut StepJacobian<T>,
         out: &mut Linearization<T>,
     ) {
         self.check_input(u);
         self.check(state);
-        let method = &mut scratch.method;
         assert!(
             method.is_of(self.integrator()),
             "the scratch was made for another integrator than {:?}",

@@ -19,6 +19,7 @@
 //! derivatives in masses and lengths.
 
 mod cast;
+mod compiled;
 mod dual;
 mod each;
 mod float;
@@ -33,6 +34,7 @@ pub mod traced;
 mod vectorized;
 mod widths;
 
+pub(crate) use compiled::{Opaque, are_f64, over_f64, same};
 pub(crate) use each::each;
 pub(crate) use vectorized::{has_lanes, plus_scaled, vectorized, vectorized_over};
 pub use widths::{BATCH_WIDTH, CHUNK};
@@ -304,6 +306,10 @@ pub trait Scalar:
     /// Whether a solver can iterate on values of the type; otherwise that code is not compiled.
     #[doc(hidden)]
     const HAS_VALUES: bool = true;
+
+    /// Whether the type is `f64`, over which the library contains the code of its generic functions.
+    #[doc(hidden)]
+    const IS_F64: bool = false;
 
     /// A number without derivatives, from the value in each lane. To be written by types of several lanes.
     #[inline]

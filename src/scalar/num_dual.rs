@@ -7,6 +7,7 @@ use super::{Over, Scalar, is_f64, sin_cos, sin_cos_one_by_one, tanh_by_exp};
 impl<D: DualNumCopy<Primitive = f64>> Scalar for D {
     const ORDER: usize = D::NDERIV;
     const IS_VALUES: bool = true;
+    const IS_F64: bool = D::NDERIV == 0;
 
     #[inline]
     fn value(&self, lane: usize) -> f64 {

@@ -76,16 +76,6 @@ impl<P: Scalar, T: Over<P>> Linear<P> for T {
 pub trait Differentiable: Scalar {
     /// The dual number over it with `N` directions.
     type Dual<const N: usize>: Over<Self> + DualNumber<Self, N>;
-
-    /// Whether it is `f64`, over which the library has compiled what is generic.
-    #[doc(hidden)]
-    const IS_F64: bool = false;
-
-    /// The same numbers, where they are `f64`.
-    #[doc(hidden)]
-    fn as_f64(_: &[Self]) -> Option<&[f64]> {
-        None
-    }
 }
 
 /// A value with its derivatives in `N` directions: [`Dual`], for code that is generic over the inner scalar.
@@ -181,11 +171,6 @@ crate::data_under_duals! {
 
 impl Differentiable for f64 {
     type Dual<const N: usize> = Dual<Self, N>;
-    const IS_F64: bool = true;
-
-    fn as_f64(x: &[Self]) -> Option<&[f64]> {
-        Some(x)
-    }
 }
 
 impl<T: Scalar, const K: usize> Differentiable for Dual<T, K> {

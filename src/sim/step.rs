@@ -9,16 +9,29 @@ use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
 use crate::dynamics::Calls;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Opaque, Over, Scalar, are_f64, over_f64};
 
 /// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
 /// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
-pub struct StepScratch<T: Scalar> {
-    pub(crate) acceleration: AccelerationScratch<T>,
+pub struct StepScratch<T: Scalar>(Opaque<Memory<T>>);
+
+#[derive(Clone)]
+struct Memory<T: Scalar> {
+    acceleration: AccelerationScratch<T>,
     method: StepMemory<T>,
     /// Where an acceleration is found without a step.
     signals: Signals<T>,
+}
+
+impl<T: Scalar> Memory<T> {
+    fn new<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
+        Self {
+            acceleration: AccelerationScratch::new(simulator, calls),
+            method: StepMemory::new(simulator),
+            signals: Signals::default(),
+        }
+    }
 }
 
 impl<T: Scalar> StepScratch<T> {
@@ -29,11 +42,16 @@ impl<T: Scalar> StepScratch<T> {
 
     /// Memory for a simulator that takes so many steps.
     pub(crate) fn for_calls<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
-        Self {
-            acceleration: AccelerationScratch::new(simulator, calls),
-            method: StepMemory::new(simulator),
-            signals: Signals::default(),
+        if const { are_f64::<P, T>() } {
+            let (simulator,) = over_f64!(simulator: &Simulator);
+            return Self(memory_of_values(simulator, calls).retyped());
         }
+        Self(Opaque::new(Memory::new(simulator, calls)))
+    }
+
+    /// What the last step found out.
+    pub(crate) fn acceleration(&self) -> &AccelerationScratch<T> {
+        &self.0.get().acceleration
     }
 
     /// Lets the solver of contact forces start each step from the forces of the last one that was taken with this memory: a few times quicker in piles that
@@ -41,7 +59,8 @@ impl<T: Scalar> StepScratch<T> {
     /// redundant contacts in how these share a load. See [`SolverOptions::warm_start`](crate::contact::SolverOptions::warm_start) for rollouts.
     #[must_use]
     pub fn with_warm_start(mut self) -> Self {
-        self.acceleration.terms.contact.keep_for_next_step();
+        let acceleration = &mut self.0.get_mut().acceleration;
+        acceleration.terms.contact.keep_for_next_step();
         self
     }
 
@@ -57,10 +76,17 @@ impl<T: Scalar> StepScratch<T> {
             "there are {} lanes, got lane {lane}",
             T::LANES
         );
-        let balance = self.acceleration.balance.as_ref();
+        let memory = self.0.get();
+        let balance = memory.acceleration.balance.as_ref();
         let of_rows = balance.map_or(Status::Converged, |balance| balance.status(lane));
-        of_rows.max(self.method.status(lane))
+        of_rows.max(memory.method.status(lane))
     }
+}
+
+/// [`Memory`] over `f64`: compiled here, once.
+#[inline(never)]
+fn memory_of_values(simulator: &Simulator, calls: Calls) -> Opaque<Memory<f64>> {
+    Opaque::new(Memory::new(simulator, calls))
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -95,13 +121,30 @@ impl<P: Scalar> Simulator<P> {
         scratch: &mut StepScratch<T>,
         next: &mut State<T>,
     ) {
+        if const { are_f64::<P, T>() } {
+            let (simulator, memory) = (self, &mut scratch.0);
+            let (simulator, state, u, memory, next) = over_f64!(
+                simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>, next: &mut State,
+            );
+            return simulator.step_values(state, u, memory.get_mut(), next);
+        }
+        self.step_numbers(state, u, scratch.0.get_mut(), next);
+    }
+
+    fn step_numbers<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        memory: &mut Memory<T>,
+        next: &mut State<T>,
+    ) {
         self.check_input(u);
         self.check(state);
-        let StepScratch {
+        let Memory {
             acceleration,
             method,
             ..
-        } = scratch;
+        } = memory;
         if let Some(balance) = &mut acceleration.balance {
             balance.forget();
         }
@@ -157,13 +200,38 @@ impl<P: Scalar> Simulator<P> {
         u: &[T],
         scratch: &'s mut StepScratch<T>,
     ) -> &'s [T] {
+        if const { are_f64::<P, T>() } {
+            let (simulator, memory) = (self, &mut scratch.0);
+            let (simulator, state, u, memory) = over_f64!(
+                simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>,
+            );
+            simulator.accelerate_values(state, u, memory.get_mut());
+        } else {
+            self.accelerate_numbers(state, u, scratch.0.get_mut());
+        }
+        &scratch.0.get().acceleration.a
+    }
+
+    fn accelerate_numbers<T: Over<P>>(&self, state: &State<T>, u: &[T], memory: &mut Memory<T>) {
         self.check_input(u);
         self.check(state);
-        let signal = scratch.signals.find(self, state, u);
+        let signal = memory.signals.find(self, state, u);
         self.accelerate(
             &EvaluationPoint::instant(self, state, signal),
-            &mut scratch.acceleration,
+            &mut memory.acceleration,
         );
-        &scratch.acceleration.a
+    }
+}
+
+/// Over `f64`: compiled here, once.
+impl Simulator {
+    #[inline(never)]
+    fn step_values(&self, state: &State, u: &[f64], memory: &mut Memory<f64>, next: &mut State) {
+        self.step_numbers(state, u, memory, next);
+    }
+
+    #[inline(never)]
+    fn accelerate_values(&self, state: &State, u: &[f64], memory: &mut Memory<f64>) {
+        self.accelerate_numbers(state, u, memory);
     }
 }

@@ -14,7 +14,7 @@ use crate::dynamics::calls::Calls;
 use crate::dynamics::forward_dynamics::{AbaScratch, forward_dynamics_into};
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
 use crate::model::Model;
-use crate::scalar::{Differentiable, Over, Scalar};
+use crate::scalar::{Differentiable, Opaque, Over, Scalar, are_f64, over_f64};
 use crate::spatial::Force;
 
 /// Derivatives of what the acceleration balances, then of −a, in q, v and further directions side by side.
@@ -86,10 +86,23 @@ impl<T: Scalar> ForwardDynamicsDerivatives<T> {
 
 /// Working memory of [`forward_dynamics_derivatives_into`].
 #[derive(Clone, Debug)]
-pub struct ForwardDynamicsDerivativesScratch<T: Differentiable = f64> {
+pub struct ForwardDynamicsDerivativesScratch<T: Differentiable = f64>(Opaque<Memory<T>>);
+
+#[derive(Clone)]
+struct Memory<T: Differentiable> {
     aba: AbaScratch<T>,
     a: Vec<T>,
     derivatives: AccelerationDerivatives<T>,
+}
+
+impl<T: Differentiable> Memory<T> {
+    fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
+        Self {
+            aba: AbaScratch::for_calls(model, calls),
+            a: vec![T::zero(); model.nv()],
+            derivatives: AccelerationDerivatives::new(model, model.nv(), calls),
+        }
+    }
 }
 
 impl<T: Differentiable> ForwardDynamicsDerivativesScratch<T> {
@@ -99,12 +112,18 @@ impl<T: Differentiable> ForwardDynamicsDerivativesScratch<T> {
     }
 
     fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
-        Self {
-            aba: AbaScratch::for_calls(model, calls),
-            a: vec![T::zero(); model.nv()],
-            derivatives: AccelerationDerivatives::new(model, model.nv(), calls),
+        if const { are_f64::<P, T>() } {
+            let (model,) = over_f64!(model: &Model);
+            return Self(memory_of_values(model, calls).retyped());
         }
+        Self(Opaque::new(Memory::new(model, calls)))
     }
+}
+
+/// [`Memory::new`] over `f64`: compiled here, once.
+#[inline(never)]
+fn memory_of_values(model: &Model, calls: Calls) -> Opaque<Memory<f64>> {
+    Opaque::new(Memory::new(model, calls))
 }
 
 /// Computes the derivatives of [`forward_dynamics`](crate::dynamics::forward_dynamics) in q (tangent), v and τ, exact to rounding. Allocates.
@@ -157,13 +176,51 @@ pub fn forward_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>
     scratch: &mut ForwardDynamicsDerivativesScratch<T>,
     out: &mut ForwardDynamicsDerivatives<T>,
 ) {
-    let (s, nv) = (&mut scratch.derivatives, model.nv());
-    forward_dynamics_into(model, q, v, tau, external, &mut scratch.aba, &mut scratch.a);
+    let memory = &mut scratch.0;
+    if const { are_f64::<P, T>() } {
+        let (model, q, v, tau, external, memory, out) = over_f64!(
+            model: &Model, q: &[f64], v: &[f64], tau: &[f64], external: &[Force<f64>],
+            memory: &mut Opaque<Memory<f64>>, out: &mut ForwardDynamicsDerivatives,
+        );
+        return derivatives_of_values(model, q, v, tau, external, memory.get_mut(), out);
+    }
+    derivatives_into(model, q, v, tau, external, memory.get_mut(), out);
+}
+
+/// [`forward_dynamics_derivatives_into`] over `f64`: compiled here, once.
+#[inline(never)]
+fn derivatives_of_values(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    tau: &[f64],
+    external: &[Force<f64>],
+    memory: &mut Memory<f64>,
+    out: &mut ForwardDynamicsDerivatives,
+) {
+    derivatives_into(model, q, v, tau, external, memory, out);
+}
+
+fn derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &[T],
+    external: &[Force<T>],
+    memory: &mut Memory<T>,
+    out: &mut ForwardDynamicsDerivatives<T>,
+) {
+    let Memory {
+        aba,
+        a,
+        derivatives: s,
+    } = memory;
+    let nv = model.nv();
+    forward_dynamics_into(model, q, v, tau, external, aba, a);
     s.columns.clear();
     for k in 0..nv {
         *s.columns.at(k, 2 * nv + k) = -T::one();
     }
-    let a = &scratch.a;
     s.balance(model, &At { q, v, a }, external);
     s.solve([]);
     let outputs = [&mut out.dq, &mut out.dv, &mut out.dtau].into_iter();

@@ -31,7 +31,9 @@ use crate::dynamics::weightless::spared_part;
 use crate::joint::{Joint, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
-use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
+use crate::scalar::{
+    Differentiable, DualNumber, Over, Pack, Scalar, are_f64, over_f64, vectorized_over,
+};
 use crate::spatial::{Force, Motion, Transform, UnitVelocityProducts};
 
 /// Derivatives of τ = ID(q, v, a).
@@ -149,6 +151,39 @@ pub fn inverse_dynamics_derivatives<P: Scalar, T: Over<P> + Differentiable>(
 /// # Panics
 /// If a slice, the scratch or the output has the wrong size.
 pub fn inverse_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+    external: &[Force<T>],
+    scratch: &mut InverseDynamicsDerivativesScratch<T>,
+    out: &mut InverseDynamicsDerivatives<T>,
+) {
+    if const { are_f64::<P, T>() } {
+        let (model, q, v, a, external, scratch, out) = over_f64!(
+            model: &Model, q: &[f64], v: &[f64], a: &[f64], external: &[Force<f64>],
+            scratch: &mut InverseDynamicsDerivativesScratch, out: &mut InverseDynamicsDerivatives,
+        );
+        return derivatives_of_values(model, q, v, a, external, scratch, out);
+    }
+    derivatives_into(model, q, v, a, external, scratch, out);
+}
+
+/// [`inverse_dynamics_derivatives_into`] over `f64`: compiled here, once.
+#[inline(never)]
+fn derivatives_of_values(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+    external: &[Force<f64>],
+    scratch: &mut InverseDynamicsDerivativesScratch,
+    out: &mut InverseDynamicsDerivatives,
+) {
+    derivatives_into(model, q, v, a, external, scratch, out);
+}
+
+fn derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
     model: &Model<P>,
     q: &[T],
     v: &[T],

@@ -91,7 +91,7 @@ impl<'a> Run<'a> {
         let at = StepPoint {
             state,
             u,
-            acceleration: Some(&self.scratch.acceleration.a),
+            acceleration: Some(&self.scratch.acceleration().a),
         };
         self.slopes.update(self.simulator, &at, &self.next);
         std::mem::swap(state, &mut self.next);

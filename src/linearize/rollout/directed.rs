@@ -114,7 +114,7 @@ impl<'a> Directed<'a> {
                 let pairs = u.iter().zip(&along.inputs[k]);
                 own.u = pairs.map(|(&u, &du)| Along::new(u, [du])).collect();
                 simulator.step_into(&own.state, &own.u, &mut self.step, &mut next);
-                own.acceleration.clone_from(&self.step.acceleration.a);
+                own.acceleration.clone_from(&self.step.acceleration().a);
             }
             out.push(own);
             state = next;

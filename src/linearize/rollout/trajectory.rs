@@ -119,7 +119,7 @@ impl Trajectory {
             &mut self.scratch,
             &mut after[0],
         );
-        let a = &self.scratch.acceleration.a;
+        let a = &self.scratch.acceleration().a;
         let nv = a.len();
         self.accelerations[nv * local..nv * (local + 1)].copy_from_slice(a);
         &after[0]

@@ -142,7 +142,7 @@ impl Sensors {
         let mut signals = std::mem::take(&mut scratch.signals);
         let signal = signals.find(simulator, state, u);
         let at = EvaluationPoint::of_step(simulator, state, signal);
-        self.read_found(&at, &step.acceleration, scratch, out);
+        self.read_found(&at, step.acceleration(), scratch, out);
         scratch.signals = signals;
     }
 
