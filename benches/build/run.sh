@@ -79,7 +79,7 @@ use dualbody::{Simulator, codegen, model::samples};
 fn main() {
     let arm = Simulator::new(samples::arm()).with_time_step(0.01);
     for graph in [codegen::step(&arm), codegen::linearization(&arm), codegen::inverse_dynamics(arm.model())] {
-        println!("{}", graph.operations());
+        println!("{}", graph.n_outputs());
     }
 }
 EOF

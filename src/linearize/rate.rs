@@ -5,11 +5,15 @@ use std::ops::Range;
 use super::Linearization;
 use crate::contact::Contacts;
 use crate::dynamics::Calls;
+use crate::scalar::Opaque;
 use crate::sim::{AccelerationColumns, AccelerationScratch, EvaluationPoint, Simulator, State};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]
-pub struct RateScratch {
+pub struct RateScratch(Opaque<Memory>);
+
+#[derive(Clone)]
+struct Memory {
     found: AccelerationScratch<f64>,
     columns: AccelerationColumns<f64>,
 }
@@ -21,10 +25,10 @@ impl RateScratch {
     }
 
     fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
-        Self {
+        Self(Opaque::new(Memory {
             found: AccelerationScratch::new(simulator, calls),
             columns: AccelerationColumns::new(simulator, calls),
-        }
+        }))
     }
 }
 
@@ -86,9 +90,10 @@ impl Simulator<f64> {
         self.check_input(u);
         self.check(state);
         let at = EvaluationPoint::instant(self, state, u);
-        self.accelerate(&at, &mut scratch.found);
-        scratch.columns.linearize(&at, &mut scratch.found);
-        let (minus_a, bristles) = (scratch.columns.minus_a(), scratch.columns.bristles());
+        let Memory { found, columns } = scratch.0.get_mut();
+        self.accelerate(&at, found);
+        columns.linearize(&at, found);
+        let (minus_a, bristles) = (columns.minus_a(), columns.bristles());
         let (nv, n) = (self.model().nv(), self.n_contact());
         out.a.fill(0.0);
         out.b.fill(0.0);

@@ -10,6 +10,7 @@ use nalgebra::DVector;
 
 use crate::dynamics::Calls;
 use crate::model::Generation;
+use crate::scalar::Opaque;
 use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepGradientSum, StepPoint};
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
@@ -95,7 +96,7 @@ pub(super) struct Counts {
 pub struct VjpScratch {
     generation: Generation,
     pub(super) parameters: Counts,
-    adjoint: StepAdjoint<f64>,
+    adjoint: Opaque<StepAdjoint<f64>>,
 }
 
 impl VjpScratch {
@@ -111,14 +112,14 @@ impl VjpScratch {
                 all: simulator.parameters().len(),
                 of_model: simulator.model().parameters().len(),
             },
-            adjoint: StepAdjoint::new(simulator, calls),
+            adjoint: Opaque::new(StepAdjoint::new(simulator, calls)),
         }
     }
 
     /// Whether it belongs to the model of a simulator.
     pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
         self.generation == simulator.model().generation()
-            && self.adjoint.is_of(simulator.integrator())
+            && self.adjoint.get().is_of(simulator.integrator())
     }
 }
 
@@ -209,6 +210,7 @@ impl Simulator<f64> {
         out.state.fill(0.0);
         out.input.fill(0.0);
         let mut slopes = out.slopes(self.model().nv(), self.n_contact(), scratch.parameters);
-        scratch.adjoint.add_gradient(self, at, adjoint, &mut slopes);
+        let method = scratch.adjoint.get_mut();
+        method.add_gradient(self, at, adjoint, &mut slopes);
     }
 }

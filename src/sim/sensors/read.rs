@@ -12,7 +12,7 @@ use crate::dynamics::{
     Calls, Kinematics, Motions, RneaScratch, accelerations_of_some, motions_of_some,
     transmitted_forces,
 };
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Opaque, Over, Scalar, are_f64, over_f64};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrator::Integrator;
 use crate::sim::integrators::{AccelerationScratch, FoundMotions};
@@ -27,7 +27,7 @@ use crate::spatial::Force;
 #[derive(Clone, Debug)]
 pub struct SensorScratch<T: Scalar> {
     /// Acceleration and forces, where no step has found them.
-    found: Option<Box<AccelerationScratch<T>>>,
+    found: Option<Opaque<AccelerationScratch<T>>>,
     signals: Signals<T>,
     /// Motions of bodies that the step has not left.
     rnea: RneaScratch<T>,
@@ -86,16 +86,46 @@ impl Sensors {
         scratch: &mut SensorScratch<T>,
         out: &mut [T],
     ) {
+        if const { are_f64::<P, T>() } {
+            let (simulator, state, u, scratch, out) = over_f64!(
+                simulator: &Simulator, state: &State, u: &[f64], scratch: &mut SensorScratch<f64>, out: &mut [f64],
+            );
+            return self.read_values(simulator, state, u, scratch, out);
+        }
+        self.read_numbers(simulator, state, u, scratch, out);
+    }
+
+    /// [`read_into`](Self::read_into) over `f64`: compiled here, once.
+    #[inline(never)]
+    fn read_values(
+        &self,
+        simulator: &Simulator,
+        state: &State,
+        u: &[f64],
+        scratch: &mut SensorScratch<f64>,
+        out: &mut [f64],
+    ) {
+        self.read_numbers(simulator, state, u, scratch, out);
+    }
+
+    fn read_numbers<P: Scalar, T: Over<P>>(
+        &self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut SensorScratch<T>,
+        out: &mut [T],
+    ) {
         simulator.check_input(u);
         simulator.check(state);
         // Not bound to the numbers of one model: variants use it in turn.
-        let new = || Box::new(AccelerationScratch::new(simulator, Calls::One));
+        let new = || Opaque::new(AccelerationScratch::new(simulator, Calls::One));
         let mut found = scratch.found.take().unwrap_or_else(new);
         let mut signals = std::mem::take(&mut scratch.signals);
         let signal = signals.find(simulator, state, u);
         let at = EvaluationPoint::of_step(simulator, state, signal);
-        simulator.accelerate(&at, &mut found);
-        self.read_found(&at, &found, scratch, out);
+        simulator.accelerate(&at, found.get_mut());
+        self.read_found(&at, found.get(), scratch, out);
         scratch.signals = signals;
         scratch.found = Some(found);
     }
@@ -137,6 +167,38 @@ impl Sensors {
         if !has_one_acceleration(simulator.integrator()) {
             return self.read_into(simulator, state, u, scratch, out);
         }
+        if const { are_f64::<P, T>() } {
+            let (simulator, state, u, step, scratch, out) = over_f64!(
+                simulator: &Simulator, state: &State, u: &[f64], step: &StepScratch<f64>, scratch: &mut SensorScratch<f64>, out: &mut [f64],
+            );
+            return self.read_values_of_step(simulator, state, u, step, scratch, out);
+        }
+        self.read_numbers_of_step(simulator, state, u, step, scratch, out);
+    }
+
+    /// [`read_step_into`](Self::read_step_into) over `f64`: compiled here, once.
+    #[inline(never)]
+    fn read_values_of_step(
+        &self,
+        simulator: &Simulator,
+        state: &State,
+        u: &[f64],
+        step: &StepScratch<f64>,
+        scratch: &mut SensorScratch<f64>,
+        out: &mut [f64],
+    ) {
+        self.read_numbers_of_step(simulator, state, u, step, scratch, out);
+    }
+
+    fn read_numbers_of_step<P: Scalar, T: Over<P>>(
+        &self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        step: &StepScratch<T>,
+        scratch: &mut SensorScratch<T>,
+        out: &mut [T],
+    ) {
         simulator.check_input(u);
         simulator.check(state);
         let mut signals = std::mem::take(&mut scratch.signals);
