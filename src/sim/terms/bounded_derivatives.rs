@@ -2,7 +2,8 @@
 
 use std::marker::PhantomData;
 
-use super::bounded_forces::{Bounded, BoundedForces, Line, Site};
+use super::bounded_forces::BoundedForces;
+use super::bounded_law::{Bounded, Line, Site};
 use super::drives::Driven;
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;

@@ -1,12 +1,12 @@
 //! Servos on frames: over a step rows along their wrenches, as of tendons (`tendon_servos.rs`).
 //!
 //! A servo pulls its frame with f along the wrench w, whose power is f ℓ̇. Over a step  f = p − r ℓ̈  within bounds, as of a servo on one joint
-//! (`bounded_forces.rs`), with  ℓ̈ = J ã + b:  a row with the reference p / r − b and the compliance 1 / r. At an instant, and for the middle of its limits, it is
+//! (`bounded_law.rs`), with  ℓ̈ = J ã + b:  a row with the reference p / r − b and the compliance 1 / r. At an instant, and for the middle of its limits, it is
 //! one of the forces of `frame_forces.rs`.
 
 use std::marker::PhantomData;
 
-use super::bounded_forces::servo_line;
+use super::bounded_law::servo_line;
 use super::drives::Driven;
 use super::local::{
     FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, TIME_STEP, constant_motion,

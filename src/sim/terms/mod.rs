@@ -26,6 +26,7 @@ mod bilateral_row;
 mod bounded_beside;
 mod bounded_derivatives;
 mod bounded_forces;
+mod bounded_law;
 mod bounded_rows;
 mod chain;
 mod columns;

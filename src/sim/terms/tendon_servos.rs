@@ -1,11 +1,11 @@
 //! Servos on tendons: forces on several joints, which over a step are rows if they follow the motion.
 //!
 //! A tendon of length L = Σ cᵢ qᵢ pulls with F, cᵢ F on each joint. Over a step F = p − r L̈ within bounds, as of a servo on one joint
-//! (`bounded_forces.rs`), but r is added to M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
+//! (`bounded_law.rs`), but r is added to M with the matrix c cᵀ: a row with Jacobian cᵀ, reference p / r and compliance 1 / r.
 
 use std::marker::PhantomData;
 
-use super::bounded_forces::servo_line;
+use super::bounded_law::servo_line;
 use super::drives::Driven;
 use super::local::{INPUT, OfCoordinate, POSITION, RATE, TIME_STEP};
 use super::numbers::Numbers;
