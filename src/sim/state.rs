@@ -108,12 +108,12 @@ impl<T: Scalar> State<T> {
         assert_eq!(
             self.contact.len(),
             reference.contact.len(),
-            "the states of contact are of two simulators"
+            "lengths of the contact states: the two states belong to different simulators"
         );
         assert_eq!(
             self.activation.len(),
             reference.activation.len(),
-            "the activations are of two simulators"
+            "lengths of the activations: the two states belong to different simulators"
         );
         let mut out = DVector::zeros(nv + self.beside_q().count());
         let (dq, rest) = out.as_mut_slice().split_at_mut(nv);
