@@ -231,7 +231,7 @@ pub(crate) fn most_states<T: Scalar>(state: &State<T>, nu: usize) -> usize {
 }
 
 impl<T: Scalar> Rollout<T> {
-    /// The last state.
+    /// The last state. If [`status`](Self::status) is not `Completed`, the rollout ended early, at a finite state.
     pub fn last(&self) -> &State<T> {
         &self.states[self.states.len() - 1]
     }

@@ -19,7 +19,7 @@ use crate::scalar::{Cast, Over, Scalar};
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.
     pub q: DVector<T>,
-    /// Velocity in tangent coordinates, length `nv`.
+    /// Velocity in tangent coordinates, length `nv`. That of a floating base is `[linear; angular]` in the axes of the base, not of the world.
     pub v: DVector<T>,
     /// The contact state: for [soft contact](crate::contact::SoftContact) the bristle deflection of each point in the world, m, three values per
     /// point; otherwise empty. It is a vector space.

@@ -101,6 +101,9 @@ pub enum LqrStatus {
 impl Lqr {
     /// Designs the regulator of x⁺ = A x + B u that minimises Σ xᵀ Q x + uᵀ R u.
     ///
+    /// A and B are those of a fixed point, a state that a step leaves unchanged; the input that holds it is added to the result of
+    /// [`control`](Self::control). Effort limits are ignored.
+    ///
     /// Solves  P = Q + Aᵀ P A − Aᵀ P B (R + Bᵀ P B)⁻¹ Bᵀ P A  for its stabilising solution and returns
     /// K = (R + Bᵀ P B)⁻¹ Bᵀ P A. Between 5 and 30 doublings of O(nx³) each; allocates.
     ///

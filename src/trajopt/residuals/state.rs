@@ -36,7 +36,7 @@ pub struct StateError {
 }
 
 impl StateError {
-    /// Makes the error from a state x, length `nx`.
+    /// Makes the error from a state x, length `nx`. Angles are not wrapped: π and −π are different targets.
     pub fn to(x: &[f64]) -> Self {
         Self {
             reference: Reference::Constant(x.to_vec()),
