@@ -46,7 +46,7 @@ impl Simulator<f64> {
         Ok(forced.step(state, u.as_slice()))
     }
 
-    /// The input u (length `nu`) of forces along joints by name; zero where none is set, and for actuators on frames. Allocates.
+    /// The input u (length `nu`) of forces along joints by name; zero for inputs without a force and for frame actuators. Allocates.
     ///
     /// # Errors
     /// If there is a force along a joint that has no input.
