@@ -27,7 +27,8 @@
 //! | the same, regularised rigid contact | 4.9 | 7.6 | 6 |
 //! | the same, rigid contact | 4.5 | 5.8 | 5 |
 //!
-//! In units of a step on plain numbers, measured on a busy machine by `cargo bench --bench derivatives -- '^(step|linearize)'`.
+//! In units of a step on plain numbers, measured at commit 7fc50dd2 by `cargo bench --bench derivatives -- '^(step|linearize)'` on a shared machine of
+//! two cores; `benches/RESULTS.md` has later measurements.
 //!
 //! * Few directions (fewer than in the last column, or up to four): dual numbers. Use [`jacobian`] of a function that steps over the scalar. For the
 //!   derivatives of a whole trajectory in parameters (masses, lengths, damping), use it with

@@ -156,7 +156,7 @@ impl<E: Environment> Environments<E> {
         self.episodes[i / BATCH_WIDTH].lengths[i % BATCH_WIDTH]
     }
 
-    /// Whether the episode of each state is over and no new one has started.
+    /// Whether the episode of some state is over and no new one has started, so that [`reset_where`](Self::reset_where) must be called.
     pub fn needs_reset(&self) -> bool {
         self.episodes.iter().any(|own| own.ended.contains(&true))
     }
