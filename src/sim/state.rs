@@ -24,8 +24,8 @@ pub struct State<T: Scalar = f64> {
     /// The contact state: for [soft contact](crate::contact::SoftContact) the bristle deflection of each point in the world, m, three values per
     /// point; otherwise empty. It is a vector space.
     pub contact: DVector<T>,
-    /// The [activations](super::Activation) of inputs, one after the other in the order in which the simulator got them: of each the inputs that have not arrived
-    /// yet, the oldest first, then the state of its dynamics. Empty without. A vector space.
+    /// The [activations](super::Activation) of inputs, in the order in which they were set. Each has its delayed inputs, the oldest first, then the state
+    /// of its dynamics. Empty without activations. It is a vector space.
     pub activation: DVector<T>,
 }
 

@@ -121,7 +121,7 @@ impl RerunStream {
         Ok(stream)
     }
 
-    /// Sends a moment: the poses of all bodies, the state, and the input that acts from there on, which may be empty.
+    /// Sends the data of one time: the poses of all bodies, the state, and the input from this time on, which may be empty.
     /// NaN values are omitted; if a state is not finite, the robot keeps its last pose.
     ///
     /// * `time` – s, later than the one before
@@ -179,10 +179,10 @@ impl RerunStream {
         self.log_number(path(&["numbers", name]), time, value);
     }
 
-    /// Waits until everything is in the file or with the viewer, at most ten seconds.
+    /// Waits until the file or the viewer has all data, at most ten seconds.
     ///
     /// # Errors
-    /// If it does not get there.
+    /// If data are missing after that time.
     pub fn flush(&self) -> Result<(), RecordingError> {
         let flushed = self.stream.flush_with_timeout(FLUSH_TIMEOUT);
         flushed.map_err(|error| failed(&self.target, &error))
