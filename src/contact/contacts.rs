@@ -427,12 +427,18 @@ impl<P: Scalar> Contacts<P> {
     /// [`with_point`](Self::with_point).
     pub fn with_points<Q: Over<P>>(&self, points: &[ContactPoint<Q>]) -> Contacts<Q> {
         let (given, own) = (points.len(), self.points.len());
-        assert_eq!(given, own, "number of contact points, which must stay the same");
+        assert_eq!(
+            given, own,
+            "number of contact points, which must stay the same"
+        );
         for (k, (point, own)) in points.iter().zip(&self.points).enumerate() {
             let own = own.cast::<Q>();
             let is_alike = discriminant(&point.feature) == discriminant(&own.feature);
             let stays = (point.link, point.body) == (own.link, own.body) && is_alike;
-            assert!(stays, "contact point {k} must stay on its link, and must stay of its kind");
+            assert!(
+                stays,
+                "contact point {k} must stay on its link, and must stay of its kind"
+            );
             point.check();
         }
         Contacts {

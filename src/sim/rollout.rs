@@ -187,9 +187,15 @@ impl Rollout {
         states: Vec<State>,
         inputs: Vec<DVector<f64>>,
     ) -> Self {
-        assert!(!states.is_empty(), "a trajectory has 0 states, expected at least 1");
+        assert!(
+            !states.is_empty(),
+            "a trajectory has 0 states, expected at least 1"
+        );
         let (n, most) = (inputs.len(), states.len());
-        assert!(n <= most, "a trajectory of {most} states has {n} inputs, expected at most {most}");
+        assert!(
+            n <= most,
+            "a trajectory of {most} states has {n} inputs, expected at most {most}"
+        );
         for state in &states {
             model.check_q(state.q.as_slice());
             model.check_v(state.v.as_slice());

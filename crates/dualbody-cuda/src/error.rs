@@ -32,7 +32,9 @@ pub enum CudaError {
         count: usize,
     },
     /// Memory of the device does not suffice.
-    #[error("{bytes} bytes of memory were requested, and {free} of {total} are free on the device: use fewer states, or single precision")]
+    #[error(
+        "{bytes} bytes of memory were requested, and {free} of {total} are free on the device: use fewer states, or single precision"
+    )]
     NoMemory {
         /// How much was requested.
         bytes: usize,

@@ -28,7 +28,10 @@ impl<R> Schedule<R> {
     /// If the list is empty.
     pub fn new(residuals: impl IntoIterator<Item = R>) -> Self {
         let residuals = Vec::from_iter(residuals);
-        assert!(!residuals.is_empty(), "a schedule has 0 residuals, expected at least 1");
+        assert!(
+            !residuals.is_empty(),
+            "a schedule has 0 residuals, expected at least 1"
+        );
         Self { residuals }
     }
 

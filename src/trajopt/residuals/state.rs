@@ -17,7 +17,10 @@ enum Reference {
 
 impl Reference {
     fn trajectory(points: &[impl AsRef<[f64]>]) -> Self {
-        assert!(!points.is_empty(), "a reference trajectory has 0 points, expected at least 1");
+        assert!(
+            !points.is_empty(),
+            "a reference trajectory has 0 points, expected at least 1"
+        );
         Self::Trajectory(points.iter().map(|x| x.as_ref().to_vec()).collect())
     }
 
