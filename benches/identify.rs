@@ -139,7 +139,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         found.condition
     );
     println!(
-        "filters {:.1} ms, least squares {:.1} ms, bodies that can be {:.1} ms: {:.1} ms in all",
+        "filters {:.1} ms, least squares {:.1} ms, consistent inertias {:.1} ms: {:.1} ms in all",
         1e3 * prepared.as_secs_f64(),
         1e3 * (estimated - prepared).as_secs_f64(),
         1e3 * (all - estimated).as_secs_f64(),

@@ -1,4 +1,4 @@
-//! An arm of seven joints brings its hand to a pose, within its effort limits, around a sphere that is in the way.
+//! An arm of seven joints moves its hand to a pose around a sphere, within its effort limits.
 //!
 //! `cargo run --release --example arm_reach` – writes a table and a page to `out/arm_reach/`.
 

@@ -1,5 +1,5 @@
-//! Domain randomisation: thousands of cart-poles, each with masses and a length of its own, balanced at once by the one
-//! gain that was designed for the cart-pole of the description.
+//! Domain randomisation: thousands of cart-poles, each with its own masses and length, balanced by one gain, which was designed for the cart-pole of the
+//! description.
 //!
 //! `cargo run --release --example batch` – writes a page with some of them to `out/batch/`.
 

@@ -1,8 +1,8 @@
-//! A ball bounces: heights fall by the square of the restitution, and dual numbers give their derivatives in it and in
-//! the fall.
+//! A bouncing ball: its height decreases by the square of the restitution at each bounce. Dual numbers give the derivatives of the heights in the
+//! restitution and in the initial height.
 //!
-//! Rigid contact finds each bounce at its time within a step, so its derivatives hold bounce after bounce in steps of a
-//! millisecond. Those of soft contact do where a contact lasts many steps.
+//! Rigid contact finds each bounce at its time within a step, so the derivatives are correct after several bounces at steps of a millisecond. The
+//! derivatives of soft contact are correct if a contact lasts many steps.
 //!
 //! `cargo run --release --example bouncing_ball` – writes `out/bouncing_ball/rollout.csv` and a page beside it.
 

@@ -1,5 +1,4 @@
-//! The cart-pole from its description to its stabilisation: open loop, and LQR on the exact Jacobians
-//! of the step.
+//! A cart-pole from its URDF file to its stabilisation: free motion, then LQR from the exact Jacobians of the step.
 //!
 //! `cargo run --release --example cartpole` – writes tables and pages of the motions to `out/cartpole/`.
 

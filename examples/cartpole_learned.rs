@@ -1,5 +1,5 @@
-//! A linear policy keeps a pole on a cart upright. The cross-entropy method learns it in less than a second: many candidates act at once, and the next ones are
-//! drawn about the best.
+//! A linear policy keeps a pole on a cart upright. The cross-entropy method learns it in less than a second: it simulates many candidates at once, and
+//! draws the next candidates around the best ones.
 //!
 //! `cargo run --release --example cartpole_learned`
 

@@ -1,6 +1,5 @@
-//! A cart-pole swings up with at most 20 N on the cart, within its rail, and is caught by LQR: planned by differential
-//! dynamic programming and by single shooting with argmin, then run for 10 s in closed loop on a pole that is 5 %
-//! heavier than the plans know.
+//! A cart-pole swings up with at most 20 N on the cart, within its rail; then LQR stabilises it. The motion is planned by differential dynamic
+//! programming and by single shooting with argmin. The closed loop runs for 10 s with a pole that is 5 % heavier than planned.
 //!
 //! `cargo run --release --example cartpole_swing_up` – writes tables and a page to `out/cartpole_swing_up/`.
 

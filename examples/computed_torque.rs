@@ -1,4 +1,4 @@
-//! A cart-pole with motors at both joints, driven to rest by computed torque from a fast swing.
+//! Computed torque: a cart-pole with motors at both joints is brought to rest from a fast motion.
 //!
 //! `cargo run --release --example computed_torque` – writes a page of the motion to `out/computed_torque/`.
 

@@ -1,4 +1,4 @@
-//! A row of dominoes: the first is pushed over, each knocks the next one over, and the wave runs along the row at an even speed.
+//! A row of dominoes: the first one is pushed, each one pushes over the next, and the wave has constant speed.
 //!
 //! `cargo run --release --example dominoes` – writes `out/dominoes/index.html`, a page that opens in any browser.
 

@@ -1,4 +1,4 @@
-//! Nine spheres fall from random heights onto the ground, roll and come to rest: a batch with contact.
+//! A batch with contact: nine spheres fall from random heights onto the ground, roll and come to rest.
 //!
 //! `cargo run --release --example falling_spheres` – writes the motion of the first to
 //! `out/falling_spheres/rollout.csv` and a page with all of them beside it.

@@ -1,5 +1,5 @@
-//! A four-bar linkage: a closed loop. Assembled from a start that is torn apart, it is driven at its crank by computed
-//! torque so that the rocker follows a sine, and the torque is checked against the balance of power.
+//! A closed loop: a four-bar linkage. It is assembled from an open start. Computed torque at its crank makes the rocker follow a sine; the torque is
+//! compared with the balance of power.
 //!
 //! `cargo run --release --example four_bar` – writes `out/four_bar/rollout.csv` and a page beside it.
 

@@ -1,5 +1,5 @@
-//! A gripper lifts a box by friction. The least grip force that holds the box is found by optimisation through the contact: a cost of the lift has its gradient in the
-//! force from one sweep back through the rollout.
+//! A gripper lifts a box by friction. Optimisation through the contact finds the least grip force that holds the box: one backward pass through the
+//! rollout gives the gradient of a cost of the lift in the grip force.
 //!
 //! `cargo run --release --example gripper` – writes `out/gripper/index.html`, a page that opens in any browser.
 

@@ -1,8 +1,8 @@
 //! A one-legged robot on a boom hops over a hurdle and lands standing: trajectory optimisation through contact.
 //!
-//! `Ddp` works on the steps of the simulator, with the ground, its friction and the bristles under the foot, which are
-//! part of the state. It starts from a sketch that obeys no dynamics: a parabola between two stances. How the leg
-//! pushes, when the foot leaves the ground, where it comes down and how it is caught is for the solver to find.
+//! `Ddp` optimises the steps of the simulator, with the ground, its friction, and the bristle under the foot as a part of the state. The guess does not
+//! obey the dynamics: it is a parabola between two stances. The solver finds the push of the leg, the time of lift-off, the place of landing, and the
+//! motion after it.
 //!
 //! `cargo run --release --example hopper` – writes a table and a page to `out/hopper/`.
 

@@ -1,7 +1,7 @@
-//! A one-legged hopper is designed together with its jump: lengths of thigh and shank and all torques, through the contact of its foot.
+//! A one-legged hopper is optimised together with its jump, through the contact of its foot: the lengths of thigh and shank, and all torques.
 //!
-//! One function of torques and lengths, the cost of a jump, has its gradient from one sweep back through the rollout: in inputs, in the start, which depends on the lengths, and
-//! in all parameters of the model, which the hardware takes to lengths. The foot is a body of its own, on a sprung toe.
+//! One backward pass through the rollout gives the gradient of the cost of a jump: in the inputs, in the start, which depends on the lengths, and in all
+//! parameters of the model. `Hardware` converts the latter to a gradient in the lengths. The foot is a separate body on a spring.
 //!
 //! `cargo run --release --example hopper_codesign` – writes the robot and a page of both jumps to `out/hopper_codesign/`.
 

@@ -1,4 +1,4 @@
-//! Inverse dynamics of a 7-joint arm: which torques does a movement need, and does the arm then move so?
+//! Inverse dynamics of a 7-joint arm: the torques of a given motion, and a simulation that reproduces the motion with them.
 //!
 //! `cargo run --release --example inverse_dynamics` – writes a page of the movement to `out/inverse_dynamics/`.
 

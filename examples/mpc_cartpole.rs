@@ -1,5 +1,4 @@
-//! Model-predictive control of a cart-pole: the cart follows a target that jumps from side to side while the pole is
-//! pushed.
+//! Model-predictive control of a cart-pole: the cart follows a target that changes sides, while the pole is pushed.
 //!
 //! `cargo run --release --example mpc_cartpole` – writes a table and a page to `out/mpc_cartpole/`.
 

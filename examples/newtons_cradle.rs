@@ -1,4 +1,4 @@
-//! Newton's cradle: five balls on strings, side by side. The first one is let go from 40°; it stops, and the last one rises as high.
+//! Newton's cradle: five balls on strings. The first ball is released at 40° and stops at the impact; the last ball rises to the same height.
 //!
 //! `cargo run --release --example newtons_cradle` – writes `out/newtons_cradle/index.html`, a page that opens in any browser.
 

@@ -1,5 +1,5 @@
-//! A crane carries its load over a ball: the load stays clear of it throughout, not at some moments
-//! only. Planned by direct transcription, fifty intervals of a twentieth of a second.
+//! A crane carries its load over a ball, with clearance at all times and not only at the nodes. The motion is planned by direct transcription with fifty
+//! intervals of 50 ms.
 //!
 //! `cargo run --release --features transcription --example obstacle_course` – writes a table and a page to
 //! `out/obstacle_course/`.

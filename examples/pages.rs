@@ -1,4 +1,4 @@
-//! Pages: robots that move, one to move by hand, a batch, an hour, and names that try to be code. The checks in
+//! Pages of the HTML viewer: moving robots, a robot with sliders, a batch, a motion of an hour, and names that contain HTML. The checks in
 //! `tests/browser/` open them.
 //!
 //! `cargo run --release --example pages` – writes to `out/pages/`.

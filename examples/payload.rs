@@ -1,7 +1,7 @@
-//! An arm finds the mass distribution of its load: the densities of five solids in its hand, from the torques of a motion.
+//! Identification of the mass distribution of a load: the densities of five solids in the hand of an arm, from the torques of a motion.
 //!
-//! The densities are parameters of the hardware; the torques are linear in inertias, and these in densities, so the Jacobian is the regressor times the derivatives of
-//! the inertias. The torques that are measured come from an arm with other densities, with noise.
+//! The densities are parameters of `Hardware`. Torques are linear in inertias, and inertias in densities, so the Jacobian is the regressor times the
+//! derivatives of the inertias. The measured torques are those of an arm with other densities, with noise.
 //!
 //! `cargo run --release --example payload` – writes a page of the motion to `out/payload/`.
 

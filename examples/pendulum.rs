@@ -1,4 +1,4 @@
-//! A free pendulum: how the two integrators treat its energy.
+//! A free pendulum: the drift of its energy with two integrators.
 //!
 //! `cargo run --release --example pendulum` – writes a page with both to `out/pendulum/`.
 

@@ -1,5 +1,5 @@
-//! Plots of a balanced cart-pole as SVG and PNG: the trajectory, the phase portrait of the pole, the cost that is left
-//! to pay, and the cost of a plan from one iteration of its optimisation to the next.
+//! Plots of a balanced cart-pole as SVG and PNG: the trajectory, the phase portrait of the pole, the remaining cost, and the cost of a plan over the
+//! iterations of its optimisation.
 //!
 //! `cargo run --release --features plot --example plots` – writes to `out/plots/`.
 

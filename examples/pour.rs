@@ -1,4 +1,4 @@
-//! Boxes and spheres are poured into a bin: all end up in it, near rest, and none has gone through a wall.
+//! Boxes and spheres are poured into a bin. At the end all are in the bin, nearly at rest, and none has passed through a wall.
 //!
 //! `cargo run --release --example pour` – writes `out/pour/index.html`, a page that opens in any browser.
 

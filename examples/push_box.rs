@@ -1,5 +1,5 @@
-//! A finger pushes a box to a pose on the ground. The plan is found by differential dynamic programming through the contact: between finger and box, and between box
-//! and ground.
+//! A finger pushes a box to a pose on the ground. Differential dynamic programming plans the motion through two contacts: between finger and box, and
+//! between box and ground.
 //!
 //! `cargo run --release --example push_box` – writes a table and a page to `out/push_box/`.
 

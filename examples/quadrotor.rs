@@ -1,5 +1,6 @@
-//! A quadrotor catches itself and hovers by LQR, flies a loop within the limits of its rotors, and hovers again.
+//! A quadrotor stabilises itself and hovers by LQR, flies a loop within the limits of its rotors, and hovers again.
 //! Its rotors are actuators on frames of a floating base; `Ddp` plans the loop around a circle.
+//!
 //! `cargo run --release --example quadrotor` – writes a page to `out/quadrotor/`.
 
 use dualbody::constraint::Anchor;

@@ -1,5 +1,5 @@
-//! A quadruped in the air turns its trunk by moving its legs: nothing touches it, so its angular momentum stays zero,
-//! and yet it comes down turned.
+//! A quadruped in the air rotates its trunk by moving its legs. It touches nothing, so its angular momentum stays zero, but it lands with a rotated
+//! trunk.
 //!
 //! `cargo run --release --example quadruped_jump_in_flight` – writes a table and a page to
 //! `out/quadruped_jump_in_flight/`.

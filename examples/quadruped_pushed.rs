@@ -1,4 +1,4 @@
-//! A quadruped on servos keeps standing under pushes on its trunk; the motion becomes an animated picture, without a browser.
+//! A quadruped with servos keeps standing while its trunk is pushed; the motion is written as an animated picture, without a browser.
 //!
 //! `cargo run --release --features render --example quadruped_pushed` – writes `out/quadruped_pushed/index.gif` and a page beside it.
 

@@ -1,4 +1,4 @@
-//! A quadruped stands by LQR about a pose held by torques on soft ground, linearised with its contact. Pushed, it returns.
+//! A quadruped stands on soft ground by LQR about an equilibrium, linearised with its contact. It returns after a push.
 //!
 //! `cargo run --release --example quadruped_stand` – writes `out/quadruped_stand/rollout.csv` and a page beside it.
 

@@ -1,4 +1,4 @@
-//! A quadruped on position servos walks by a policy, although it is pushed, and masses and friction differ from their nominal values.
+//! A quadruped with position servos walks by a trained policy, under pushes, with masses and friction that differ from their nominal values.
 //!
 //! `cargo run --release --example quadruped_walk` – 100 robots walk for 10 s; writes the first one to `out/quadruped_walk/index.html`. With `-- train` after it, the
 //! policy is trained first, and written to `examples/quadruped_walk/policy.txt`.

@@ -1,7 +1,7 @@
-//! A simulation in the Rerun viewer: to watch while it runs, or as a file.
+//! A simulation in the Rerun viewer, as a file or while it runs.
 //!
-//! `cargo run --release --features rerun --example rerun` – writes `out/rerun/motion.rrd`; with `-- --live` at its end,
-//! and a viewer that runs (`pip install rerun-sdk==0.27.3`, then `rerun`), the robot moves there as fast as it would.
+//! `cargo run --release --features rerun --example rerun` – writes `out/rerun/motion.rrd`. With `-- --live` at the end, and a running viewer
+//! (`pip install rerun-sdk==0.27.3`, then `rerun`), the robot moves in the viewer in real time.
 
 use std::error::Error;
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! Two stacks of five bricks, each brick shifted along x against the one below. A stack stands as long as the centre of mass of what each brick carries is over
-//! that brick: five bricks topple where the shift is more than a fifth of the length of a brick.
+//! Two stacks of five bricks, each brick shifted along x relative to the one below. A stack stands if for each brick the centre of mass of the bricks
+//! above is over that brick: five bricks topple if the shift exceeds a fifth of the length of a brick.
 //!
 //! `cargo run --release --example stack` – writes `out/stack/index.html`, a page that opens in any browser.
 

@@ -1,5 +1,5 @@
-//! Two arms at one table: a world of robots and objects. A ball falls beside the arms, which hold a pose; then the ball is taken away and a weight is put into the
-//! left hand, while the arms go on from where they are.
+//! A world of robots and objects: two arms at one table. A ball falls beside the arms, which hold a pose. Then the ball is removed and a weight is added to
+//! the left hand, and the arms continue from their state.
 //!
 //! `cargo run --release --example two_arms` – writes `out/two_arms/index.html`, a page that opens in any browser.
 

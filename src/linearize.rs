@@ -15,7 +15,7 @@
 //! | C and D of the sensor readings? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | an acceleration over dual numbers for every four directions | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, independent of the number of parameters | [Griewank, Walther 2008, chapter 3] |
-//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to seven rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
+//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to eight rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |
 //! | the product of its Hessian with a direction? | [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | check by finite differences, with nonsmooth points? | [`Simulator::estimate_linearization`] | about twenty steps for each direction | [Ridders 1982] |
 //! | is the time step short enough? | [`Simulator::remarks`], [`Simulator::remarks_at`] | Jacobians of step and rate with their eigenvalues, O(nv³); about thirty of these if the step is too long | |

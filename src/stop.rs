@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 thread_local! {
-    /// The signals of all [`StopSignal::watch`] that this thread is in.
+    /// The signals of all active calls of [`StopSignal::watch`] on this thread.
     static WATCHED: RefCell<Vec<StopSignal>> = const { RefCell::new(Vec::new()) };
 }
 
 /// A signal that ends long calls within [`watch`](Self::watch): solvers of [`trajopt`](crate::trajopt), [`minimize`](crate::minimize),
-/// [`least_squares`](crate::least_squares), and identification. They return the best result so far, with a status that reports the joint limit.
+/// [`least_squares`](crate::least_squares), and identification. They return the best result so far, with a status that reports the stop.
 ///
 /// Copies share the signal. Set it from another thread, or from a function that the solver calls, for example its report. Solvers check it between
 /// steps of a rollout, evaluations and iterations: they stop within a fraction of a second, except for very large problems. C compilers of

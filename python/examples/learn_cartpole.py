@@ -1,10 +1,10 @@
-"""Learns to balance the cart-pole of Gymnasium's registry, from nothing, in some seconds on one core.
+"""Learns to balance the cart-pole of Gymnasium's registry, from a random policy, in some seconds on one core.
 
     pip install cma gymnasium
     python examples/learn_cartpole.py
 
 The policy is a network with one hidden layer; CMA-ES, of the package `cma`, evolves its weights. Each candidate is one environment of a batch: the
-step of all is one call. What was learnt is tried in episodes that nobody has seen; the mean must reach 475 of 500 points, as Gymnasium has it.
+step of all is one call. The learned policy is evaluated in new episodes; the mean must reach 475 of 500 points, the threshold of Gymnasium.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     python examples/ray_domain_randomisation.py [--address auto] [--workers 2] [--robots 512]
 
-Without an address, a Ray of so many workers is started here. On a cluster, start Ray on one machine with `ray start --head`, on the others with
-`ray start --address HEAD:6379`, then run this program on any of them with `--address auto`: it is the same program.
+Without an address, the program starts Ray with the given number of workers on this machine. On a cluster, start Ray on one machine with
+`ray start --head`, on the others with `ray start --address HEAD:6379`, then run this program on any of them with `--address auto`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DT = 0.02
 
 
 def start(generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """The pole leans and the cart stands somewhere."""
+    """A random position of the cart and angle of the pole, at rest."""
     return generator.uniform(-0.15, 0.15, 2), np.zeros(2)
 
 

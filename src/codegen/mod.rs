@@ -14,7 +14,8 @@
 //! | CUDA code for thousands of states? | [`Graph::to_cuda`](crate::scalar::Graph::to_cuda), [`Graph::to_cuda_rollout`](crate::scalar::Graph::to_cuda_rollout) | linear in the graph | |
 //! | check the robot of a graph? | [`check_origin`] | O(n) | |
 //!
-//! # The C code C99 without dependencies except `math.h`, without allocation, for microcontrollers and other languages:
+//! # The C code
+//! The code is C99, for microcontrollers and for other languages. It depends on `math.h` only, and allocates nothing. It has two functions:
 //!
 //! * `int NAME(const NAME_real *in, NAME_real *out)` – all inputs in one array, all outputs in another; the header contains their offsets. It returns
 //!   0, or the index, from 1, of the first violated [condition](crate::scalar::Graph::conditions).
@@ -27,16 +28,17 @@
 //!
 //! CUDA kernels have the same statements for many states; a rollout has the loop over time in the kernel.
 //!
-//! # Compile time Recording a step needs all of the physics over [`Traced`](crate::scalar::Traced), which is compiled with each program that calls
+//! # Compile time
+//! Recording a step needs all of the physics over [`Traced`](crate::scalar::Traced), which is compiled with each program that calls
 //! these functions. With the feature `graphs` it is compiled with the library: the first build takes longer, and later builds of the program do not
 //! repeat it.
 //!
 //! # Choosing a target
 //! * The library itself: needs no compiler, robots may change, all kinds of contact.
-//! * A graph that is [interpreted](crate::scalar::Graph::evaluate_into), without a compiler, for a derivative that the library lacks, such as a
-//!   gradient in very many parameters: an instruction takes some nanoseconds, ten times as long as in C.
-//! * C, for other languages, for controllers on small computers, and for many evaluations of the same small robot: functions of an arm take a third
-//!   to nine tenths of the library's time, dynamics and step of a humanoid slightly less time than the library, its A and B half as long again; see
+//! * A graph that is [interpreted](crate::scalar::Graph::evaluate_into): needs no compiler either. Use it for a derivative that the library lacks,
+//!   such as a gradient in very many parameters. An operation takes some nanoseconds, ten times as long as in C.
+//! * C: for other languages, for controllers on small computers, and for many evaluations of the same small robot. Functions of an arm take 0.34 to
+//!   0.84 of the library's time, dynamics and step of a humanoid 0.82 to 0.95, its A and B 1.5 times that time; see
 //!   [the table](crate::scalar::traced#size-and-speed). Trace again when the robot changes. The crate `dualbody-native` compiles and loads the code
 //!   at run time.
 //! * CUDA, for thousands of states of one robot or of variants: the crate `dualbody-cuda` does the same for GPUs.

@@ -37,14 +37,14 @@ pub trait DistanceFunction: Send + Sync + 'static {
 
 /// A [`DistanceFunction`], for a [`Shape`](super::Shape) of any form, convex or not.
 ///
-/// Its distance from another shape is that of *points* of that shape, each with the radius around it: the centre of a sphere, both ends of the axis of a capsule, the
-/// corners of a box, the vertices of a hull and of a triangle, sixteen points on each rim of a cylinder, the ends of the axes of an ellipsoid. Nothing else of the other
-/// shape is found: a ridge of the field may pass between its points. There is no contact with a half-space, or with another field.
+/// Its distance from another shape is that of *points* of that shape, with a radius for spheres and capsules: the centre of a sphere, both ends of the
+/// axis of a capsule, the corners of a box, the vertices of a hull and of a triangle, sixteen points on each rim of a cylinder, the ends of the axes of
+/// an ellipsoid. A ridge of the field between these points is not found. There is no contact with a half-space, or with another field.
 ///
 /// # Limitations
-/// First derivatives of contact need second derivatives of the function; these are computed, those of higher order are not. Where the function or its gradient is not
-/// finite, there is no contact; second derivatives that are not finite count as zero. Its gradient is that of the function there: where that has none, as on the axis of a
-/// tube, the one-sided derivative that the function's own operations have.
+/// First derivatives of contact need second derivatives of the function; these are computed, higher ones are not. If the function or its gradient is
+/// not finite, there is no contact; second derivatives that are not finite count as zero. At a nonsmooth point of the function, such as the axis of a
+/// tube, the gradient is the one-sided derivative of its operations.
 #[derive(Clone)]
 pub struct DistanceField {
     function: Arc<dyn ErasedDistance>,
@@ -52,7 +52,7 @@ pub struct DistanceField {
 }
 
 impl DistanceField {
-    /// A function with half the edges of a box about the origin that holds the body, m: what is farther from that box than bodies may touch at is not looked at.
+    /// Makes a field of a function, with the half extents (m) of a box about the origin that contains the body. The function is evaluated near that box only.
     ///
     /// # Panics
     /// If a half extent is negative or not finite.

@@ -7,16 +7,16 @@
 //! Points are in the world, the first shape's first; the normal is from the first shape to the second; the distance of overlapping shapes is the
 //! negative length of the shortest translation that separates them.
 //!
-//! | question | answer |
-//! |---|---|
-//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space, [`DistanceField`] |
-//! | a shape of any form, by a function? | [`DistanceField`], a user's [`DistanceFunction`] |
-//! | which features are nearest? | [`nearest_features`] |
-//! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] |
-//! | distance, points, normal? | [`witness`] |
-//! | ground of arbitrary shape, fixed to the world? | [`Surface`], a triangle mesh |
-//! | distance from a point, volume, inertia? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] |
-//! | which pairs can touch? | [`BroadPhase`] of [`Bounds`], [`Groups`] |
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | which shapes? | [`Shape`]: sphere, capsule, box, cylinder, ellipsoid, [`Hull`], triangle, half-space, [`DistanceField`] | | |
+//! | a shape of any form, by a function? | [`DistanceField`], a user's [`DistanceFunction`] | that of the function | |
+//! | which features are nearest? | [`nearest_features`] | closed forms, or a few steps of a search | [Gilbert, Johnson, Keerthi 1988] |
+//! | where do shapes touch? | [`features`], a [`Manifold`] of at most [`MAX_POINTS`] | the same, and a polygon cut by another | [Sutherland, Hodgman 1974] |
+//! | distance, points, normal? | [`witness`] | closed forms | |
+//! | ground of arbitrary shape, fixed to the world? | [`Surface`], a triangle mesh | O(log n) for n triangles, and the triangles that are near | |
+//! | distance from a point, volume, inertia? | [`Shape::distance_to_point`], [`Shape::volume`], [`Shape::inertia`] | closed forms, for a hull linear in its faces | |
+//! | which pairs can touch? | [`BroadPhase`] of [`Bounds`], [`Groups`] | O(n log n) for n shapes | |
 //!
 //! # References
 //! [Gilbert, Johnson, Keerthi 1988]; [van den Bergen 2001].

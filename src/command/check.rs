@@ -12,8 +12,8 @@ use crate::sim::{Integrator, SimulatorRemark};
 
 /// Check a description: unused content, physically inconsistent inertias, steps that are too long.
 ///
-/// The exit status is 0 where nothing is wrong, 1 for inertias that no body can have, a singular mass matrix, or a step
-/// that is too long, and 2 for a file that cannot be loaded.
+/// The exit status is 0 without flaws, 1 for a physically inconsistent inertia, a singular mass matrix, or a step that is too long, and 2 for a file
+/// that cannot be loaded.
 #[derive(Args, Debug)]
 pub(super) struct Check {
     #[command(flatten)]

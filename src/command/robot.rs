@@ -30,10 +30,10 @@ pub(super) struct Robot {
     /// Folder with packages and meshes; may be given several times.
     #[arg(long = "search-path", value_name = "FOLDER")]
     search_paths: Vec<PathBuf>,
-    /// Open files below this folder only: for descriptions from others; may be given several times.
+    /// Open files below this folder only, for untrusted descriptions; may be given several times.
     #[arg(long = "root", value_name = "FOLDER")]
     roots: Vec<PathBuf>,
-    /// Model of an SDF file with several.
+    /// Model of an SDF file with several models.
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
     /// All models of an SDF file as one world.

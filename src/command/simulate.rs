@@ -23,7 +23,7 @@ const MOST_PIXELS: u32 = 2048;
 
 /// Simulate a robot and write its motion as a table, JSON, an HTML viewer or an animated picture.
 ///
-/// The exit status is 1 where the motion diverges.
+/// The exit status is 1 if the motion diverges.
 #[derive(Args, Debug)]
 pub(super) struct Simulate {
     #[command(flatten)]

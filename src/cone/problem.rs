@@ -110,7 +110,7 @@ impl<T: Scalar> ConeProblem<'_, T> {
         );
         assert!(
             !self.friction.iter().any(negative),
-            "friction is not negative"
+            "a friction coefficient or a bound of a block is negative"
         );
     }
 }

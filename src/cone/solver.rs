@@ -59,7 +59,7 @@ impl ConeOptions {
     pub fn with_smoothing(mut self, kappa: f64) -> Self {
         assert!(
             kappa >= 0.0 && kappa.is_finite(),
-            "κ is not negative: {kappa}"
+            "the smoothing κ is {kappa}: negative or not finite"
         );
         self.smoothing = kappa;
         self

@@ -44,8 +44,8 @@ impl Constraint<f64> {
     ) -> Result<Self, UnknownName> {
         let [first, second] = joints.map(|name| single_joint(model, name));
         let bodies = [first?, second?];
-        let finite = ratio.is_finite() && offset.is_finite();
-        assert!(finite, "ratio {ratio} and offset {offset} are finite");
+        Domain::Finite.check("ratio of a coupler", ratio);
+        Domain::Finite.check("offset of a coupler", offset);
         let kind = ConstraintKind::Coupler {
             bodies,
             ratio,

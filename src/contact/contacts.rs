@@ -41,6 +41,9 @@ pub struct Contacts<P = f64> {
 impl Contacts<f64> {
     /// Makes contact points for all collision shapes of a robot on a terrain, with one contact model. Reads meshes with the feature `formats`. Allocates.
     ///
+    /// Meshes may give hundreds of points: for walking, [`with_links`](Self::with_links) keeps those of the feet. A mesh that cannot be read has no
+    /// points, and the robot falls through the ground there: check [`shapes_without_points`](Self::shapes_without_points).
+    ///
     /// # Panics
     /// If a parameter of the contact model or of the terrain is out of range: friction negative or NaN, restitution or an impedance outside 0..1, a
     /// time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite. If the points would need more memory than
@@ -119,7 +122,7 @@ impl Contacts<f64> {
         })
     }
 
-    /// Keeps only the points of these links.
+    /// Keeps only the points of these links. The other links pass through the ground.
     ///
     /// # Errors
     /// If the model has no frame with this name.
@@ -424,12 +427,18 @@ impl<P: Scalar> Contacts<P> {
     /// [`with_point`](Self::with_point).
     pub fn with_points<Q: Over<P>>(&self, points: &[ContactPoint<Q>]) -> Contacts<Q> {
         let (given, own) = (points.len(), self.points.len());
-        assert_eq!(given, own, "as many points as there are");
+        assert_eq!(
+            given, own,
+            "number of contact points, which must stay the same"
+        );
         for (k, (point, own)) in points.iter().zip(&self.points).enumerate() {
             let own = own.cast::<Q>();
             let is_alike = discriminant(&point.feature) == discriminant(&own.feature);
             let stays = (point.link, point.body) == (own.link, own.body) && is_alike;
-            assert!(stays, "point {k} stays on its link, and of its kind");
+            assert!(
+                stays,
+                "contact point {k} must stay on its link, and must stay of its kind"
+            );
             point.check();
         }
         Contacts {

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 /// Coefficients of torsional and rolling friction of a surface, or between two surfaces; zero by default.
 ///
 /// A coefficient is a length: the moment is at most that length times the normal force. A coefficient up to 10 nm adds nothing to a step, and has no derivative.
-/// Between two surfaces each coefficient is the larger one of both, as in `MuJoCo`: the softer surface makes the patch.
+/// A pair of surfaces has the larger coefficient of both, as in `MuJoCo`: the softer surface determines the size of the contact patch.
 ///
 /// | contact model | moment |
 /// |---|---|
@@ -20,8 +20,8 @@ use crate::scalar::Scalar;
 /// | [`RelaxedRigid`](super::RelaxedRigid) | the same, regularised like friction with the compliance Rₜ / c², that of `MuJoCo` for μ = 1: under a moment, rotation creeps |
 /// | [`SoftContact`](super::SoftContact) | over linearly implicit steps as rigid contact; else −c fₙ ω / √(‖ω‖² + ω₀²) with ω₀ = 0.1 rad/s |
 ///
-/// The bounds do not couple with those across, while the elliptic cones of `MuJoCo` have one bound for all: there, a contact that slides has less torsional
-/// friction, and one that rotates is lifted. A [recorded](crate::scalar::traced) step refuses these moments.
+/// These bounds are separate from that of the tangential force. An elliptic cone of `MuJoCo` has one bound for all: a sliding contact has less torsional
+/// friction there, and a rotating contact lifts. A [recorded](crate::scalar::traced) step refuses these moments.
 ///
 /// # Examples
 /// A ball of mass m and radius r that spins at Ω about the vertical stops after t = 2 m r² Ω / (5 c m g):

@@ -105,7 +105,10 @@ impl FiniteHorizonLqr {
     /// If there is no such stage, or if `x` has the wrong length.
     pub fn control(&self, stage: usize, x: &DVector<f64>) -> DVector<f64> {
         let n = self.gains.len();
-        assert!(stage < n, "stage {stage} of a horizon of {n}");
+        assert!(
+            stage < n,
+            "there is no stage {stage}: the horizon has {n}, counted from 0"
+        );
         let nx = self.gains[stage].ncols();
         assert!(x.len() == nx, "the state has length {}, not {nx}", x.len());
         -(&self.gains[stage] * x)

@@ -132,7 +132,11 @@ impl BaseParameters {
     /// # Panics
     /// If the number of values differs from that of unknowns.
     pub fn of(&self, x: &DVector<f64>) -> DVector<f64> {
-        assert_eq!(x.len(), self.names.len(), "one value for each unknown");
+        assert_eq!(
+            x.len(),
+            self.names.len(),
+            "number of values, given and of unknowns"
+        );
         x.select_rows(&self.independent) + &self.combination * x.select_rows(&self.dependent)
     }
 

@@ -1,21 +1,22 @@
 //! System identification: parameters of a robot from logged motion.
 //!
-//! | question | answer |
-//! |---|---|
-//! | logged channels with units and gaps | [`Experiment`] |
-//! | filtered motion and its derivatives, without delay | [`Preparation`], with [`SavitzkyGolay`] and [`Butterworth`] |
-//! | forces as a linear function of unknowns | [`Regressor`]: inertias, damping, rotors, dry friction, offsets |
-//! | identifiable combinations of unknowns | [`BaseParameters`] |
-//! | their values and uncertainty | [`estimate()`], [`Estimate::intervals`] |
-//! | a physically consistent robot, for simulation | [`Estimate::consistent`] |
-//! | the most informative motion | [`excite`] |
-//! | prediction of other motions | [`Robot::validate`] |
-//! | parameters in which forces are not linear, and friction on the ground | [`shoot`]: through the simulator |
-//! | a report as text or as an HTML page | [`Report`], `view::identification_page` |
+//! With m equations (samples times joints) and p unknowns:
 //!
-//! Joint forces are linear in masses, moments and friction. So a linear least-squares problem gives the best values without an initial guess, and
-//! their covariance \[Atkeson, An, Hollerbach 1986\]. Parameters without effect on forces, such as the mass of a link that only rotates, come from
-//! the nominal robot.
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | logged channels, with units and gaps? | [`Experiment`] | | |
+//! | filtered motion and its derivatives, without delay? | [`Preparation`], with [`SavitzkyGolay`] and [`Butterworth`] | linear in the samples | [Savitzky, Golay 1964] |
+//! | forces as a linear function of unknowns? | [`Regressor`]: inertias, damping, rotors, dry friction, offsets | O(n · depth) a sample | [Atkeson, An, Hollerbach 1986] |
+//! | identifiable combinations of unknowns? | [`BaseParameters`] | O(p³), after the regressor of random motions | [Gautier 1991] |
+//! | their values and uncertainty? | [`estimate()`], [`Estimate::intervals`] | O(m p²) | [Atkeson, An, Hollerbach 1986] |
+//! | a physically consistent robot, for simulation? | [`Estimate::consistent`] | a convex program: milliseconds | [Wensing, Kim, Slotine 2018] |
+//! | the most informative motion? | [`excite`] | an iteration: the regressor along a period, and its derivatives | [Swevers et al. 1997] |
+//! | prediction of other motions? | [`Robot::validate`] | inverse dynamics of each sample | |
+//! | parameters in which forces are not linear, and friction on the ground? | [`shoot`], through the simulator | an iteration: gradients of all shots | [Bock 1987] |
+//! | a report as text or as an HTML page? | [`Report`], `view::identification_page` | linear in the samples | |
+//!
+//! Joint forces are linear in masses, moments and friction. A linear least-squares problem therefore gives the best values and their covariance,
+//! without an initial guess. Parameters without effect on forces, such as the mass of a link that only rotates, come from the nominal robot.
 //!
 //! # Examples
 //!
@@ -23,7 +24,7 @@
 //! use dualbody::identify::{ConsistencyOptions, Experiment, Preparation, Regressor, Report, SavitzkyGolay, estimate};
 //! use dualbody::{Simulator, State, model::samples};
 //!
-//! // Logged: a cart-pole that is pushed. The rail and the hinge are damped, which the nominal robot does not know.
+//! // Logged: a cart-pole that is pushed. The rail and the hinge are damped; the nominal robot has no damping.
 //! let robot = samples::cartpole().with_damping(0, 0.4).with_damping(1, 0.05);
 //! let simulator = Simulator::new(robot).with_time_step(1e-3);
 //! let push = |t: f64, _: &State, u: &mut [f64]| {

@@ -65,7 +65,7 @@ impl Report {
     ///
     /// * `robot` – [`Estimate::robot`], or that of a [consistent](Estimate::consistent) estimate
     /// * `validation` – data for validation
-    /// * `level` – probability that an interval holds the true value, 0.95 say
+    /// * `level` – probability that an interval contains the true value, for example 0.95
     ///
     /// # Errors
     /// If the data belong to another robot.

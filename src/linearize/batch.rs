@@ -98,7 +98,11 @@ impl BatchSimulator {
     /// ```
     pub fn vjp(&self, states: &[State], inputs: &[f64], adjoints: &[f64]) -> Vec<StepGradient> {
         let n = self.template().n_tangent();
-        assert_eq!(adjoints.len(), self.len() * n, "len × n_tangent weights");
+        assert_eq!(
+            adjoints.len(),
+            self.len() * n,
+            "number of weights, given and expected: n_tangent for each state"
+        );
         self.differentiate(states, inputs, |i, u, scratch: &mut VjpScratch, out| {
             let (simulator, adjoint) = (self.simulator(i), &adjoints[i * n..(i + 1) * n]);
             simulator.vjp_into(&states[i], u, adjoint, scratch, out);
@@ -113,8 +117,16 @@ impl BatchSimulator {
         work: impl Fn(usize, &[f64], &mut S, &mut S::Out) + Sync,
     ) -> Vec<S::Out> {
         let nu = self.nu();
-        assert_eq!(states.len(), self.len(), "the number of states");
-        assert_eq!(inputs.len(), self.len() * nu, "len × nu inputs");
+        assert_eq!(
+            states.len(),
+            self.len(),
+            "number of states, given and of the batch"
+        );
+        assert_eq!(
+            inputs.len(),
+            self.len() * nu,
+            "number of inputs, given and expected: nu for each state"
+        );
         let zeros = (0..self.len()).map(|i| S::zeros(self.simulator(i)));
         let mut out: Vec<_> = zeros.collect();
         let memory = |_| S::memory(self.template());

@@ -2,7 +2,15 @@
 //!
 //! argmin's line searches and trust regions may not terminate, or end with an error, if a function overflows, is not finite, or has no minimum.
 //! [`minimize`] keeps the best point of each run, counts the evaluations of an iteration, restarts a method that stalls, and ends with a [`Status`].
-//! `watch.rs` is the guard, `run.rs` runs the methods.
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | minimise a smooth function? | [`minimize`] of an [`Objective`] | that of its iterations, see [`Minimizer`] | [Nocedal, Wright 2006] |
+//! | which method? | [`Minimizer`] | a gradient or a Hessian an iteration | |
+//! | derivatives of a function over the scalar? | [`Differentiated`] | that of [`gradient`](crate::autodiff::gradient) | |
+//! | why did it end? | [`Status`] | | |
+//!
+//! `watch.rs` guards the methods, `run.rs` runs them.
 
 mod objective;
 mod run;
@@ -13,6 +21,7 @@ mod watch;
 #[doc(no_inline)]
 pub use argmin;
 
+use crate::numbers::Domain;
 pub use objective::{Differentiated, Objective};
 pub(crate) use objective::{columns_of, objective_for_argmin};
 pub(crate) use run::Run;
@@ -79,10 +88,21 @@ impl Default for MinimizeOptions {
 
 impl MinimizeOptions {
     fn check(&self) {
-        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
-        assert!(self.memory > 0, "a memory of one gradient at least");
-        assert!(self.radius > 0.0, "a radius is positive");
+        check(self.tolerance, self.memory, self.radius);
     }
+}
+
+/// Checks options of argmin's methods.
+///
+/// # Panics
+/// If one is out of range, with its name and value.
+pub(crate) fn check(tolerance: f64, memory: usize, radius: f64) {
+    Domain::NotNegativeOrInfinite.check("tolerance", tolerance);
+    assert!(memory > 0, "memory is 0 gradients, expected at least 1");
+    assert!(
+        radius > 0.0,
+        "the radius is {radius}, expected a positive number"
+    );
 }
 
 /// Result of [`minimize`]: the best point found, and the course of the run.

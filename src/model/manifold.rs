@@ -166,7 +166,7 @@ impl<P: Scalar> Model<P> {
     pub fn random_velocity<R: Rng + ?Sized>(&self, rng: &mut R, speed: f64) -> DVector<f64> {
         assert!(
             speed >= 0.0 && speed.is_finite(),
-            "a speed of {speed} is not possible"
+            "the speed is {speed}: negative or not finite"
         );
         let mut largest = DVector::from_element(self.nv(), speed);
         for joint in self.joint_parts() {

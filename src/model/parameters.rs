@@ -223,6 +223,9 @@ impl<P: Scalar> Model<P> {
 
     /// Returns the robot with some parameters changed, over their scalar: those at `indices` get `values`, the others are unchanged.
     ///
+    /// Inertial parameters are independent: a change of the mass alone keeps the moments. For a heavier body of the same shape use
+    /// [`with_link_mass`](Self::with_link_mass), or scale all ten with [`with_inertia`](Self::with_inertia).
+    ///
     /// # Panics
     /// If the numbers of values and indices differ, an index is out of range, or a value is not finite.
     pub fn with_some_parameters<Q: Over<P>>(&self, indices: &[usize], values: &[Q]) -> Model<Q> {

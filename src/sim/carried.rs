@@ -98,8 +98,9 @@ impl State<f64> {
 }
 
 impl Simulator {
-    /// Transfers the state of another simulator to this one: [`State::carried`] with the contact state. A link keeps its bristles if it has the same
-    /// both are kept, others are straight; so are activations of inputs of the same name with as many numbers, others are 0.
+    /// Transfers the state of another simulator to this one: [`State::carried`] with contact state and activations. A link keeps its bristles if it has
+    /// the same number of contact points in both simulators; other bristles are straight. An input keeps its activation if it has the same name and the
+    /// same number of entries in both; other activations are 0.
     ///
     /// # Errors
     /// As for [`State::carried`].

@@ -14,8 +14,8 @@
 /// [`Simulator::remarks`](crate::Simulator::remarks) reports a step that is too long for springs, dampers, limits and soft contact of a robot with
 /// its integrator, and [`Simulator::remarks_at`](crate::Simulator::remarks_at) one that is too long for rotations at a velocity.
 ///
-/// Largest error of a coordinate after 0.5 s (rad or m, against steps of 10 µs), at steps of 1, 5 and 10 ms, and the time of a step on one core of a
-/// small virtual machine, optimised for tests (`cargo test --test it -- --nocapture errors_after_half_a_second`):
+/// Largest error of a coordinate after 0.5 s (rad or m, compared with steps of 10 µs), at steps of 1, 5 and 10 ms, and the time of a step on one core of
+/// a small virtual machine at commit 6a035115, with the profile of tests (`cargo test --test it -- --nocapture errors_after_half_a_second`):
 ///
 /// | | semi-implicit Euler | implicit velocity | Runge–Kutta |
 /// |---|---|---|---|

@@ -46,7 +46,7 @@ impl Simulator<f64> {
         Ok(forced.step(state, u.as_slice()))
     }
 
-    /// The input u (length `nu`) of forces along joints by name; zero where none is set, and for actuators on frames. Allocates.
+    /// The input u (length `nu`) of forces along joints by name; zero for inputs without a force and for frame actuators. Allocates.
     ///
     /// # Errors
     /// If there is a force along a joint that has no input.
@@ -71,8 +71,8 @@ impl Simulator<f64> {
         Ok(u)
     }
 
-    /// Adds the forces on frames by name to those that act from outside, constant in the representation of each. Forces along
-    /// joints are left aside: they are [inputs](Self::inputs_of). A force on what is fixed to the world has no effect.
+    /// Adds the forces on frames by name to the external forces, constant in the representation of each. Forces along joints are ignored: they are
+    /// [inputs](Self::inputs_of). A force on a frame that is fixed to the world has no effect.
     ///
     /// # Panics
     /// If the forces are those of another model, or one is not finite.

@@ -122,7 +122,7 @@ fn random_configuration<R: Rng + ?Sized>(
 fn random_velocity<R: Rng + ?Sized>(model: &Model, rng: &mut R, bounds: [f64; 2]) -> DVector<f64> {
     assert!(
         bounds.iter().all(|x| x.is_finite()),
-        "joint_velocity of a random state is finite, not {bounds:?}"
+        "joint_velocity of a random state has the bounds {bounds:?}, expected finite ones"
     );
     check("joint_velocity", bounds);
     let mut own = vec![bounds; model.nv()];
@@ -165,7 +165,7 @@ fn uniform<R: Rng + ?Sized>(rng: &mut R, name: &str, bounds: [f64; 2]) -> f64 {
     check(name, bounds);
     assert!(
         bounds.iter().all(|x| x.is_finite()),
-        "{name} of a random state is finite, not {bounds:?}"
+        "{name} of a random state has the bounds {bounds:?}, expected finite ones"
     );
     between(rng, bounds[0], bounds)
 }

@@ -187,9 +187,15 @@ impl Rollout {
         states: Vec<State>,
         inputs: Vec<DVector<f64>>,
     ) -> Self {
-        assert!(!states.is_empty(), "a trajectory has a state");
+        assert!(
+            !states.is_empty(),
+            "a trajectory has 0 states, expected at least 1"
+        );
         let (n, most) = (inputs.len(), states.len());
-        assert!(n <= most, "{n} inputs of a trajectory of {most} states");
+        assert!(
+            n <= most,
+            "a trajectory of {most} states has {n} inputs, expected at most {most}"
+        );
         for state in &states {
             model.check_q(state.q.as_slice());
             model.check_v(state.v.as_slice());
@@ -231,7 +237,7 @@ pub(crate) fn most_states<T: Scalar>(state: &State<T>, nu: usize) -> usize {
 }
 
 impl<T: Scalar> Rollout<T> {
-    /// The last state.
+    /// The last state. If [`status`](Self::status) is not `Completed`, the rollout ended early, at a finite state.
     pub fn last(&self) -> &State<T> {
         &self.states[self.states.len() - 1]
     }

@@ -54,7 +54,7 @@ impl<T: Scalar> Signals<T> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Puts an activation between an input and its motor or servo, or another one in its place. The entries of its state follow the existing ones.
+    /// Sets the activation between an input and its motor or servo; replaces an earlier one. The entries of its state follow the existing ones.
     ///
     /// * `input` – one of [`input_names`](Self::input_names)
     ///
@@ -62,7 +62,7 @@ impl<P: Scalar> Simulator<P> {
     /// If there is no such input.
     ///
     /// # Panics
-    /// If a [function](Activation::function) is to drive what is not a joint of one degree of freedom.
+    /// If the input of a [function](Activation::function) is not that of a joint of one degree of freedom.
     pub fn with_activation(
         mut self,
         input: &str,

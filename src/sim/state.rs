@@ -19,13 +19,13 @@ use crate::scalar::{Cast, Over, Scalar};
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.
     pub q: DVector<T>,
-    /// Velocity in tangent coordinates, length `nv`.
+    /// Velocity in tangent coordinates, length `nv`. That of a floating base is `[linear; angular]` in the axes of the base, not of the world.
     pub v: DVector<T>,
     /// The contact state: for [soft contact](crate::contact::SoftContact) the bristle deflection of each point in the world, m, three values per
     /// point; otherwise empty. It is a vector space.
     pub contact: DVector<T>,
-    /// The [activations](super::Activation) of inputs, one after the other in the order in which the simulator got them: of each the inputs that have not arrived
-    /// yet, the oldest first, then the state of its dynamics. Empty without. A vector space.
+    /// The [activations](super::Activation) of inputs, in the order in which they were set. Each has its delayed inputs, the oldest first, then the state
+    /// of its dynamics. Empty without activations. It is a vector space.
     pub activation: DVector<T>,
 }
 
@@ -108,12 +108,12 @@ impl<T: Scalar> State<T> {
         assert_eq!(
             self.contact.len(),
             reference.contact.len(),
-            "the states of contact are of two simulators"
+            "lengths of the contact states: the two states belong to different simulators"
         );
         assert_eq!(
             self.activation.len(),
             reference.activation.len(),
-            "the activations are of two simulators"
+            "lengths of the activations: the two states belong to different simulators"
         );
         let mut out = DVector::zeros(nv + self.beside_q().count());
         let (dq, rest) = out.as_mut_slice().split_at_mut(nv);

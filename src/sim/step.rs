@@ -54,9 +54,9 @@ impl<T: Scalar> StepScratch<T> {
         &self.0.get().acceleration
     }
 
-    /// Lets the solver of contact forces start each step from the forces of the last one that was taken with this memory: a few times quicker in piles that
-    /// hardly move, and then a step depends on this memory besides its other arguments. Forces may differ in their last digits, and among
-    /// redundant contacts in how these share a load. See [`SolverOptions::warm_start`](crate::contact::SolverOptions::warm_start) for rollouts.
+    /// Starts the solver of contact forces from the forces of the last step with this memory, a *warm start*. This is a few times faster for piles that
+    /// hardly move. Each step then also depends on this memory: forces may differ in their last digits, and redundant contacts may share a load
+    /// differently. See [`SolverOptions::warm_start`](crate::contact::SolverOptions::warm_start) for rollouts.
     #[must_use]
     pub fn with_warm_start(mut self) -> Self {
         let acceleration = &mut self.0.get_mut().acceleration;

@@ -4,6 +4,7 @@
 //! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal, Wright 2006, section 17.4].
 
 use crate::minimize::Status;
+use crate::numbers::Domain;
 
 /// Options of the penalty of constraints: of an augmented Lagrangian, or of the exact penalty of `Transcription`, which has its own defaults.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,9 +35,16 @@ impl Default for ConstraintOptions {
 
 impl ConstraintOptions {
     pub(super) fn check(&self) {
-        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
-        assert!(self.penalty > 0.0, "a penalty is positive");
-        assert!(self.penalty_increase > 1.0, "a factor above one");
+        Domain::NotNegativeOrInfinite.check("tolerance of the constraints", self.tolerance);
+        let (penalty, increase) = (self.penalty, self.penalty_increase);
+        assert!(
+            penalty > 0.0,
+            "the penalty is {penalty}, expected a positive number"
+        );
+        assert!(
+            increase > 1.0,
+            "penalty_increase is {increase}, expected a factor above 1"
+        );
     }
 
     fn raised(&self, penalty: f64) -> f64 {

@@ -52,7 +52,10 @@ impl RecedingHorizon {
     /// If the guess does not have the shape of the problem, or if its horizon has no steps.
     pub fn from_guess(problem: Problem, options: DdpOptions, guess: Trajectory) -> Self {
         guess.check(&problem);
-        assert!(problem.horizon() > 0, "a horizon of one step at least");
+        assert!(
+            problem.horizon() > 0,
+            "the horizon is 0 steps, expected at least 1"
+        );
         Self {
             ddp: Ddp::with_options(&problem, options),
             plan: guess,

@@ -1,5 +1,7 @@
 //! Regularisation of a Hessian from one iteration to the next.
 
+use crate::numbers::Domain;
+
 /// Options of the Tikhonov regularisation on the diagonal of a Hessian, which shortens steps where the model is inaccurate. It increases after bad
 /// steps and decreases after good ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,10 +38,22 @@ impl RegularizationOptions {
     }
 
     pub(super) fn check(&self) {
-        assert!(self.factor > 1.0, "a factor above one");
-        let are_ordered = (0.0..=self.max).contains(&self.min);
-        assert!(are_ordered, "limits of the regularisation in their order");
-        assert!(self.start >= 0.0, "a regularisation is not negative");
+        let Self {
+            start,
+            min,
+            max,
+            factor,
+            ..
+        } = *self;
+        assert!(
+            factor > 1.0,
+            "the factor of the regularisation is {factor}, expected one above 1"
+        );
+        assert!(
+            (0.0..=max).contains(&min),
+            "the regularisation has min = {min} and max = {max}, expected 0 ≤ min ≤ max"
+        );
+        Domain::NotNegativeOrInfinite.check("regularisation at the start", start);
     }
 
     pub(super) fn raised(&self, regularization: f64) -> f64 {

@@ -51,7 +51,7 @@ impl Recording {
         String::from_utf8(out).unwrap_or_default()
     }
 
-    /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,
+    /// Writes all values as a table of comma-separated values, one row for each time. Columns: `time`, `q.<joint>`, `v.<joint>`,
     /// `contact<k>`, `activation<k>`, `u.<input>` (`u<k>` where names of inputs are unknown), `f.<frame>.<axis>`, and the series. Numbers
     /// read back exactly. Makes the folder.
     ///

@@ -76,7 +76,10 @@ impl Recording {
     /// # Panics
     /// If the list of robots is empty.
     pub fn of_robots(models: &[&Model]) -> Self {
-        assert!(!models.is_empty(), "a recording has a robot");
+        assert!(
+            !models.is_empty(),
+            "a recording has 0 robots, expected at least 1"
+        );
         let names = distinct_names(models).into_iter();
         let tracks = names.zip(models).map(|(name, m)| Track::new(&name, m));
         Self {

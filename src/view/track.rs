@@ -101,8 +101,8 @@ impl Track {
         self.v.row(k)
     }
 
-    /// The state at the `k`-th time with the contact state and activations, to go on from there: the numbers are those that were
-    /// Unknown values are NaN. Allocates.
+    /// The state at the `k`-th time with contact state and activations, to continue a simulation: bit-identical to the recorded state, also after
+    /// reading a file. Unknown values are NaN. Allocates.
     ///
     /// # Panics
     /// If there is no such time.

@@ -341,10 +341,16 @@ fn points_stay_on_their_links_and_of_their_kind() {
         let said = said.downcast_ref::<String>().expect("a message");
         assert!(said.contains(expected), "{said}");
     };
-    refused(&points[1..], "as many points as there are");
+    refused(
+        &points[1..],
+        "number of contact points, which must stay the same",
+    );
     let mut other = points.to_vec();
     other[2].feature = Feature::Sphere { radius: 0.1 };
-    refused(&other, "point 2 stays on its link, and of its kind");
+    refused(
+        &other,
+        "point 2 must stay on its link, and must stay of its kind",
+    );
     other[2] = points[2];
     other[3].center.x = f64::NAN;
     refused(&other, "coordinate of a contact point is NaN");

@@ -747,7 +747,7 @@ fn receding_horizon_with_moving_references_equals_one_with_new_costs_at_every_st
 }
 
 #[test]
-#[should_panic(expected = "stage 1 in a schedule has the dimension of the first one")]
+#[should_panic(expected = "of stage 1 of a schedule")]
 fn schedule_of_residuals_of_several_dimensions_panics() {
     let pieces = [StateAndZeros { zeros: 0 }, StateAndZeros { zeros: 1 }];
     let cost = Cost::new().with(1.0, Activation::Quadratic, Schedule::new(pieces));

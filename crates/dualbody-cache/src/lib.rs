@@ -1,7 +1,7 @@
-//! The folder in which compiled code of [dualbody](https://docs.rs/dualbody) is kept, and found again by its sources.
+//! A folder that stores compiled code of [dualbody](https://docs.rs/dualbody), and finds it by its sources.
 //!
-//! It is a part of `dualbody-native` and `dualbody-cuda`. A file or folder is made under another name first and gets its own when it is whole, so that programs that compile the
-//! same at once never read half of it. Nothing is ever removed.
+//! `dualbody-native` and `dualbody-cuda` use it. A file or folder is written under a temporary name and renamed when it is complete, so programs that
+//! compile the same code at the same time never read a part of it. No file is removed.
 //!
 //! # Examples
 //! ```

@@ -22,7 +22,7 @@ impl Architecture {
         Self { major, minor }
     }
 
-    /// Itself and the earlier ones whose machine code it runs, the latest first.
+    /// This architecture and the earlier ones whose machine code it runs, the latest first.
     pub(crate) fn and_earlier(self) -> impl Iterator<Item = Self> {
         let major = self.major;
         (0..=self.minor)

@@ -14,13 +14,14 @@ use crate::architecture::Architecture;
 use crate::error::{CudaError, searched};
 use crate::nvrtc::{self, Program};
 
-/// NVRTC with its flags, and the folder for compiled kernels, `dualbody-cuda` among the user's caches unless another one is chosen.
+/// NVRTC with its flags, and the folder of compiled kernels, by default `dualbody-cuda` in the user's cache folder.
 ///
-/// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. Compiled code is found again by the text, the
-/// version of NVRTC, the architecture and the flags; a file that was damaged since is compiled once more. Nothing is ever removed from the folder: delete it when it grows too large.
+/// It compiles to machine code of one architecture, which the driver loads without further compilation. It needs no GPU. Compiled code is identified by
+/// the text, the version of NVRTC, the architecture and the flags. A damaged file is compiled again. No file is removed: delete the folder if it is too
+/// large.
 ///
-/// NVRTC works within the program and cannot be interrupted: a [`StopSignal`] that is [watched](StopSignal::watch) ends a compilation of several kernels before the next one, which for
-/// a humanoid may be minutes later. The end of the program ends NVRTC too.
+/// NVRTC runs in the process of the program and cannot be interrupted: a [watched](StopSignal::watch) [`StopSignal`] takes effect before the next
+/// kernel, which for a humanoid may be minutes later. The end of the program ends NVRTC.
 #[derive(Clone, Debug, Default)]
 pub struct Compiler {
     flags: Vec<String>,
@@ -41,7 +42,7 @@ impl Compiled {
         &self.image
     }
 
-    /// Messages of the compiler, registers and spilled bytes among them; `None` if the kernel was compiled before.
+    /// Messages of the compiler, with registers and spilled bytes; `None` if the kernel was compiled before.
     pub fn log(&self) -> Option<&str> {
         self.log.as_deref()
     }
@@ -53,35 +54,35 @@ impl Compiler {
         Self::default()
     }
 
-    /// Replaces the flags; that of the architecture comes by itself. With `--use_fast_math` a number that is not finite may go unnoticed.
+    /// Replaces the flags, except that of the architecture. With `--use_fast_math` a number that is not finite may be missed.
     #[must_use]
     pub fn with_flags(mut self, flags: &[&str]) -> Self {
         self.flags = flags.iter().map(|&flag| flag.to_owned()).collect();
         self
     }
 
-    /// Keeps compiled kernels in this folder, which is made when it is needed. Anyone with write access to it can change the code that runs on the GPU.
+    /// Stores compiled kernels in this folder, which is created if necessary. Anyone with write access to it can change the code that runs on the GPU.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
         self.cache = Some(Cache::new(folder));
         self
     }
 
-    /// Looks for kernels in this folder first, which [`precompile`](Self::precompile) has filled, whatever version of NVRTC compiled them. Where it has all of them,
-    /// no NVRTC is needed. Anyone with write access to it can change the code that runs on the GPU.
+    /// Looks for kernels in this folder first, which [`precompile`](Self::precompile) has filled, for any version of NVRTC. If it contains all kernels,
+    /// NVRTC is not needed. Anyone with write access to it can change the code that runs on the GPU.
     #[must_use]
     pub fn with_precompiled(mut self, folder: impl Into<PathBuf>) -> Self {
         self.precompiled = Some(Cache::new(folder));
         self
     }
 
-    /// Compiles all kernels of a function, or finds them compiled, and puts them into a folder for programs on machines without NVRTC.
+    /// Compiles all kernels of a function, or finds them compiled, and stores them in a folder for programs on machines without NVRTC.
     ///
-    /// The programs find them there ([`with_precompiled`](Self::with_precompiled)) if they have the same text and flags. Machine code runs on GPUs of the same major
-    /// architecture and the same minor one or a later one: that of `sm_80` on `sm_86` too.
+    /// Programs find them by [`with_precompiled`](Self::with_precompiled) if text and flags are the same. Machine code runs on GPUs of the same major
+    /// architecture with the same or a later minor version: code of `sm_80` also runs on `sm_86`.
     ///
     /// # Errors
-    /// As those of [`compile_all`](Self::compile_all).
+    /// As [`compile_all`](Self::compile_all).
     pub fn precompile(
         &self,
         source: &CudaSource,
@@ -152,10 +153,10 @@ impl Compiler {
         })
     }
 
-    /// Compiles all kernels of a function, or finds them compiled: as many at once as the machine has cores.
+    /// Compiles all kernels of a function, or finds them compiled, in parallel on all cores.
     ///
     /// # Errors
-    /// As those of [`compile`](Self::compile), of the first kernel that has one.
+    /// As [`compile`](Self::compile), for the first kernel that fails.
     pub fn compile_all(
         &self,
         source: &CudaSource,

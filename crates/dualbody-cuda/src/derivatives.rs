@@ -17,17 +17,17 @@ pub struct Gradients {
     pub input: Vec<f64>,
     /// In the parameters of the variants, in the order of their names.
     pub parameters: Vec<f64>,
-    /// Status of each state: 0, or k at the k-th condition, from 1, that does not hold, −1 where a number is not finite.
+    /// Status of each state: 0, the index k, from 1, of the first violated condition, or −1 if a number is not finite.
     pub status: Vec<i32>,
 }
 
 impl<R: Real> CudaSimulator<R> {
-    /// Computes A and B of the step from each state, of variants each one's own. Where a condition of the graph does not hold, the library's own code computes them.
+    /// Computes A and B of the step from each state; each variant has its own. If a condition of the graph is violated, the library computes them on the CPU.
     ///
     /// * `inputs` – the input of one state after the other
     ///
     /// # Errors
-    /// If [Jacobians](Self::with_jacobians) were not compiled, states or inputs are not as many, the device has no memory, or the driver fails.
+    /// If [Jacobians](Self::with_jacobians) were not compiled, the number of states or inputs is wrong, the device has too little memory, or the driver fails.
     pub fn linearize(
         &self,
         states: &[State],
@@ -62,13 +62,14 @@ impl<R: Real> CudaSimulator<R> {
         Ok(self.own.with_parameters(all.as_slice()))
     }
 
-    /// Computes the gradients of λᵀ x⁺ of the steps in state, input and the parameters of the variants, by one sweep back through each step.
+    /// Computes the gradients of λᵀ x⁺ of the steps in state, input and the parameters of the variants, by one backward pass through each step.
     ///
     /// * `inputs` – the input of one state after the other
     /// * `adjoints` – λ of one state after the other, `n_tangent` numbers each
     ///
     /// # Errors
-    /// If [gradients](Self::with_gradients) were not compiled, states, inputs or adjoints are not as many, the device has no memory, or the driver fails.
+    /// If [gradients](Self::with_gradients) were not compiled, the number of states, inputs or adjoints is wrong, the device has too little memory, or the
+    /// driver fails.
     pub fn gradients(
         &self,
         states: &[State],

@@ -12,7 +12,7 @@ use crate::driver;
 use crate::error::{CudaError, searched, too_many};
 use crate::workspace::{Room, Workspace};
 
-/// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
+/// A GPU, with the stream that runs its work in sequence. Clones refer to the same GPU.
 #[derive(Clone)]
 pub struct Device {
     pub(crate) context: Arc<CudaContext>,
@@ -23,7 +23,7 @@ pub struct Device {
 impl Device {
     /// Opens a GPU.
     ///
-    /// * `ordinal` – its number, from 0
+    /// * `ordinal` – index of the GPU, from 0
     ///
     /// # Errors
     /// If there is no driver or no such device, or the driver fails.
@@ -69,23 +69,23 @@ impl Device {
         ))
     }
 
-    /// Its number as other libraries count.
+    /// Index of the GPU for other libraries.
     ///
     /// # Errors
-    /// If it is larger than they can say.
+    /// If it exceeds their integer type.
     #[cfg(feature = "dlpack")]
     pub fn number(&self) -> Result<i32, CudaError> {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
     }
 
-    /// The address of its stream (a `CUstream`), which producers of tensors are asked to wait for.
+    /// The address of its stream (a `CUstream`), for producers of tensors to wait for.
     #[cfg(feature = "dlpack")]
     pub fn stream_address(&self) -> usize {
         self.stream.cu_stream() as usize
     }
 
-    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB by default. Batches
-    /// that need more are computed in several pieces, none of them so small that it does not fill the device.
+    /// Limits the workspace in which the kernels of long functions exchange values, 1 GiB by default. The device and its clones share it and keep it from
+    /// call to call. Batches that need more are computed in pieces, each large enough to fill the device.
     pub fn limit_workspace(&self, bytes: usize) {
         self.workspace.set_limit(bytes);
     }
@@ -100,7 +100,7 @@ impl Device {
         self.workspace.room(bytes, count, multiprocessors, allocate)
     }
 
-    /// Number of its multiprocessors.
+    /// Number of multiprocessors.
     fn multiprocessors(&self) -> Result<usize, CudaError> {
         let asked = sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT;
         let found = self.context.attribute(asked);
@@ -111,7 +111,7 @@ impl Device {
     /// Waits until all work is done.
     ///
     /// # Errors
-    /// If some of it has failed.
+    /// If a part of it has failed.
     pub fn synchronize(&self) -> Result<(), CudaError> {
         let done = self.stream.synchronize();
         done.map_err(self.failure("run a kernel"))

@@ -10,11 +10,11 @@ use crate::states::CudaStates;
 use crate::tensor::{self, Dlpack};
 
 impl<R: Real + DlpackElement> Numbers<R> {
-    /// Passes the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each entry of a state. Waits until the kernels before
-    /// have run, so that any stream may read it.
+    /// Converts the array, without a copy, to a tensor of `rows` × `count` numbers on its device: a row for each entry of a state. Waits for earlier
+    /// kernels, so that any stream may read it.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn into_dlpack(self) -> Result<Dlpack, CudaError> {
         self.device().synchronize()?;
         tensor::export(self)
@@ -24,7 +24,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
     /// returns.
     ///
     /// # Errors
-    /// If it is on another device, has other sizes, numbers of another kind, or gaps, or the driver fails.
+    /// If it is on another device, has another shape, another element type, or gaps, or the driver fails.
     pub fn copy_from_dlpack(&mut self, tensor: &Dlpack) -> Result<(), CudaError> {
         let device = self.device().number()?;
         let shape = [self.rows(), self.count()];
@@ -34,10 +34,10 @@ impl<R: Real + DlpackElement> Numbers<R> {
 }
 
 impl<R: Real + DlpackElement> CudaStates<R> {
-    /// A copy of all numbers as a tensor on the device: a row for each number of a state (q, v, the state of contact), a column for each state.
+    /// A copy of all states as a tensor on the device: a row for each entry of a state (q, v, contact state), a column for each state.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn to_dlpack(&self) -> Result<Dlpack, CudaError> {
         let own = &self.numbers;
         let mut copy = Numbers::zeros(own.device(), own.rows(), own.count())?;
@@ -45,7 +45,7 @@ impl<R: Real + DlpackElement> CudaStates<R> {
         copy.into_dlpack()
     }
 
-    /// Replaces all states by those of a tensor, as [`to_dlpack`](Self::to_dlpack) makes it. Their endings are forgotten: all go on.
+    /// Replaces all states by those of a tensor in the format of [`to_dlpack`](Self::to_dlpack). Their endings are cleared: all states continue.
     ///
     /// # Errors
     /// As [`Numbers::copy_from_dlpack`].
@@ -58,7 +58,7 @@ impl<R: Real + DlpackElement> CudaStates<R> {
 
 /// Checks that a tensor is on a device of CUDA, and has the shape `shape` and the given element type, row by row. It needs no GPU.
 ///
-/// * `device` – its number, from 0
+/// * `device` – index of the device, from 0
 ///
 /// # Errors
 /// If not, with its actual type.

@@ -4,19 +4,19 @@ use dualbody::UnknownName;
 use dualbody::codegen::{CodeError, OtherRobot};
 use dualbody_cache::FileError;
 
-/// Error for work on a GPU that cannot be done.
+/// Error of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CudaError {
     /// There is no driver.
-    #[error("there is no CUDA driver here: none of {} was found on the system's path of libraries", .searched.join(", "))]
+    #[error("there is no CUDA driver: none of {} was found on the library path of the system; install the driver of an NVIDIA GPU", .searched.join(", "))]
     NoDriver {
         /// Names of libraries that were looked for.
         searched: Vec<String>,
     },
     /// There is no compiler.
     #[error(
-        "there is no NVRTC here, which compiles kernels: none of {} was found on the system's path of libraries (it comes with the CUDA toolkit, and in the PyPI package nvidia-cuda-nvrtc-cu12)",
+        "there is no NVRTC, which compiles kernels: none of {} was found on the library path of the system; install the CUDA toolkit, or the PyPI package nvidia-cuda-nvrtc-cu12",
         .searched.join(", ")
     )]
     NoNvrtc {
@@ -24,7 +24,7 @@ pub enum CudaError {
         searched: Vec<String>,
     },
     /// There is no device with this index.
-    #[error("there is no device {ordinal}: the driver knows {count}")]
+    #[error("there is no device {ordinal}: the driver has {count}, counted from 0")]
     NoDevice {
         /// Number of the device, from 0.
         ordinal: usize,
@@ -32,7 +32,9 @@ pub enum CudaError {
         count: usize,
     },
     /// Memory of the device does not suffice.
-    #[error("the device has no {bytes} bytes of memory left ({free} of {total} are free)")]
+    #[error(
+        "{bytes} bytes of memory were requested, and {free} of {total} are free on the device: use fewer states, or single precision"
+    )]
     NoMemory {
         /// How much was requested.
         bytes: usize,
@@ -62,7 +64,7 @@ pub enum CudaError {
         log: String,
     },
     /// A [`StopSignal`](dualbody::StopSignal) was set before the kernel was begun.
-    #[error("NVRTC was stopped before the kernel {kernel}")]
+    #[error("a stop signal was set before the kernel {kernel} was compiled")]
     Stopped {
         /// Name of the kernel.
         kernel: String,
@@ -76,7 +78,7 @@ pub enum CudaError {
     #[error(transparent)]
     File(#[from] FileError),
     /// An array has another length than it needs.
-    #[error("{array} has {given} numbers, not {expected}")]
+    #[error("{array} has {given} numbers, expected {expected}")]
     Length {
         /// The array.
         array: &'static str,
@@ -86,7 +88,7 @@ pub enum CudaError {
         expected: usize,
     },
     /// A batch has no states.
-    #[error("a batch needs at least one state")]
+    #[error("the batch has 0 states, expected at least 1")]
     EmptyBatch,
     /// A batch, or an array for it, is larger than kernels can count.
     #[error("{what} are more than a kernel can count ({most})")]

@@ -30,10 +30,10 @@ impl LinearFeedback {
 }
 
 impl<R: Real> CudaSimulator<R> {
-    /// Takes `steps` steps from each of the initial states under linear feedback, and keeps each `every`-th state (none for 0).
+    /// Takes `steps` steps from each of the initial states under linear feedback, and stores each `every`-th state (none for 0).
     ///
     /// # Errors
-    /// If [feedback](Self::with_feedback) was not compiled, states are not as many, a size is another one, the device has no memory, or the driver fails.
+    /// If [feedback](Self::with_feedback) was not compiled, the number of states or a size is wrong, the device has too little memory, or the driver fails.
     pub fn rollout_feedback(
         &self,
         initial: &[State],

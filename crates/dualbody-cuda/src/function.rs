@@ -14,10 +14,10 @@ use crate::launcher::Batch;
 use crate::numbers::{Numbers, Status};
 use crate::real::Real;
 
-/// A graph as kernels over `f64`, or over `f32`, which compute it for many states, one a thread.
+/// A graph as kernels over `f64` or `f32` that evaluate it for many states, one state per thread.
 ///
-/// Values passed between the kernels of a long function need memory of the device while it is computed: [`work`](CudaSizes::work) numbers for each state.
-/// Results are the same on every run, and those of the graph to rounding.
+/// The kernels of a long function exchange values in memory of the device: [`work`](CudaSizes::work) numbers for each state. Results are the same in
+/// every run, and equal those of the graph to rounding.
 #[derive(Debug)]
 pub struct CudaFunction<R = f64> {
     kernel: Kernel,
@@ -27,9 +27,9 @@ pub struct CudaFunction<R = f64> {
 /// Outputs of a function on the host.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs<R> {
-    /// Outputs of one state after the other; not to be used where the status is not 0.
+    /// Outputs of one state after the other; invalid where the status is not 0.
     pub numbers: Vec<R>,
-    /// Status of each state: 0, or k at the k-th condition, from 1, that does not hold, −1 where an output is not finite.
+    /// Status of each state: 0, the index k, from 1, of the first violated condition, or −1 if an output is not finite.
     pub status: Vec<i32>,
 }
 
@@ -37,7 +37,7 @@ impl<R: Real> CudaFunction<R> {
     /// Compiles and loads a graph, or finds it compiled.
     ///
     /// * `name` – of the function, an identifier of C
-    /// * `shared` – names of inputs that are the same for all states
+    /// * `shared` – names of inputs that are equal for all states
     ///
     /// # Errors
     /// If a name is not an identifier, an input does not exist, NVRTC is missing or refuses the text or its flags, the file cannot be stored, or the
@@ -58,10 +58,10 @@ impl<R: Real> CudaFunction<R> {
 
     /// Compiles and loads a graph as [`new`](Self::new) does, cut into parts of another length, or finds it compiled.
     ///
-    /// * `length` – most operations of a part
+    /// * `length` – maximum number of operations of a part
     ///
     /// # Errors
-    /// As those of [`new`](Self::new).
+    /// As [`new`](Self::new).
     pub fn in_parts(
         graph: &Graph,
         name: &str,
@@ -77,19 +77,19 @@ impl<R: Real> CudaFunction<R> {
         })
     }
 
-    /// Numbers that it reads and writes, for each state.
+    /// Numbers of values that it reads and writes for each state.
     pub fn sizes(&self) -> CudaSizes {
         self.kernel.sizes
     }
 
-    /// Computes the outputs of many states, all on the device. Returns when the work is handed on; who downloads numbers waits for it.
+    /// Computes the outputs of many states on the device. Returns before the work is done; a download waits for it.
     ///
     /// * `inputs` – those of each state that are not shared, in the order of the graph
-    /// * `outputs` – output; not to be used where the status is not 0
-    /// * `status` – output, whose number of states decides
+    /// * `outputs` – output; invalid where the status is not 0
+    /// * `status` – output; its length is the number of states
     ///
     /// # Errors
-    /// If an array has another length or is on another device, the device has no memory for values passed between kernels, or the driver fails.
+    /// If an array has the wrong length or is on another device, the device has too little memory for the workspace, or the driver fails.
     pub fn call(
         &self,
         inputs: &Numbers<R>,
@@ -106,12 +106,12 @@ impl<R: Real> CudaFunction<R> {
         batch.launch(&self.kernel)
     }
 
-    /// Computes the outputs of `count` states, from the host and back to it.
+    /// Computes the outputs of `count` states with inputs and outputs on the host.
     ///
     /// * `inputs` – those of one state after the other
     ///
     /// # Errors
-    /// If there are no states, a slice has another length, the device has no memory for them, or the driver fails.
+    /// If there are no states, a slice has the wrong length, the device has too little memory, or the driver fails.
     pub fn call_states(
         &self,
         count: usize,
@@ -130,7 +130,7 @@ impl<R: Real> CudaFunction<R> {
         })
     }
 
-    /// The condition of a status, in words; empty if it is that of none.
+    /// The condition of a status, in words; empty if the status belongs to no condition.
     pub fn condition(&self, status: i32) -> &str {
         self.kernel.condition(status)
     }

@@ -1,21 +1,21 @@
 //! Generated CUDA of [`dualbody`]: functions, steps and motions of thousands of states of a robot on a GPU.
 //!
-//! The library's computation is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
-//! is kept in a folder, and run. There is no second copy of the physics. Nothing is needed to build this crate; the driver (`libcuda`) and NVRTC (`libnvrtc`) are looked for when a
-//! program runs, and an error names the missing library.
+//! The crate records a computation of the library as a graph ([`dualbody::codegen`]) and writes it as kernels that compute one state per thread. NVRTC
+//! compiles them to machine code, which is stored in a folder. The physics has no second copy. The crate builds without NVIDIA software: a program looks
+//! for the driver (`libcuda`) and NVRTC (`libnvrtc`) at run time, and an error names a missing library.
 //!
 //! | question | function |
 //! |---|---|
-//! | many states of a robot, or of variants of it, as [`BatchSimulator`](dualbody::sim::BatchSimulator) steps them? | [`CudaSimulator`]: steps, motions under given inputs or linear feedback, A and B, gradients |
-//! | any graph for many states? | [`CudaFunction`]; of a step, with the loop over time in the kernel, [`CudaStepper`] |
+//! | many states of a robot, or of variants of it, with the interface of [`BatchSimulator`](dualbody::sim::BatchSimulator)? | [`CudaSimulator`]: steps, motions under given inputs or linear feedback, A and B, gradients |
+//! | any graph for many states? | [`CudaFunction`]; for a step with the loop over time in the kernel, [`CudaStepper`] |
 //! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
 //! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
-//! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, the same of `CudaStates`, with the feature `dlpack` |
-//! | what is compiled, with which flags, kept where, carried to machines without NVRTC? | [`Compiler`], which needs no GPU |
-//! | how long did it take on the device? | [`Device::moment`] |
+//! | arrays shared with other libraries on the GPU, without a copy through the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, the same of `CudaStates`, with the feature `dlpack` |
+//! | flags, folder of compiled kernels, compilation for machines without NVRTC? | [`Compiler`], which needs no GPU |
+//! | time on the device? | [`Device::moment`] |
 //!
-//! Numbers are `f64` or `f32` ([`Real`]); results are the same on every run, and those of the library to rounding. Every state has its own [ending](Ending): one whose motion diverges, or leaves a
-//! condition of its graph, stops at its last right state, and the others go on.
+//! Numbers are `f64` or `f32` ([`Real`]). Results are the same in every run, and equal those of the library to rounding. Every state has its own
+//! [ending](Ending): a state whose motion diverges, or violates a condition of its graph, stops at its last valid value, and the others continue.
 //!
 //! # Examples
 //! ```
@@ -25,7 +25,7 @@
 //! let device = match Device::new(0) {
 //!     Ok(device) => device,
 //!     Err(error @ (CudaError::NoDriver { .. } | CudaError::NoDevice { .. })) => {
-//!         println!("no GPU here: {error}");
+//!         println!("no GPU: {error}");
 //!         return Ok(());
 //!     }
 //!     Err(error) => return Err(error),
@@ -42,16 +42,19 @@
 //! ```
 //!
 //! # Memory
-//! Number k of state i is at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are reversed on the way to the
-//! device ([`Numbers::upload_states`]); arrays in that order need no reversal ([`Numbers::upload`]).
-//! Values passed between the kernels of a long function, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed. A and B of a
-//! humanoid need 86 kB in `f64`. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
+//! Entry k of state i is at k × `count` + i, so neighbouring threads read neighbouring memory. Slices of one state after the other are transposed on
+//! upload ([`Numbers::upload_states`]); arrays in the order of the device are copied as they are ([`Numbers::upload`]).
 //!
-//! # How large it gets
-//! Straight-line code grows with the robot, and values that do not fit into the 255 registers of a thread are kept in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
-//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom are in brackets:
+//! A long function consists of several kernels. The values that they exchange, the inputs and the outputs need
+//! [`work`](dualbody::codegen::CudaSizes::work) numbers for each state during the computation: 86 kB in `f64` for A and B of a humanoid. The device keeps
+//! this workspace for the next call. [`Device::limit_workspace`] limits it; larger batches are computed in pieces.
 //!
-//! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
+//! # Size of the kernels
+//! Straight-line code grows with the robot. Values that do not fit into the 255 registers of a thread are stored in memory (*spilled*). The table was
+//! measured by `benches/kernels/run.sh`, which needs no GPU, with NVRTC 12.9 for `sm_90`. Each cell has the values for `f64` and `f32`; times are
+//! processor seconds; degrees of freedom are in brackets:
+//!
+//! | | operations | registers | spilled bytes, stores and loads | instructions | compilation, s |
 //! |---|---|---|---|---|---|
 //! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.2, 0.2 |
 //! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.3, 0.3 |
@@ -69,15 +72,17 @@
 //! | gradients in state and input | 30,510 | 255, 255 | 98,592, 23,188 | 67,240, 58,960 | 18, 21 |
 //! | A and B | 90,698 | 255, 255 | 434,800, 63,772 | 192,272, 152,576 | 71, 61 |
 //!
-//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; derivatives do not. Functions of up to 10,000 operations are one kernel, longer ones are
-//! cut into parts of 2,000, each of which is a kernel; all are compiled at once, on all cores. Registers are the most of one of these, the rest is their sum. Steps are one kernel however long
-//! they are, with functions of up to 10,000 operations in it. Compiled kernels are kept on disk, and can be copied to machines without NVRTC ([`Compiler::precompile`]).
+//! Inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; derivatives do not. A function of up to
+//! 10,000 operations is one kernel. A longer one is cut into parts of 2,000 operations, each a kernel, which are compiled in parallel; the table has
+//! the largest number of registers of a part, and sums otherwise. A step is one kernel of any length, with functions of up to 10,000 operations in it.
+//! Compiled kernels are stored on disk, and can be copied to machines without NVRTC ([`Compiler::precompile`]).
 //!
-//! Kernels that loop over a table of the bodies, with the work at each kind of joint recorded once, would be of constant size and need no compiling for another robot. They are not here: a loop
-//! would keep all numbers of all bodies in that same memory, and look up axes and placements that are constants here. Where nothing may be compiled, the library's own loops serve.
+//! Kernels that loop over a table of bodies would have constant size, and another robot would need no compilation. The crate does not have them: a loop
+//! would store all values of all bodies in memory, and look up axes and placements that are constants in straight-line code. If compilation is not
+//! possible, use the loops of the library on the CPU.
 //!
-//! # How fast it is
-//! States or steps a second on an NVIDIA H200 (driver 580.159.04); each cell says `f64`, `f32`:
+//! # Speed
+//! States or steps a second on an NVIDIA H200 (driver 580.159.04); each cell has the values for `f64` and `f32`:
 //!
 //! | | inverse dynamics | forward dynamics | step | step, 100 in a call | A and B | gradients |
 //! |---|---|---|---|---|---|---|
@@ -89,13 +94,14 @@
 //! | humanoid on both feet (eight points), soft contact | – | – | 124 M, 230 M | 112 M, 256 M | 2.14 M, 4.02 M | 16.8 M, 35.0 M |
 //! | quadruped on four feet, regularised contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
 //!
-//! Batches are of 1,048,576 states, or of as many as fit into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
-//! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
+//! Batches have 1,048,576 states, or as many as fit into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536.
+//! `benches/RESULTS.md` has the command, the errors, and the share of the arithmetic and memory traffic of the card: steps of arms use half of its
+//! arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
 //!
 //! # Safety
-//! All unsafe code is in `nvrtc.rs` and `driver.rs` (calls of these libraries), `launcher.rs` (starts of kernels, whose text this crate has made and whose arrays it has measured) and `tensor.rs`
-//! (tensors of `DLPack`). Anyone with write access to the folder of
-//! compiled kernels can change the code that runs on the GPU.
+//! All unsafe code is in `nvrtc.rs` and `driver.rs` (calls of these libraries), `launcher.rs` (starts of kernels: this crate has written their text and
+//! checked the lengths of their arrays) and `tensor.rs` (tensors of `DLPack`). Anyone with write access to the folder of compiled kernels can change
+//! the code that runs on the GPU.
 
 #![deny(unsafe_code)]
 

@@ -8,14 +8,14 @@ use cudarc::driver::sys::CUevent_flags::CU_EVENT_DEFAULT;
 use crate::device::Device;
 use crate::error::CudaError;
 
-/// A moment in the order of a device's work: when all earlier work is done, and no later work has begun ([`Device::moment`]).
+/// A point in the sequence of work of a device: all earlier work is done, and no later work has begun ([`Device::moment`]).
 pub struct Moment {
     event: CudaEvent,
     device: Device,
 }
 
 impl Device {
-    /// Marks this moment in the order of the device's work, to measure times on the device itself.
+    /// Marks a point in the sequence of work of the device, to measure times on the device itself.
     ///
     /// # Errors
     /// If the driver fails.
@@ -29,10 +29,10 @@ impl Device {
 }
 
 impl Moment {
-    /// The time from an earlier moment of the same device to this one, s. Waits until both have come.
+    /// The time from an earlier moment of the same device to this one, s. Waits for both.
     ///
     /// # Errors
-    /// If some of the work before has failed.
+    /// If earlier work has failed.
     pub fn since(&self, earlier: &Self) -> Result<f64, CudaError> {
         let milliseconds = earlier.event.elapsed_ms(&self.event);
         let milliseconds = milliseconds.map_err(self.device.failure("measure a time"))?;

@@ -6,10 +6,10 @@ use crate::device::Device;
 use crate::error::{CudaError, check_length, too_many};
 use crate::real::Real;
 
-/// Numbers on a device: rows of one number for each state, so that states side by side are read side by side.
+/// Numbers on a device: one row for each entry of a state, so that neighbouring threads read neighbouring memory.
 ///
-/// They stay there between calls, and go in and out by slices: as they lie ([`upload`](Self::upload), [`download`](Self::download)), or one state after the other
-/// ([`upload_states`](Self::upload_states), [`download_states`](Self::download_states)), which are reversed on the way.
+/// They stay on the device between calls. Slices are copied in the order of the device ([`upload`](Self::upload), [`download`](Self::download)), or one
+/// state after the other ([`upload_states`](Self::upload_states), [`download_states`](Self::download_states)), which are transposed.
 #[derive(Debug)]
 pub struct Numbers<R> {
     pub(crate) data: CudaSlice<R>,
@@ -21,7 +21,8 @@ pub struct Numbers<R> {
 impl<R: Real> Numbers<R> {
     /// Zeros.
     ///
-    /// * `rows` – entries of a state; `count` – states. A value shared by all states is a single state.
+    /// * `rows` – number of entries of a state
+    /// * `count` – number of states; 1 for values that all states share
     ///
     /// # Errors
     /// If the device has no memory for them.
@@ -52,7 +53,7 @@ impl<R: Real> Numbers<R> {
         Ok(out)
     }
 
-    /// Numbers of a state.
+    /// Number of entries of a state.
     pub fn rows(&self) -> usize {
         self.rows
     }
@@ -62,7 +63,7 @@ impl<R: Real> Numbers<R> {
         self.count
     }
 
-    /// Number of numbers.
+    /// Number of all entries.
     pub fn len(&self) -> usize {
         self.rows * self.count
     }
@@ -77,10 +78,10 @@ impl<R: Real> Numbers<R> {
         &self.device
     }
 
-    /// Copies numbers to the device in their order there: number k of state i at k × `count` + i.
+    /// Copies numbers to the device in its order: entry k of state i at k × `count` + i.
     ///
     /// # Errors
-    /// If there are not as many, or the driver fails.
+    /// If the length is wrong, or the driver fails.
     pub fn upload(&mut self, numbers: &[R]) -> Result<(), CudaError> {
         check_length("the array to upload", numbers.len(), Some(self.len()))?;
         if numbers.is_empty() {
@@ -93,16 +94,16 @@ impl<R: Real> Numbers<R> {
     /// Copies numbers of one state after the other to the device.
     ///
     /// # Errors
-    /// If there are not as many, or the driver fails.
+    /// If the length is wrong, or the driver fails.
     pub fn upload_states(&mut self, numbers: &[R]) -> Result<(), CudaError> {
         check_length("the array to upload", numbers.len(), Some(self.len()))?;
         self.upload(&turned(numbers, self.count, self.rows))
     }
 
-    /// Copies all numbers back in their order there, after the kernels before have run.
+    /// Copies all numbers back in the order of the device, after earlier kernels have run.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn download(&self) -> Result<Vec<R>, CudaError> {
         let mut out = vec![R::default(); self.len()];
         if !out.is_empty() {
@@ -114,18 +115,18 @@ impl<R: Real> Numbers<R> {
         Ok(out)
     }
 
-    /// Copies all numbers back, one state after the other, after the kernels before have run.
+    /// Copies all numbers back, one state after the other, after earlier kernels have run.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn download_states(&self) -> Result<Vec<R>, CudaError> {
         Ok(turned(&self.download()?, self.rows, self.count))
     }
 
-    /// Copies another array of the same sizes on the device.
+    /// Copies another array of the same shape on the device.
     ///
     /// # Errors
-    /// If it has other sizes or is on another device, or the driver fails.
+    /// If it has another shape or is on another device, or the driver fails.
     pub fn copy_from(&mut self, other: &Self) -> Result<(), CudaError> {
         check_length("the array to copy", other.len(), Some(self.len()))?;
         self.device.owns([other.device()])?;
@@ -176,11 +177,11 @@ impl Status {
         &self.device
     }
 
-    /// Status of each state, after the kernels before have run: 0, or k at the k-th [condition](dualbody::scalar::Graph::conditions), from 1, that does not hold, −1
-    /// where a number is not finite or the motion has diverged, −2 at an input that is not finite.
+    /// Status of each state, after earlier kernels have run: 0, the index k, from 1, of the first violated
+    /// [condition](dualbody::scalar::Graph::conditions), −1 if a number is not finite or the motion has diverged, or −2 at an input that is not finite.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn found(&self) -> Result<Vec<i32>, CudaError> {
         self.device.copy_back(&self.found)
     }
@@ -188,7 +189,7 @@ impl Status {
     /// Steps that each state has taken.
     ///
     /// # Errors
-    /// If one of the kernels before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn taken(&self) -> Result<Vec<u32>, CudaError> {
         self.device.copy_back(&self.taken)
     }

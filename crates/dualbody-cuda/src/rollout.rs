@@ -7,10 +7,10 @@ use crate::numbers::Numbers;
 use crate::real::Real;
 use crate::states::{CudaStates, Ending, state};
 
-/// The motions of a batch: the states that were kept, and the last ones.
+/// The motions of a batch: the stored states, and the last ones.
 #[derive(Clone, Debug)]
 pub struct CudaRollout {
-    /// Time from one state that is kept to the next, s; that of the simulator itself where states have time steps of their own.
+    /// Time from one stored state to the next, s; by the time step of the simulator, even if states have different time steps.
     pub interval: f64,
     every: usize,
     initial: Vec<State>,
@@ -59,7 +59,7 @@ impl CudaRollout {
         self.initial.is_empty()
     }
 
-    /// How a motion ends.
+    /// Ending of a motion.
     ///
     /// # Panics
     /// If there is no such motion.
@@ -75,7 +75,7 @@ impl CudaRollout {
         self.taken[i] as usize
     }
 
-    /// Number of states of a motion that were kept, the first one among them.
+    /// Number of stored states of a motion, including the first one.
     ///
     /// # Panics
     /// If there is no such motion.
@@ -83,7 +83,7 @@ impl CudaRollout {
         1 + self.steps(i).checked_div(self.every).unwrap_or(0)
     }
 
-    /// State `k` of those of motion `i` that were kept, the first one for 0.
+    /// Stored state `k` of motion `i`; 0 is the first state.
     ///
     /// # Panics
     /// If there is no such motion, or if it has fewer.
@@ -95,7 +95,7 @@ impl CudaRollout {
         }
     }
 
-    /// The last state of a motion, whether it was kept or not.
+    /// The last state of a motion, stored or not.
     ///
     /// # Panics
     /// If there is no such motion.

@@ -14,10 +14,11 @@ use crate::rollout::{CudaRollout, Left};
 use crate::states::{CudaStates, numbers};
 use crate::stepper::{CudaStepper, Schedule, StepInputs};
 
-/// Steps many states of one robot, or of variants of it, on a GPU: the face of [`BatchSimulator`](dualbody::sim::BatchSimulator), in `f64` or `f32`.
+/// Steps many states of one robot, or of variants of it, on a GPU in `f64` or `f32`, with the interface of
+/// [`BatchSimulator`](dualbody::sim::BatchSimulator).
 ///
-/// The step is traced and compiled when the simulator is made; the rest where it is requested: [`with_feedback`](Self::with_feedback),
-/// [`with_jacobians`](Self::with_jacobians), [`with_gradients`](Self::with_gradients). Traceable functions: [`dualbody::scalar::traced`].
+/// The step is traced and compiled when the simulator is made, other functions on request: [`with_feedback`](Self::with_feedback),
+/// [`with_jacobians`](Self::with_jacobians), [`with_gradients`](Self::with_gradients). [`dualbody::scalar::traced`] lists what can be traced.
 #[derive(Debug)]
 pub struct CudaSimulator<R = f64> {
     pub(crate) own: Simulator,
@@ -53,8 +54,8 @@ impl<R: Real> CudaSimulator<R> {
 
     /// A simulator of `len` variants of a robot, which differ in some parameters (domain randomisation).
     ///
-    /// * `names` – of the parameters, as in [`Simulator::parameter_layout`]
-    /// * `parameters` – theirs of one state after the other
+    /// * `names` – names of these parameters, as in [`Simulator::parameter_layout`]
+    /// * `parameters` – their values, one state after the other
     ///
     /// # Errors
     /// If there are no states, a parameter does not exist, NVRTC is missing or refuses the step, or the driver fails.
@@ -101,7 +102,7 @@ impl<R: Real> CudaSimulator<R> {
         Ok(self)
     }
 
-    /// Compiles A and B of the step, each variant's own, for [`linearize`](Self::linearize).
+    /// Compiles A and B of the step, separate for each variant, for [`linearize`](Self::linearize).
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -140,7 +141,7 @@ impl<R: Real> CudaSimulator<R> {
         self.own.nu()
     }
 
-    /// The simulator that it was made of.
+    /// The simulator from which it was made.
     pub fn simulator(&self) -> &Simulator {
         &self.own
     }
@@ -150,10 +151,10 @@ impl<R: Real> CudaSimulator<R> {
         self.names.iter().map(String::as_str).collect()
     }
 
-    /// Parameters of one variant after the other become these.
+    /// Replaces the parameters, one variant after the other.
     ///
     /// # Errors
-    /// If there are not as many, or the driver fails.
+    /// If the length is wrong, or the driver fails.
     pub fn set_parameters(&mut self, parameters: &[f64]) -> Result<(), CudaError> {
         let given: Vec<R> = parameters.iter().map(|&p| R::from_f64(p)).collect();
         self.parameters.upload_states(&given)
@@ -173,10 +174,10 @@ impl<R: Real> CudaSimulator<R> {
         number.map_or("", |number| self.step.condition(number))
     }
 
-    /// Puts states on the device.
+    /// Copies states to the device.
     ///
     /// # Errors
-    /// If there are not as many as the simulator was made for, one has another length, or the device has no memory for them.
+    /// If their number differs from that of the simulator, one has the wrong length, or the device has too little memory.
     pub fn states(&self, states: &[State]) -> Result<CudaStates<R>, CudaError> {
         let neutral = self.own.neutral_state::<f64>();
         check_length("the batch of states", states.len(), Some(self.len))?;
@@ -202,25 +203,25 @@ impl<R: Real> CudaSimulator<R> {
         })
     }
 
-    /// Takes one step of each state, which stays on the device.
+    /// Takes one step of each state; the states stay on the device.
     ///
     /// * `inputs` – the input of one state after the other (N·m or N)
     ///
     /// # Errors
-    /// If there are not as many inputs, or the driver fails.
+    /// If the number of inputs is wrong, or the driver fails.
     pub fn step(&self, states: &mut CudaStates<R>, inputs: &[f64]) -> Result<(), CudaError> {
         let inputs = self.inputs(1, inputs)?;
         let mut kept = Numbers::zeros(&self.device, 0, self.len)?;
         self.run(self.schedule(1, 0), states, &inputs, &mut kept)
     }
 
-    /// Takes steps of each state with inputs that are on the device.
+    /// Takes steps of each state with inputs on the device.
     ///
     /// * `inputs` – rows of the `nu` inputs of one step after the other
-    /// * `kept` – output, rows of the numbers of one state that is kept after the other
+    /// * `kept` – output, the stored states: a block of rows for each
     ///
     /// # Errors
-    /// If an array has another length or is on another device, or the driver fails.
+    /// If an array has the wrong length or is on another device, or the driver fails.
     pub fn run(
         &self,
         schedule: Schedule,
@@ -239,12 +240,12 @@ impl<R: Real> CudaSimulator<R> {
         self.step.run(schedule, numbers, inputs, kept, status)
     }
 
-    /// Takes `steps` steps from each of the initial states, with inputs that are given beforehand, and keeps each `every`-th state (none for 0).
+    /// Takes `steps` steps from each of the initial states with given inputs, and stores each `every`-th state (none for 0).
     ///
-    /// * `inputs` – those of one state after the other, each step by step, length `len` × `steps` × `nu` (N·m or N)
+    /// * `inputs` – inputs of all steps of the first state, then of the next state, and so on, length `len` × `steps` × `nu` (N·m or N)
     ///
     /// # Errors
-    /// If states or inputs are not as many, the device has no memory for them, or the driver fails.
+    /// If the number of states or inputs is wrong, the device has too little memory, or the driver fails.
     pub fn rollout_inputs(
         &self,
         initial: &[State],
@@ -268,10 +269,10 @@ impl<R: Real> CudaSimulator<R> {
         }
     }
 
-    /// Memory for the states that are kept.
+    /// Memory for the stored states.
     ///
     /// # Errors
-    /// If the device has not as much.
+    /// If the device has too little memory.
     pub fn room(&self, schedule: Schedule) -> Result<Numbers<R>, CudaError> {
         let rows = schedule
             .kept()

@@ -7,12 +7,12 @@ use crate::error::CudaError;
 use crate::numbers::{Numbers, Status};
 use crate::real::Real;
 
-/// How the motion of a state ends.
+/// Ending of the motion of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// As in the library: completed, or stopped at an input or a state that is not finite or too fast.
     Rollout(RolloutStatus),
-    /// The step takes a [condition](dualbody::scalar::Graph::conditions) for granted that does not hold in step `step`.
+    /// A [condition](dualbody::scalar::Graph::conditions) of the graph is violated in step `step`.
     BrokenCondition {
         /// Index of the condition, from 0.
         condition: usize,
@@ -42,7 +42,7 @@ impl Ending {
 /// Status of kernels at an input that is not finite.
 const NON_FINITE_INPUT: i32 = -2;
 
-/// States of a batch on the device, which stay there from step to step.
+/// States of a batch that stay on the device from step to step.
 #[derive(Debug)]
 pub struct CudaStates<R = f64> {
     pub(crate) numbers: Numbers<R>,
@@ -62,15 +62,15 @@ impl<R: Real> CudaStates<R> {
         self.len() == 0
     }
 
-    /// The numbers of the states on the device: q, v, the state of contact.
+    /// The entries of the states on the device: q, v, the contact state.
     pub fn numbers(&self) -> &Numbers<R> {
         &self.numbers
     }
 
-    /// All states, from the device.
+    /// Copies all states from the device.
     ///
     /// # Errors
-    /// If a kernel before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn to_vec(&self) -> Result<Vec<State>, CudaError> {
         let (all, rows) = (self.numbers.download_states()?, self.numbers.rows());
         let state = |row: &[R]| state(row, &self.like);
@@ -80,15 +80,15 @@ impl<R: Real> CudaStates<R> {
     /// Steps that each state has taken.
     ///
     /// # Errors
-    /// If a kernel before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn taken(&self) -> Result<Vec<u32>, CudaError> {
         self.status.taken()
     }
 
-    /// How the motion of each state goes on, or has ended.
+    /// Whether the motion of each state continues, or its ending.
     ///
     /// # Errors
-    /// If a kernel before, or the driver, has failed.
+    /// If an earlier kernel, or the driver, has failed.
     pub fn endings(&self) -> Result<Vec<Ending>, CudaError> {
         let (found, taken) = (self.status.found()?, self.status.taken()?);
         let both = found.into_iter().zip(taken);

@@ -14,7 +14,7 @@ use crate::launcher::Steps;
 use crate::numbers::{Numbers, Status};
 use crate::real::Real;
 
-/// A step as a kernel over `f64`, or over `f32`, with the loop over time in it: any graph whose outputs are the next values of its first inputs.
+/// A step as a kernel over `f64` or `f32` that contains the loop over time. The step is any graph whose outputs are the next values of its first inputs.
 #[derive(Debug)]
 pub struct CudaStepper<R = f64> {
     kernel: Kernel,
@@ -24,27 +24,27 @@ pub struct CudaStepper<R = f64> {
 /// Arrays that a rollout reads, on the device.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInputs<'a, R> {
-    /// Inputs of each state that stay as they are.
+    /// Inputs of each state that are constant.
     pub constants: &'a Numbers<R>,
-    /// Inputs of each state that change with every step: a block of rows for one step after the other.
+    /// Inputs of each state that change in every step: a block of rows for each step.
     pub each_step: &'a Numbers<R>,
-    /// Inputs that are the same for all states.
+    /// Inputs that are equal for all states.
     pub shared: &'a Numbers<R>,
 }
 
-/// How many steps are taken, and which states are kept.
+/// Number of steps, and choice of the states that are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
     /// Number of steps.
     pub steps: usize,
-    /// Steps from one state that is kept to the next; with 0 none is.
+    /// Number of steps from one stored state to the next; 0 stores none.
     pub every: usize,
-    /// Speed (rad/s, m/s) beyond which a motion has diverged.
+    /// Speed (rad/s, m/s) above which a motion has diverged.
     pub fastest: f64,
 }
 
 impl Schedule {
-    /// Number of states that are kept.
+    /// Number of stored states.
     pub fn kept(&self) -> usize {
         self.steps.checked_div(self.every).unwrap_or(0)
     }
@@ -74,10 +74,10 @@ impl<R: Real> CudaStepper<R> {
 
     /// Compiles and loads a step as [`new`](Self::new) does, cut into parts of another length, or finds it compiled.
     ///
-    /// * `length` – most operations of a part
+    /// * `length` – maximum number of operations of a part
     ///
     /// # Errors
-    /// As those of [`new`](Self::new).
+    /// As [`new`](Self::new).
     pub fn in_parts(
         graph: &Graph,
         name: &str,
@@ -93,21 +93,21 @@ impl<R: Real> CudaStepper<R> {
         })
     }
 
-    /// Numbers that it reads and writes, for each state.
+    /// Numbers of values that it reads and writes for each state.
     pub fn sizes(&self) -> CudaSizes {
         self.kernel.sizes
     }
 
-    /// Takes steps from many states, all on the device. Returns when the work is handed on; who downloads numbers waits for it.
+    /// Takes steps from many states on the device. Returns before the work is done; a download waits for it.
     ///
-    /// A state stops, as the last one that is right, where a condition does not hold, an input is not finite or the motion diverges: its status says so, and
-    /// it is left alone from then on.
+    /// A state stops at its last valid value if a condition is violated, an input is not finite or the motion diverges. Its status reports this, and
+    /// later steps do not change it.
     ///
-    /// * `state` – the state, which becomes the last one
-    /// * `kept` – output, a block of rows for one state that is kept after the other; the rows after the last one of a stopped motion have no meaning
+    /// * `state` – on entry the first state, on return the last one
+    /// * `kept` – output, a block of rows for each stored state; rows after the end of a stopped motion are unspecified
     ///
     /// # Errors
-    /// If an array has another length or is on another device, or the driver fails.
+    /// If an array has the wrong length or is on another device, or the driver fails.
     pub fn run(
         &self,
         schedule: Schedule,
@@ -130,7 +130,7 @@ impl<R: Real> CudaStepper<R> {
         steps.launch(&self.kernel)
     }
 
-    /// The condition of a status, in words; empty if it is that of none.
+    /// The condition of a status, in words; empty if the status belongs to no condition.
     pub fn condition(&self, status: i32) -> &str {
         self.kernel.condition(status)
     }

@@ -16,21 +16,21 @@ use crate::real::Real;
 
 /// A tensor of `DLPack`, version 1: the content of a capsule `dltensor_versioned` of Python, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
 ///
-/// When it is dropped, or its deleter is called, its memory is free again.
+/// Dropping it, or a call of its deleter, frees its memory.
 pub type Dlpack = dlpark::versioned::Dlpack;
 
-/// Makes a tensor of `DLPack` of memory on a GPU: `shape` numbers, row by row. The owner is dropped with it, on any thread.
+/// Makes a tensor of `DLPack` from memory on a GPU, with the given shape, row by row. The owner is dropped with it, on any thread.
 ///
-/// [`Numbers::into_dlpack`](crate::Numbers::into_dlpack) makes one of an array of this crate.
+/// [`Numbers::into_dlpack`](crate::Numbers::into_dlpack) makes a tensor from an array of this crate.
 ///
-/// * `address` – of the first number, on the device
-/// * `device` – its number, from 0
+/// * `address` – address of the first number, on the device
+/// * `device` – index of the device, from 0
 ///
 /// # Errors
 /// If a size is too large for `DLPack`.
 ///
 /// # Safety
-/// There must be as many numbers at the address until the owner is dropped.
+/// The memory at the address must contain all numbers of the shape until the owner is dropped.
 pub unsafe fn dlpack_of<R: DlpackElement, O: Send>(
     owner: O,
     address: u64,

@@ -13,14 +13,14 @@ use crate::process;
 
 /// A C compiler with its flags, and the folder for compiled files.
 ///
-/// The default is the one that the variable `CC` names, or `cc`, with optimisation for this very machine (`-O2 -march=native`), and the folder
-/// `dualbody-native` among the user's caches. It takes flags as GCC and Clang do.
+/// The default is the compiler in the variable `CC`, or `cc`, with optimisation for this machine (`-O2 -march=native`), and the folder
+/// `dualbody-native` in the user's cache folder. The compiler must accept the flags of GCC and Clang.
 ///
-/// Compiled code is found again by the text, the compiler, its flags and the machine that it compiles for (all that it predefines), so that
-/// nothing is compiled twice and no file serves another machine. Nothing is ever removed from the folder: delete it when it grows too large.
+/// Compiled code is identified by the text, the compiler, its flags and the target machine (all predefined macros), so no function is compiled twice and
+/// no file is used on another machine. No file is removed: delete the folder if it is too large.
 ///
-/// A [`StopSignal`](dualbody::StopSignal) within whose [`watch`](dualbody::StopSignal::watch) a function is compiled ends the compiler and what it has
-/// started, within a tenth of a second. The end of the program, by Ctrl-C say, ends them too (on Unix).
+/// A [`StopSignal`](dualbody::StopSignal) ends a compiler that was started within its [`watch`](dualbody::StopSignal::watch), with all its processes,
+/// within a tenth of a second. The end of the program, for example by Ctrl-C, ends them as well (on Unix).
 #[derive(Clone, Debug)]
 pub struct Compiler {
     command: Vec<String>,
@@ -36,7 +36,7 @@ impl Default for Compiler {
 }
 
 impl Compiler {
-    /// Names a compiler, with words that come before its flags if there are any ("ccache gcc").
+    /// Sets the command of the compiler, which may have several words ("ccache gcc").
     ///
     /// # Panics
     /// If the command is empty.
@@ -56,14 +56,14 @@ impl Compiler {
         }
     }
 
-    /// Replaces the flags for optimisation; those of the language and of shared libraries come by themselves.
+    /// Replaces the flags for optimisation. Flags of the language and of shared libraries are always added.
     #[must_use]
     pub fn with_flags(mut self, flags: &[&str]) -> Self {
         self.flags = flags.iter().map(|&flag| flag.to_owned()).collect();
         self
     }
 
-    /// Keeps compiled code in this folder, which is made when it is needed. Anyone with write access to it can change the behaviour of the program.
+    /// Stores compiled code in this folder, which is created if necessary. Anyone with write access to it can change the behaviour of the program.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
         self.cache = Some(Cache::new(folder));

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use dualbody::codegen::CodeError;
 use dualbody_cache::FileError;
 
-/// Error for a function that cannot be compiled or loaded.
+/// Error of compilation or loading.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NativeError {
@@ -20,7 +20,7 @@ pub enum NativeError {
         /// Reason of the system.
         reason: io::Error,
     },
-    /// The compiler runs, and refuses its flags or the text.
+    /// The compiler rejects its flags or the text.
     #[error("the C compiler \"{command}\" refuses {what}: {log}")]
     Refused {
         /// Its command with all flags.
@@ -30,7 +30,7 @@ pub enum NativeError {
         /// Its messages.
         log: String,
     },
-    /// A [`StopSignal`](dualbody::StopSignal) was set: the compiler was ended, and its files are removed.
+    /// A [`StopSignal`](dualbody::StopSignal) was set: the compiler was stopped, and its files were removed.
     #[error("the C compiler \"{command}\" was stopped")]
     Stopped {
         /// Its command.

@@ -9,9 +9,9 @@ use crate::error::NativeError;
 use crate::loaded::Loaded;
 use crate::real::Real;
 
-/// A graph as a compiled function over `f64`, or over `f32` at half the memory and seven digits.
+/// A graph as a compiled function over `f64`, or over `f32` with half the memory and seven digits.
 ///
-/// Calls from several threads at once are fine. Results are those of the graph to the last rounding or two (`f64`), and the same on every run.
+/// Several threads may call it at once. Results equal those of the graph to one or two roundings (`f64`), and are the same in every run.
 ///
 /// # Examples
 /// ```
@@ -25,7 +25,7 @@ use crate::real::Real;
 ///         function.call(&[0.3], &mut m)?;
 ///         assert!((m[0] - 1.0 / 3.0).abs() < 1e-15);
 ///     }
-///     Err(NativeError::NoCompiler { .. }) => println!("no C compiler here"),
+///     Err(NativeError::NoCompiler { .. }) => println!("no C compiler"),
 ///     Err(error) => return Err(error.into()),
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -61,26 +61,26 @@ impl<R: Real> NativeFunction<R> {
         })
     }
 
-    /// Number of inputs, those of all ports together.
+    /// Number of entries of all inputs.
     pub fn n_inputs(&self) -> usize {
         self.loaded.n_inputs
     }
 
-    /// Number of outputs, those of all ports together.
+    /// Number of entries of all outputs.
     pub fn n_outputs(&self) -> usize {
         self.loaded.n_outputs
     }
 
     /// Computes the outputs, as [`Graph::evaluate_into`] does. Does not allocate, except for an error.
     ///
-    /// * `inputs` – the numbers of all inputs, one input after the other
-    /// * `outputs` – output, likewise; not to be used where a condition does not hold
+    /// * `inputs` – entries of all inputs in sequence
+    /// * `outputs` – output, entries of all outputs; invalid if a condition is violated
     ///
     /// # Errors
-    /// If a condition of the graph does not hold.
+    /// If a condition of the graph is violated.
     ///
     /// # Panics
-    /// If there are not as many inputs or outputs.
+    /// If the number of inputs or outputs is wrong.
     pub fn call(&self, inputs: &[R], outputs: &mut [R]) -> Result<(), BrokenCondition> {
         match usize::try_from(self.loaded.call(inputs, outputs)) {
             Ok(0) => Ok(()),
@@ -96,17 +96,17 @@ impl<R: Real> NativeFunction<R> {
         }
     }
 
-    /// [`call`](Self::call) without the name of the condition; `false` if one does not hold.
+    /// [`call`](Self::call) without the name of the condition; `false` if one is violated.
     pub(crate) fn holds(&self, inputs: &[R], outputs: &mut [R]) -> bool {
         self.loaded.call(inputs, outputs) == 0
     }
 
-    /// [`call`](Self::call) for one state after the other. Does not allocate. Returns for how many a condition does not hold.
+    /// [`call`](Self::call) for one state after the other. Does not allocate. Returns the number of states that violate a condition.
     ///
-    /// * `status` – output, one for each state: 0, or the number, from 1, of the first condition that does not hold there
+    /// * `status` – output, one for each state: 0, or the index, from 1, of the first violated condition
     ///
     /// # Panics
-    /// If inputs or outputs are not as many for each status.
+    /// If the length of inputs or outputs does not fit the number of states.
     pub fn call_batch(&self, inputs: &[R], outputs: &mut [R], status: &mut [i32]) -> usize {
         self.loaded.call_batch(inputs, outputs, status)
     }

@@ -15,11 +15,11 @@ use crate::error::NativeError;
 use crate::function::NativeFunction;
 use crate::numbers::{self, Functions, Numbers};
 
-/// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
+/// A [`Simulator`] whose steps, and [on request](Self::with_jacobians) Jacobians, are compiled for its robot.
 ///
-/// Where a condition of a step does not hold at a state (see [what can be traced](dualbody::scalar::traced)), and where nothing
-/// could be compiled, the library's own code computes it: results are the same to rounding, except forces of regularised contact and constraints, which
-/// are the same to some 1e-7 of the change of velocity in a step.
+/// The library's own code computes a step if a state violates a condition of the compiled one (see [what can be traced](dualbody::scalar::traced)), or
+/// if compilation failed. Results are the same to rounding. Forces of regularised contact and of constraints agree to about 1e-7 of the change of
+/// velocity in a step.
 #[derive(Debug)]
 pub struct NativeSimulator {
     pub(crate) own: Simulator,
@@ -69,7 +69,7 @@ impl NativeSimulator {
         })
     }
 
-    /// [`new`](Self::new) that falls back on the library's own code where nothing can be compiled; [`reason`](Self::reason) explains why.
+    /// [`new`](Self::new) that uses the library's own code if compilation fails; [`reason`](Self::reason) explains why.
     ///
     /// # Panics
     /// As [`new`](Self::new) does.
@@ -82,8 +82,8 @@ impl NativeSimulator {
         })
     }
 
-    /// Compiles A and B too. The compiler takes a second or so for an arm, a minute for a humanoid, whose own loops are faster then: see
-    /// [the table](dualbody::scalar::traced#size-and-speed). Does nothing where the step could not be compiled.
+    /// Compiles A and B as well. The compiler takes about a second for an arm and a minute for a humanoid, for which the library's loops are faster: see
+    /// [the table](dualbody::scalar::traced#size-and-speed). Does nothing if the step could not be compiled.
     ///
     /// # Errors
     /// If they cannot be compiled or loaded.
@@ -97,12 +97,12 @@ impl NativeSimulator {
         Ok(self)
     }
 
-    /// The simulator that it was made of.
+    /// The simulator from which it was made.
     pub fn simulator(&self) -> &Simulator {
         &self.own
     }
 
-    /// Reason why nothing was compiled; `None` if it was.
+    /// Reason why compilation failed; `None` if the step is compiled.
     pub fn reason(&self) -> Option<&NativeError> {
         self.reason.as_ref()
     }
@@ -135,7 +135,7 @@ impl NativeSimulator {
         s.step.solver_status(0)
     }
 
-    /// Computes A and B of a step, as [`Simulator::linearize_into`] does: by compiled code if [they are](Self::with_jacobians).
+    /// Computes A and B of a step, as [`Simulator::linearize_into`] does; by compiled code after [`with_jacobians`](Self::with_jacobians).
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
@@ -173,10 +173,10 @@ impl NativeSimulator {
 
     /// Takes one step of each of many states, on all cores.
     ///
-    /// * `inputs` – those of one state after the other, `nu` numbers each
+    /// * `inputs` – the input of one state after the other, `nu` numbers each
     ///
     /// # Panics
-    /// If a state has another size, or there are not as many inputs.
+    /// If a state has the wrong length, or the number of inputs is wrong.
     #[inline]
     pub fn step_states(&self, states: &mut [State], inputs: &[f64]) {
         let (nu, count) = (self.own.nu(), states.len());

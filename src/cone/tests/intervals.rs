@@ -65,7 +65,7 @@ fn bound_of_zero_leaves_no_force_and_an_infinite_one_a_bilateral_row() {
 }
 
 #[test]
-#[should_panic(expected = "friction is not negative")]
+#[should_panic(expected = "is negative")]
 fn negative_bound_panics() {
     pulled(1.0, -1.0, 0.0).solve();
 }

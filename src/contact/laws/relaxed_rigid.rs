@@ -21,13 +21,13 @@ use crate::scalar::{Over, Scalar};
 ///   `MuJoCo` uses that of the body without rotation; so a box on its corners creeps several times as fast as in `MuJoCo`. A larger coefficient of
 ///   friction does not help, even an infinite one: with the defaults a plate of 0.5 m × 0.5 m creeps down a slope of 1.2 rad at 15.5 mm/s.
 ///   [`friction_impedance_ratio`](Self::friction_impedance_ratio) divides this speed.
-/// * A stack of boxes is an elastic column, which buckles under its own weight if it is too high. Cubes of width w stand up to about n = ∛(w / (g T² (1 − d)))
-///   of them, with the time constant T and the largest impedance d: ten of 0.2 m with the defaults. The mass does not count. Below that, creep lets a stack
-///   lean further to the side to which it leans: at 0.02/s (six), 0.16/s (eight), 0.4/s (nine), beside 0.9/s (ten) and 1.7/s (twelve) where it buckles. So
-///   without any disturbance but rounding ten fall after 18 s, and eight stand for a minute. Contacts of `MuJoCo` are four times as stiff, for the same reason
-///   as above, and carry ∛4 times as many: with its elliptic cones 14 stand for a minute and 15 fall after 53 s, with pyramids 20 stand and lean.
-///   For a higher stack raise the largest impedance: with 0.99 ten boxes stand for a minute at 1e-14 m/s, and twelve lean at 0.003/s. A stack of
-///   [`Rigid`](crate::contact::Rigid) contacts does not buckle.
+/// * A stack of boxes is an elastic column, which buckles under its own weight if it is too high. With the time constant T and the largest impedance d,
+///   about n = ∛(w / (g T² (1 − d))) cubes of width w stand, independent of their mass: ten of 0.2 m with the defaults. In lower stacks creep increases
+///   an initial tilt exponentially, at 0.02/s (six boxes), 0.16/s (eight), 0.4/s (nine); higher stacks buckle at 0.9/s (ten) and 1.7/s (twelve). With
+///   rounding as the only disturbance, ten boxes fall after 18 s, and eight stand for a minute. Contacts of `MuJoCo` are four times as stiff, for the
+///   reason above, and carry ∛4 times as many boxes: with its elliptic cones 14 stand for a minute and 15 fall after 53 s; with pyramids 20 stand with a
+///   tilt. For a higher stack raise the largest impedance: with 0.99, ten boxes stand for a minute at 1e-14 m/s, and the tilt of twelve grows at
+///   0.003/s. A stack of [`Rigid`](crate::contact::Rigid) contacts does not buckle.
 /// * With long steps, an impact lasts several steps and can tip a body that should slide: a box of width 0.4 times its height with μ = 0.37 on a
 ///   slope of ½ tips over at 10 ms. [`Rigid`](crate::contact::Rigid) distinguishes both cases correctly.
 /// * The derivatives of each step are exact, but those of a motion through a bounce are biased at any step length. The depth at the first step in

@@ -26,7 +26,8 @@ const AT_REST: f64 = 1e-9;
 /// central difference, is an element of the generalised Jacobian [Clarke 1983], and is suitable for the design of a regulator. Values are unchanged.
 /// [`ContactReason`](crate::sim::ContactReason) marks such points.
 ///
-/// # Impact times With a restitution above zero, an isolated impact happens at its exact time within the step, and the rest of the step follows it.
+/// # Impact times
+/// With a restitution above zero, an isolated impact happens at its exact time within the step, and the rest of the step follows it.
 /// This holds for values and for all derivatives, which include the dependence of the impact time on state, input and parameters (the saltation
 /// matrix, by the implicit function theorem). So chained derivatives through impacts are those of the motion. Velocities of semi-implicit Euler count
 /// as those of half a step earlier, so motion in a constant field is exact between impacts and through them. An impact is isolated if

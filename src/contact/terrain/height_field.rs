@@ -73,16 +73,17 @@ impl HeightField<f64> {
         let [nx, ny] = size;
         assert!(
             nx >= LEAST_NODES && ny >= LEAST_NODES,
-            "a height field of {nx} × {ny} nodes has no cell"
+            "a height field has {nx} × {ny} nodes, expected at least {LEAST_NODES} × {LEAST_NODES}"
         );
         let nodes = nx.checked_mul(ny);
         assert_eq!(Some(heights.len()), nodes, "a height for each node");
         check_memory(size);
-        let mut numbers = origin.iter().chain(&spacing).chain(heights);
-        assert!(
-            numbers.all(|x| x.is_finite()) && spacing.iter().all(|&d| d > 0.0),
-            "origin, spacing and heights are finite, spacing is positive"
-        );
+        for &x in origin.iter().chain(heights) {
+            Domain::Finite.check("origin or a height of a height field", x);
+        }
+        for &d in &spacing {
+            Domain::Positive.check("spacing of a height field", d);
+        }
         let ratios = ratios(nx.max(ny));
         Self {
             origin,

@@ -4,14 +4,15 @@ use super::HeightField;
 use super::height_field::check_memory;
 
 impl HeightField<f64> {
-    /// Lays grids side by side on one: `columns` of them along x, then the next row along y, in the order of `tiles`. The first one keeps its place. Returns the grid,
-    /// and the shift (m) of each tile: a robot that starts at (x, y) of its own tile starts at (x, y) plus this.
+    /// Combines grids side by side into one: `columns` of them along x, then the next row along y, in the order of `tiles`. The first tile keeps its
+    /// position. Returns the grid, and the shift (m) of each tile: the point (x, y) of a tile is at (x, y) plus its shift.
     ///
-    /// Neighbours have one cell between them. The last row is filled up with copies of the last tile. All nodes keep their heights; about the border of a tile, where its
-    /// own spline ends straight, that of the grid bends on to the neighbour, by a quarter of the difference with each node inwards.
+    /// Neighbouring tiles are one cell apart. The last row is filled with copies of the last tile. All nodes keep their heights. Near the border of a
+    /// tile the surface differs from that of the tile alone, whose spline has no curvature there; the difference falls to a quarter with each node
+    /// inwards.
     ///
-    /// A simulator on such a grid has robots on many grounds without parameters of each state. For a ground of its own under each state at the same
-    /// place, the heights are [parameters of a batch](crate::sim::BatchSimulator::of_parameters).
+    /// On such a grid robots have many grounds without parameters for each state. To give each state its own ground at the same place, use the heights
+    /// as [parameters of a batch](crate::sim::BatchSimulator::of_parameters).
     ///
     /// # Panics
     /// If there are no tiles or columns, the tiles differ in spacing or size, or the grid would need more memory than the [limit](crate::memory).

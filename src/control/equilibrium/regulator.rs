@@ -69,7 +69,10 @@ impl Equilibrium {
         let Linearization { a, b } = step;
         let (a, b) = (a.rows(0, n) * follow, b.rows(0, n).into_owned());
         let basis = reachable_basis(&a, &b);
-        assert!(!basis.is_empty(), "no input reaches any part of the state");
+        assert!(
+            !basis.is_empty(),
+            "no input reaches any part of the state: the simulator needs an actuated joint"
+        );
         let outside = complement(&basis);
         let alone = outside.tr_mul(&a) * &outside;
         let reduced = |m: &DMatrix<f64>| basis.tr_mul(m) * &basis;

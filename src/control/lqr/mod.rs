@@ -33,10 +33,9 @@ use crate::control::stability;
 use crate::control::weights::{self, WeightDefect};
 use candidate::{Candidate, stabilizing_candidate};
 
-/// A linear-quadratic regulator u = −K x, with the certificate that it is one.
+/// A linear-quadratic regulator u = −K x, with the residual of its Riccati equation.
 ///
-/// Made by [`Lqr::discrete`] or [`Lqr::continuous`]. Check [`status`](Self::status): a regulator that could not be made
-/// is a value, too, and carries the best iterate.
+/// Made by [`Lqr::discrete`] or [`Lqr::continuous`]. Check [`status`](Self::status): after a failed design the value contains the best iterate.
 ///
 /// # Examples
 /// ```
@@ -62,7 +61,7 @@ pub struct Lqr {
     /// The Frobenius norm of the Riccati equation's left side over the sum of the norms of its terms, with states
     /// scaled by powers of two so that their units do not matter; infinite if the data are invalid or overflow.
     pub residual: f64,
-    /// Doublings made and Newton steps kept.
+    /// Number of doublings and Newton steps.
     pub iterations: usize,
     /// Status of the design: the loop is stable and the gain optimal, or the reason why not.
     pub status: LqrStatus,
@@ -75,13 +74,13 @@ pub enum LqrStatus {
     /// P solves the Riccati equation and A − B K is stable.
     Stabilized,
     /// An open-loop mode on or outside the stability boundary cannot be reached by the input, so that no gain
-    /// stabilises it. The iterate that is kept is optimal for some finite horizon.
+    /// stabilises it. The stored iterate is optimal for some finite horizon.
     NotStabilizable {
         /// The least stable of these modes, an eigenvalue of A.
         eigenvalue: Complex<f64>,
     },
-    /// A mode on the stability boundary is not seen by the cost: leaving it alone costs nothing, so no stabilising gain
-    /// is optimal. The iterate that is kept leaves it (nearly) alone. A weight on that mode helps.
+    /// A mode on the stability boundary has no weight in the cost, so no stabilising gain is optimal. The stored iterate hardly acts on this mode.
+    /// Remedy: a weight on the mode.
     UnobservedMode {
         /// The mode, an eigenvalue of A.
         eigenvalue: Complex<f64>,
@@ -101,6 +100,9 @@ pub enum LqrStatus {
 impl Lqr {
     /// Designs the regulator of x⁺ = A x + B u that minimises Σ xᵀ Q x + uᵀ R u.
     ///
+    /// A and B are those of a fixed point, a state that a step leaves unchanged; the input that holds it is added to the result of
+    /// [`control`](Self::control). Effort limits are ignored.
+    ///
     /// Solves  P = Q + Aᵀ P A − Aᵀ P B (R + Bᵀ P B)⁻¹ Bᵀ P A  for its stabilising solution and returns
     /// K = (R + Bᵀ P B)⁻¹ Bᵀ P A. Between 5 and 30 doublings of O(nx³) each; allocates.
     ///
@@ -114,7 +116,7 @@ impl Lqr {
     /// weight that lies within 3e-8 of the unit circle counts as on it.
     ///
     /// # Panics
-    /// If A is empty or not square, or if the shapes of B, Q, R do not fit it. Bad values never panic, they are a
+    /// If A is empty or not square, or if the shapes of B, Q, R do not fit it. Invalid values do not panic, but set the
     /// [`status`](Self::status).
     ///
     /// # Examples
@@ -154,7 +156,7 @@ impl Lqr {
     /// weight that lies within 3e-8 of the imaginary axis, relative to the fastest mode, counts as on it.
     ///
     /// # Panics
-    /// If A is empty or not square, or if the shapes of B, Q, R do not fit it. Bad values never panic, they are a
+    /// If A is empty or not square, or if the shapes of B, Q, R do not fit it. Invalid values do not panic, but set the
     /// [`status`](Self::status).
     ///
     /// # Examples

@@ -18,9 +18,9 @@ use problem::Problem;
 /// Options of [`excite`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitationOptions {
-    /// Period, s; 10 by default. Longer brings in slower motion, at which friction shows.
+    /// Period, s; 10 by default. A longer period contains slower motion, in which friction has more effect.
     pub period: f64,
-    /// Number of harmonics of each joint; 5 by default. More excite more, and structures too.
+    /// Number of harmonics of each joint; 5 by default. More harmonics are more informative, and may excite vibrations of the structure.
     pub harmonics: usize,
     /// Share of the range between position limits that is used; 0.9 by default.
     pub range: f64,
@@ -66,8 +66,8 @@ pub struct Excitation {
     pub center: Vec<f64>,
     /// For each coordinate aᵢ₁, bᵢ₁, aᵢ₂, …, rad or m; coordinates × twice the harmonics.
     pub coefficients: DMatrix<f64>,
-    /// Condition number of the regressor of the base parameters over a period, with weighted rows and columns of unit length, as
-    /// [`Estimate::condition`](super::Estimate::condition) has it.
+    /// Condition number of the regressor of the base parameters over a period, with weighted rows and columns of unit length, as in
+    /// [`Estimate::condition`](super::Estimate::condition).
     pub condition: f64,
     /// Condition of the random start.
     pub start_condition: f64,
@@ -112,18 +112,18 @@ impl Excitation {
     }
 }
 
-/// Finds a periodic motion within the limits of joints that tells as much as possible of the unknowns of a regressor.
+/// Finds an informative periodic motion: within the limits of the joints, it determines the unknowns of a regressor as well as possible.
 ///
 /// Minimises the Frobenius condition number √(n tr S⁻¹) of the normal matrix S of unit diagonal by L-BFGS, from random starts. Coefficients are
-/// scaled so that positions, speeds and accelerations keep their bounds at all times, whatever the variables. The gradient is exact: derivatives of the
-/// regressor by dual numbers at each moment, and the rest backwards.
+/// scaled so that positions, speeds and accelerations keep their bounds at all times, for any values of the variables. The gradient is exact: the
+/// regressor is differentiated by dual numbers at each time, everything else by a backward pass.
 ///
 /// # Limitations
-/// For joints with one coordinate. Collisions of the robot with itself and with what is around, and limits of force, are not looked at; so look at the motion before it is run, and
-/// choose a smaller range or [scale](Excitation::coefficients) it.
+/// All joints must have one coordinate. Collisions and limits of force are not checked. Inspect the motion before the robot runs it; choose a smaller
+/// range or [scale](Excitation::coefficients) it if necessary.
 ///
 /// # Errors
-/// If an option is out of its range, a joint has no coordinate of a line, or no start excites all unknowns.
+/// If an option is out of its range, a joint has more than one coordinate, or no start excites all unknowns.
 ///
 /// # Examples
 /// ```

@@ -17,7 +17,7 @@ use super::unit::Quantity;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
 
-/// Low-pass that all channels go through before anything else.
+/// Low-pass filter of all channels, applied before all other steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
     /// Order of each of the two runs.
@@ -26,12 +26,13 @@ pub struct LowPass {
     pub cutoff: f64,
 }
 
-/// Options of the way from experiments to [data](Dataset).
+/// Options of the preparation of experiments to [data](Dataset).
 ///
-/// Positions are smoothed by the local polynomial. Velocities that are measured are smoothed, others are derivatives of positions; accelerations
-/// likewise, from velocities if they are measured. Forces are left alone, so that their errors stay independent and
-/// [intervals](super::Estimate::intervals) true; where a [low-pass](Self::with_low_pass) makes neighbours alike, [thin](Self::with_decimation) the
-/// samples out as much. Nothing is delayed. At both ends of each stretch the samples are dropped for which the polynomial would need more.
+/// Positions are smoothed by the local polynomial. Measured velocities are smoothed; other velocities are derivatives of positions. Accelerations
+/// likewise, from velocities if these are measured. Forces are not smoothed, so their errors stay independent and
+/// [intervals](super::Estimate::intervals) are correct. A [low-pass](Self::with_low_pass) makes neighbouring samples dependent: then
+/// [keep fewer samples](Self::with_decimation) in proportion. No channel is delayed. Samples at both ends of each gap-free segment that lack
+/// neighbours for the polynomial are dropped.
 ///
 /// # Examples
 /// ```
@@ -67,15 +68,15 @@ impl Preparation {
         }
     }
 
-    /// Sends all channels, forces too, through a Butterworth filter first, forwards and backwards. Not for positions of spherical, planar and floating
-    /// joints, whose values are not on a line.
+    /// Filters all channels, forces included, by a Butterworth filter first, forwards and backwards. Not for positions of spherical, planar and floating
+    /// joints, whose values are not in a vector space.
     #[must_use]
     pub fn with_low_pass(mut self, low_pass: LowPass) -> Self {
         self.low_pass = Some(low_pass);
         self
     }
 
-    /// Keeps one sample in so many, at least one, after all filters.
+    /// Keeps one sample in `every` (0 counts as 1), after all filters.
     #[must_use]
     pub fn with_decimation(mut self, every: usize) -> Self {
         self.decimation = every.max(1);

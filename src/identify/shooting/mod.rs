@@ -26,51 +26,51 @@ use crate::least_squares::{Options, Residuals, Status, solve};
 use crate::sim::Simulator;
 use problem::Shooting;
 
-/// Relative offset at which numbers count as found: what is left to find is a thousandth of their uncertainty [Bates, Watts 1981].
+/// Relative offset at which parameters count as found: the remaining change is a thousandth of their uncertainty [Bates, Watts 1981].
 const OFFSET: f64 = 1e-3;
 
-/// Numbers of a robot that [`shoot`] adjusts.
+/// Parameters of a simulator that [`shoot`] adjusts.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Adjustable {
-    /// The inertia of the body that a link is on, all ten numbers: it stays that of a body.
+    /// All ten inertial parameters of the body of a link; they stay physically consistent.
     Inertia(String),
-    /// The mass of the body that a link is on, kg: first moment and moments of inertia change in proportion, so that the centre of mass and the shape stay.
-    /// The parameter `pole: mass` by itself is another thing: it holds the moments, and the mass that fits then is that of another body.
+    /// The mass of the body of a link, kg. First moment and moments of inertia change in proportion, so centre of mass and shape are unchanged. The
+    /// parameter `pole: mass` differs: it keeps the moments, so the fitted mass belongs to a body of another shape.
     LinkMass(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
-    /// Each stays in its domain: a mass or a stiffness is not negative, a length is positive, a coefficient of restitution is in 0..1. Limits of positions, of a frame actuator's
-    /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too, and so is the time
-    /// step, which the rate of the log sets.
+    /// Each stays in its domain: a mass or a stiffness is not negative, a length is positive, a coefficient of restitution is in 0..1. These parameters
+    /// are refused, since their order restricts them as well: position limits, limits of the input of a frame actuator, speeds of a torque–speed
+    /// curve. The time step is refused, since the rate of the log determines it.
     Parameter(String),
-    /// One coefficient of friction for these contact points, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
-    /// negative.
+    /// One coefficient of friction for these contact points, by their index in [`Contacts::points`](crate::contact::Contacts::points). It does not
+    /// become negative.
     Friction(Vec<usize>),
 }
 
-/// Starts of shots.
+/// Initial states of shots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Starts {
-    /// The measured states. The number of variables does not grow with the log; errors of the start bias what is found.
+    /// The measured states. The number of variables does not grow with the log; errors of the initial states bias the estimate.
     #[default]
     Measured,
-    /// Variables, near the measured states as these are certain. Memory grows with the square of their number: for tens of shots.
+    /// Variables of the fit, weighted towards the measured states by their standard deviations. Memory grows with the square of the number of shots: for tens of shots.
     Free,
 }
 
 /// Options of [`shoot`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShootingOptions {
-    /// Number of samples of a shot; 30 by default. Longer ones tell small forces better, until errors of the start outgrow what they tell.
+    /// Number of samples of a shot; 30 by default. Longer shots determine small forces better, until errors of the initial state dominate.
     pub samples: usize,
-    /// Starts of shots; the measured states by default.
+    /// Initial states of shots; the measured states by default.
     pub starts: Starts,
     /// Standard deviation of measured positions, rad or m; 1e-3 by default. Only its ratio to that of velocities counts.
     pub position_deviation: f64,
     /// Standard deviation of measured velocities, rad/s or m/s; 1e-2 by default.
     pub velocity_deviation: f64,
-    /// Weight of the distance of log-Cholesky parameters from the nominal ones, for what the motion leaves open; 1e-6 by default.
+    /// Weight of the distance of log-Cholesky parameters from the nominal ones, which determines parameters that the motion does not; 1e-6 by default.
     pub regularization: f64,
     /// Largest number of iterations; 50 by default.
     pub max_iterations: usize,
@@ -92,13 +92,13 @@ impl Default for ShootingOptions {
 /// Result of [`shoot`].
 #[derive(Clone, Debug)]
 pub struct ShootingEstimate {
-    /// The simulator with the numbers that were found.
+    /// The simulator with the estimated parameters.
     pub simulator: Simulator,
-    /// Numbers with their intervals, in the order of what was requested: ten for an inertia. Without intervals, `None`, if some number changes no state.
+    /// The estimated parameters with their intervals, in the order of the request, ten for an inertia; `None` if a parameter changes no state.
     pub intervals: Option<Vec<Interval>>,
-    /// Values of these numbers.
+    /// Values of the parameters.
     pub values: Vec<f64>,
-    /// Standard deviation of the residuals, in units of the deviations that were given.
+    /// Standard deviation of the residuals, in units of the given standard deviations.
     pub deviation: f64,
     /// Status of the solver.
     pub status: Status,
@@ -106,24 +106,23 @@ pub struct ShootingEstimate {
     pub iterations: usize,
 }
 
-/// Adjusts parameters of a simulator until its motion agrees with the log, by Levenberg and Marquardt's method.
+/// Adjusts parameters of a simulator until its motion agrees with the log, by the Levenberg–Marquardt method.
 ///
-/// Each input of the simulator is the measured force along its coordinate, held from sample to sample. Bristles of contact are straight at the start of each
-/// segment, and go on from shot to shot.
+/// Each input of the simulator is the measured force along its coordinate, constant from sample to sample. Bristles of contact are straight at the
+/// start of each segment, and are continued from shot to shot. If the simulator has kinematic constraints, measured initial states are moved to the
+/// nearest states that satisfy these with the nominal parameters.
 ///
-/// * `level` – probability that an interval holds the true value, 0.95 say
-///
-/// Where the simulator has kinematic constraints, measured starts are moved to the nearest states that obey them with the nominal numbers.
+/// * `level` – probability that an interval contains the true value, for example 0.95
 ///
 /// # Limitations
-/// The Jacobian leaves out what starts of earlier shots, where they are variables, do to bristles. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
-/// begins in flight and ends on the ground, or the other way round, the cost is nonsmooth; and that of a rigid body on several points of relaxed contact that
-/// rocks is rough at time steps of some milliseconds, so that descents end in holes: fit friction with soft contact, or
-/// [smoothed](crate::contact::Smoothing), and from data in which the robot has settled.
+/// The Jacobian omits the effect of initial states of earlier shots on bristles, if these states are variables. The Jacobian of residuals of
+/// spherical, planar and floating joints is exact to first order in the residuals. The cost is nonsmooth if a shot begins in flight and ends on the
+/// ground, or the reverse. The cost of a body that rocks on several points of regularised contact is rough at time steps of some milliseconds, and
+/// descent ends in local minima: fit friction with soft or [smoothed](crate::contact::Smoothing) contact, and with data in which the robot has settled.
 ///
 /// # Errors
-/// If data belong to another robot or another rate, a name is unknown, an option is out of its range, a kinematic constraint does not close where the log has the
-/// robot, or the simulator has inputs that no force of the log is for.
+/// If data belong to another robot or another rate, a name is unknown, an option is out of its range, a kinematic constraint is not closed at a
+/// logged configuration, or the log has no force for an input of the simulator.
 ///
 /// # Panics
 /// If the level is not between 0 and 1.

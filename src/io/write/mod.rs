@@ -24,19 +24,17 @@ impl Model<f64> {
     /// The robot as a URDF file, which [`from_urdf_str`](Self::from_urdf_str) reads back: equal in structure and names,
     /// and in every number up to the rounding of roll, pitch and yaw and of moments about the centre of mass.
     ///
-    /// A base that is fixed hangs on a link `world`; one that floats has none above it, but a link `floating_base`
-    /// where its frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating)). Added frames
-    /// become links without inertia on fixed joints. Where a limit is missing, the file says that it follows version
-    /// 1.2 of the URDF. Joints mimic others if they do in the model: not those that move independently.
+    /// A fixed base is a child of a link `world`. A floating base has no parent, or a link `floating_base` if its frame is not that of its first link
+    /// (see [`Base::Floating`](crate::Base::Floating)). Added frames become links without inertia on fixed joints. If a limit is missing, the file
+    /// declares version 1.2 of the format. Mimic joints that move independently in the model are written as independent joints.
     ///
     /// # Limitations
-    /// A URDF has no place for gravity, which joints an independent one was to mimic, rotor inertia, springs, and
-    /// damping that differs between the axes of a joint: a comment at the top of the file lists what was left out.
-    /// Other readers may not know spherical joints and capsules. A universal joint `j` becomes two revolute ones,
-    /// `j::axis` and `j::axis2`, with a link without inertia between.
+    /// A URDF cannot contain gravity, the leader of an independent mimic joint, rotor inertia, springs, and damping that differs between the axes of a
+    /// joint: a comment at the top of the file lists the omitted content. Other readers may not support spherical joints and capsules. A universal
+    /// joint `j` becomes two revolute joints, `j::axis` and `j::axis2`, with a link without inertia between them.
     ///
     /// # Errors
-    /// If a name has characters that XML has no place for, a link has a first moment without mass, or there is a screw joint.
+    /// If a name has a character that XML does not allow, a link has a first moment without mass, or there is a screw joint.
     ///
     /// # Examples
     /// ```
@@ -53,10 +51,10 @@ impl Model<f64> {
         urdf::write(&builder)
     }
 
-    /// The robot as an MJCF file, which `MuJoCo` loads with the dynamics that a simulator has with
-    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), except for speed limits and what the limitations below name.
+    /// The robot as an MJCF file. `MuJoCo` loads it with the dynamics of a simulator with
+    /// [`Actuation::from_model`](crate::sim::Actuation::from_model), except for speed limits and the limitations below.
     ///
-    /// | here | there |
+    /// | model | MJCF |
     /// |---|---|
     /// | links | bodies; a root link `world` that is fixed is the world body |
     /// | revolute, continuous, prismatic, spherical joint | hinge, slide, ball |
@@ -65,29 +63,27 @@ impl Model<f64> {
     /// | planar joint `j` | slides `j_x`, `j_y` and hinge `j_angle` |
     /// | floating base, floating joint on the world | free joint |
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
-    /// | joint that follows another | joint of its own with an equality constraint |
+    /// | mimic joint | a joint with an equality constraint |
     /// | frames | sites |
-    /// | inertias of links that are fixed to each other | their sum, at the first of them; of those that gravity does not act on, their own sum |
-    /// | link that gravity does not act on | body with `gravcomp` 1 |
-    /// | visuals | geoms of group 1, which do not collide |
-    /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not each other, as contact points do here |
+    /// | inertias of links that are fixed to each other | their sum, at the first of them; a separate sum for links without gravity |
+    /// | link without gravity | body with `gravcomp` 1 |
+    /// | visual shapes | geoms of group 1, which do not collide |
+    /// | collision shapes | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground with default `contype` and `conaffinity`, and not each other |
     /// | STL files of text | their triangles |
-    /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0, axis of a universal joint | motor |
+    /// | joint of one degree of freedom that is not a mimic joint and whose effort limit is not 0; axis of a universal joint | motor |
     ///
-    /// Configurations are the same numbers, except for screws, which have what they advance (m) beside the angle, and
-    /// free joints, whose position is in the world. Velocities of planar and floating joints are in the joint's frame
-    /// there, in the body's here. Moments of inertia that `MuJoCo` finds too small are raised to 10⁻¹² kg·m².
+    /// Configurations are equal, except for screw joints, which have their advance (m) as a second coordinate, and free joints, whose position is in the
+    /// world. Velocities of planar and floating joints are in the joint frame in `MuJoCo`, in the body frame in this library. Moments of inertia below
+    /// the minimum of `MuJoCo` are raised to 10⁻¹² kg·m².
     ///
     /// # Limitations
-    /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does
-    /// not read are left out, flat meshes do not collide, an impossible inertia of what does not move is left out;
-    /// comments say where. Mesh files are named by their absolute paths. A floating base whose frame is not that of its
-    /// first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
+    /// The file omits speed limits, position limits of zero range, meshes that are not found or whose format `MuJoCo` does not read, and physically
+    /// inconsistent inertias of fixed links; comments list them. Flat meshes do not collide. Mesh files have absolute paths. A floating base whose
+    /// frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
     ///
     /// # Errors
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias
-    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
-    /// if a name is not possible.
+    /// If `MuJoCo` cannot represent content of the dynamics: a moving body without mass, a physically inconsistent sum of inertias, rotor inertia on a
+    /// planar or floating joint, different damping of the axes of a joint; or if a name is not allowed.
     ///
     /// # Examples
     /// ```

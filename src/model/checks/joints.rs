@@ -199,8 +199,8 @@ pub(super) fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
 fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static str> {
     match leader {
         None => Some(
-            "there is no such joint (the option independent_mimic_joints loads the robot all the same: \
-             joints that mimic others then move independently)",
+            "there is no such joint; the option independent_mimic_joints loads the robot, with mimic \
+             joints that move independently",
         ),
         Some(leader) if leader.name == joint.name => Some("a joint cannot mimic itself"),
         Some(leader) if leader.kind.nv() > 1 || joint.kind.nv() > 1 => {

@@ -4,13 +4,13 @@
 //! are constants and are folded. The graph can be interpreted over any scalar ([`Graph::evaluate_into`]), differentiated ([`Graph::jacobian`],
 //! [`Graph::gradient`], [`Graph::adjoint`]), counted and printed, and written as C ([`codegen`](crate::codegen)).
 //!
-//! | question | function |
-//! |---|---|
-//! | record a computation? | [`trace`]; for standard functions [`codegen`](crate::codegen) |
-//! | size? | [`Graph::counts`], [`Graph::live_values`] |
-//! | evaluation? | [`Graph::evaluate`], [`Graph::evaluate_into`] without allocation |
-//! | derivatives? | [`Graph::jacobian`]; for a scalar output, [`Graph::gradient`] |
-//! | C code? | [`Graph::to_c`](crate::codegen) |
+//! | question | function | cost |
+//! |---|---|---|
+//! | record a computation? | [`trace`]; for standard functions [`codegen`](crate::codegen) | a look-up for each operation |
+//! | size? | [`Graph::counts`], [`Graph::live_values`] | linear in the graph |
+//! | evaluation? | [`Graph::evaluate`], [`Graph::evaluate_into`] without allocation | some nanoseconds for each operation |
+//! | derivatives? | [`Graph::jacobian`]; for a scalar output, [`Graph::gradient`] | the gradient: a small multiple of the graph |
+//! | C code? | [`Graph::to_c`](crate::codegen) | linear in the graph |
 //!
 //! # What can be traced
 //! A graph has no branches and no loops: it performs the same operations for all inputs. So a computation must not depend on the *value* of a number,
@@ -50,7 +50,8 @@
 //!
 //! Traced numbers have no value, so parameters are not checked while they are traced. A square root of a negative number is then NaN.
 //!
-//! # Size and speed Straight-line code grows with the robot, unlike the library's loops: one operation for each executed operation. The table shows
+//! # Size and speed
+//! Straight-line code grows with the robot, unlike the library's loops: one operation for each executed operation. The table shows
 //! operations after folding, simultaneously alive results, milliseconds to trace, microseconds of a call in C and in the library, and seconds of the
 //! C compiler, measured by `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` on an AMD EPYC (family 25, model 1)
 //! with gcc 12 (minimum of 40 rounds; degrees of freedom in brackets, with independent fingers of the Panda):
@@ -91,7 +92,8 @@
 //!
 //! The code of the last row is too long for straight-line code: unlike the loops of the library it does not fit into caches.
 //!
-//! # Implementation Each operation looks up its expression, so that no expression is recorded twice; exact rules fold constants (`recording.rs`).
+//! # Implementation
+//! Each operation looks up its expression, so that no expression is recorded twice; exact rules fold constants (`recording.rs`).
 //! Sine and cosine of one angle are one instruction; multiply-adds stay fused, with a single rounding as in [`mul_add`](crate::Scalar::mul_add).
 //! Derivatives of a graph are the graph evaluated over dual numbers of traced numbers, or a recorded reverse sweep through its nodes.
 //!

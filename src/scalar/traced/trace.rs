@@ -46,7 +46,7 @@ impl Tracer {
         assert_eq!(
             given,
             port.len(),
-            "the output \"{name}\" has another number of entries"
+            "number of entries of the output \"{name}\", given and in its port"
         );
         self.outputs.push(port);
     }

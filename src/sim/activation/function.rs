@@ -8,7 +8,7 @@ use crate::numbers::numbers;
 use crate::scalar::{CHUNK, Over, Scalar};
 use crate::sim::user_function::{Erased, NumberFunction, erase, evaluate};
 
-/// An actuator of one's own, such as a learned one, written over the scalar.
+/// A user-defined actuator, such as a learned one, written over the scalar.
 ///
 /// # Examples
 /// ```
@@ -73,10 +73,10 @@ pub struct ActuatorPoint<T> {
     pub dt: T,
 }
 
-/// The most numbers of state of a user's actuator.
+/// Maximum number of state variables of an actuator function.
 pub const MAX_ACTUATOR_STATES: usize = 32;
 
-/// The most parameters of a user's actuator. Weights of a network are fields of its own.
+/// Maximum number of parameters of an actuator function. Weights of a network are fields of the function instead.
 pub const MAX_ACTUATOR_PARAMETERS: usize = 8;
 
 /// Entries of an [`ActuatorPoint`].

@@ -96,7 +96,7 @@ impl Activation<f64> {
 
     /// A delay alone.
     ///
-    /// * `steps` – whole time steps
+    /// * `steps` – number of time steps
     ///
     /// # Panics
     /// If there are more than 100 000.
@@ -124,24 +124,24 @@ impl Activation<f64> {
         Self::of(Dynamics::ExplicitFilter { time_constant })
     }
 
-    /// The integral of the input,  ẇ = u: before a position servo, an integrated velocity. Give it a [range](Self::with_range), or it winds up.
+    /// The integral of the input,  ẇ = u: before a position servo, an integrated velocity. Without a [range](Self::with_range) it winds up.
     pub fn integrator() -> Self {
         Self::of(Dynamics::Integrator)
     }
 
-    /// A user's own actuator: signal and next state as a function of the state, the input and the motion of the joint.
+    /// A user-defined actuator: signal and next state as a function of the state, the input and the motion of the joint.
     ///
-    /// * `parameters` – handed on to the function; they are [parameters](super::Simulator::parameters) of the simulator
+    /// * `parameters` – passed to the function; they are [parameters](super::Simulator::parameters) of the simulator
     ///
     /// # Panics
-    /// If there are more than [`MAX_ACTUATOR_PARAMETERS`] parameters, one is not finite, or the function has more than [`MAX_ACTUATOR_STATES`] numbers of state.
+    /// If there are more than [`MAX_ACTUATOR_PARAMETERS`] parameters, one is not finite, or the function has more than [`MAX_ACTUATOR_STATES`] state variables.
     pub fn function(function: impl ActuatorFunction, parameters: &[f64]) -> Self {
         Self::of(Dynamics::Function(Function::new(function, parameters)))
     }
 
-    /// The activation behind a delay: it gets the input of some steps ago, and before that 0.
+    /// Adds a delay before the activation: it receives the input of `steps` steps ago, initially 0.
     ///
-    /// * `steps` – whole time steps
+    /// * `steps` – number of time steps
     ///
     /// # Panics
     /// If there are more than 100 000.
@@ -155,10 +155,10 @@ impl Activation<f64> {
         own
     }
 
-    /// Bounds the input of the dynamics: one beyond is taken as if it were the end.
+    /// Clamps the input of the dynamics to a range.
     ///
     /// # Panics
-    /// If the ends are not finite and in order.
+    /// If an end is not finite, or the lower end is above the upper end.
     #[must_use]
     pub fn with_input_range(self, lower: f64, upper: f64) -> Self {
         let own = Self {
@@ -169,10 +169,10 @@ impl Activation<f64> {
         own
     }
 
-    /// Bounds the state of a filter or an integrator after each step.
+    /// Clamps the state of a filter or an integrator to a range after each step.
     ///
     /// # Panics
-    /// If the ends are not finite and in order.
+    /// If an end is not finite, or the lower end is above the upper end.
     #[must_use]
     pub fn with_range(self, lower: f64, upper: f64) -> Self {
         let own = Self {

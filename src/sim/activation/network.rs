@@ -10,8 +10,9 @@ const MAX_WIDTH: usize = 64;
 
 /// A learned actuator: a multilayer perceptron from position errors u − q and velocities v, now and some steps ago, to a force.
 ///
-/// With x = (errors at all ages, then velocities at all ages), each layer but the last maps x to s(W x + b) with the softsign s(y) = y / (1 + |y|), the last
-/// one, of one row, to W x + b: the force, N·m or N. Scales of inputs and output belong into its weights.
+/// The input of the first layer is x = (errors at all ages, then velocities at all ages). Each layer except the last maps x to s(W x + b) with the
+/// softsign s(y) = y / (1 + |y|). The last layer has one row and maps x to W x + b, the force in N·m or N. Include scales of inputs and output in the
+/// weights.
 ///
 /// # Examples
 /// ```
@@ -37,10 +38,10 @@ pub struct ActuatorNetwork {
 }
 
 impl ActuatorNetwork {
-    /// A network.
+    /// Makes a network.
     ///
-    /// * `layers` – W and b of each, the first one of twice as many columns as there are ages, the last one of one row
-    /// * `ages` – of the errors and velocities that it looks at, in steps; 0 is now
+    /// * `layers` – W and b of each; the first W has twice as many columns as there are ages, the last W one row
+    /// * `ages` – ages of the errors and velocities that are inputs, in steps; 0 is now
     ///
     /// # Panics
     /// If sizes do not fit together, a number is not finite, a layer is wider than 64, or an age is above 16 steps.

@@ -44,6 +44,8 @@ const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
 impl<P: Scalar> CoulombFriction<P> {
     /// Friction that holds a joint at rest, with the force f in N·m or N. Integrators that smooth it use a slip velocity of 0.01 rad/s or m/s.
+    ///
+    /// A small input does not move a joint at rest, so B is zero there: design regulators without friction, or with [`smoothed`](Self::smoothed).
     pub fn exact(force: P) -> Self {
         Self {
             law: FrictionLaw::Exact,

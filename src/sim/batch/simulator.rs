@@ -133,14 +133,15 @@ impl BatchSimulator {
         Ok(Self::of_groups(simulator, singles, groups))
     }
 
-    /// A simulator of one state of each variant of a simulation: the same robot, motors, contacts and forces, in other numbers. A row of [parameters](Simulator::parameters) for
-    /// each state gives it masses, friction of joints, gains and limits of motors, contact models, ground, external forces and time step of its own: a grid of heights of
-    /// its own too, for its heights are parameters.
+    /// Makes a simulator of one state per variant of a simulation: the same robot, motors, contacts and forces with other parameters. Each state has its
+    /// own row of [parameters](Simulator::parameters): masses, joint friction, gains and limits of motors, contact models, ground (each height of a
+    /// grid), external forces and time step.
     ///
     /// * `parameters` – the rows of all states, one after the other, each as long as [`Simulator::parameters`]
     ///
     /// # Panics
-    /// If the rows are not whole, or a number is outside of its domain: the message names it, as in [`Simulator::with_parameters`].
+    /// If the length is not a multiple of the number of parameters, or a value is outside of its domain: the message names it, as in
+    /// [`Simulator::with_parameters`].
     ///
     /// # Examples
     /// ```
@@ -298,7 +299,7 @@ impl BatchSimulator {
         self.step_times(states, inputs, 1);
     }
 
-    /// Advances all states by several time steps with the same input: those of an action of a policy, which acts less often than physics is stepped. The bits of so many calls of
+    /// Advances all states by several time steps with the same input, for a policy that acts less often than the simulator steps. Bit-identical to as many calls of
     /// [`step`](Self::step), in less time.
     ///
     /// * `times` – number of time steps

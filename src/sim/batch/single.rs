@@ -21,7 +21,8 @@ pub type SingleScalar = SingleLanes<SINGLE_WIDTH>;
 /// For work that needs many steps and few digits: sampling, reinforcement learning, initial guesses. [`BatchSimulator`](super::BatchSimulator) has
 /// double precision, trajectories and variants of a robot.
 ///
-/// # Accuracy At equal states, the errors of joint forces and accelerations of an arm, a quadruped and a humanoid are within 6e-7 of the largest
+/// # Accuracy
+/// At equal states, the errors of joint forces and accelerations of an arm, a quadruped and a humanoid are within 6e-7 of the largest
 /// value. The table shows motions with steps of 1 ms: the largest difference from [`Simulator`] in any coordinate (rad or m, rad/s or m/s), relative
 /// to the largest coordinate at that time, or to one. The test `single_precision` measures these values and bounds them at three to seven times as
 /// much:

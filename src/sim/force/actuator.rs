@@ -164,9 +164,9 @@ impl FrameActuator<f64> {
     /// Makes it a servo along its wrench w: the force is w times the force of the servo, and the input is its target.
     ///
     /// In [`Mixed`](Representation::Mixed) representation the position of the servo is w · (p; θ), with the origin p (m) and the rotation vector θ (rad) of
-    /// the attachment frame in the world, and the velocity is its rate: a frame is held in the axes of the world. In the other representations, whose
-    /// axes move with the frame or its place, there is a velocity only, as on a site of `MuJoCo`. Euler steps use the force at the end of the step, which a row of the
-    /// solver finds, so all gains are stable; A and B are those of this step.
+    /// the attachment frame in the world, and the velocity is its rate: the servo holds the frame in the axes of the world. In the other representations
+    /// the axes or the origin move with the frame, and the servo has a velocity only, as on a site of `MuJoCo`. Euler steps use the force at the end of
+    /// the step, which the solver computes as a row, so all gains are stable. A and B are those of this step.
     ///
     /// # Panics
     /// If a parameter of the servo is out of range as in [`Actuation::with_actuator`](crate::sim::Actuation::with_actuator).

@@ -225,7 +225,11 @@ impl Sensors {
             "the sensors belong to another robot than \"{}\"",
             model.name()
         );
-        assert_eq!(out.len(), self.len(), "the sensors read so many numbers");
+        assert_eq!(
+            out.len(),
+            self.len(),
+            "length of the readings, given and of the sensors"
+        );
     }
 }
 

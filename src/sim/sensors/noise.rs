@@ -179,7 +179,7 @@ impl NoisySensors {
         assert_eq!(
             (exact.len(), out.len()),
             (n, n),
-            "the sensors read so many numbers"
+            "lengths of the readings, given and of the sensors"
         );
         let numbers = exact.iter().zip(out);
         for (channel, (&exact, out)) in self.channels.iter_mut().zip(numbers) {

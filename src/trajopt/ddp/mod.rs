@@ -96,6 +96,9 @@ impl Ddp {
 
     /// Optimises from a guess, which need not satisfy the dynamics. Inputs of the guess are clamped to their bounds.
     ///
+    /// The result is a local optimum, which depends on the guess. Check its [`status`](crate::trajopt::Solution::status): if the solver stops without
+    /// convergence, the result is the best iterate.
+    ///
     /// # Panics
     /// If the guess or the problem does not have the shape of the solver's problem.
     pub fn solve(&mut self, problem: &Problem, guess: &Trajectory) -> &DdpSolution {

@@ -1,5 +1,6 @@
 //! Options of differential dynamic programming.
 
+use crate::numbers::Domain;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::multipliers::ConstraintOptions;
 use crate::trajopt::regularization::RegularizationOptions;
@@ -40,7 +41,7 @@ impl Default for DdpOptions {
 
 impl DdpOptions {
     pub(super) fn check(&self) {
-        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
+        Domain::NotNegativeOrInfinite.check("tolerance", self.tolerance);
         self.regularization.check();
         self.constraints.check();
     }

@@ -28,7 +28,10 @@ impl<R> Schedule<R> {
     /// If the list is empty.
     pub fn new(residuals: impl IntoIterator<Item = R>) -> Self {
         let residuals = Vec::from_iter(residuals);
-        assert!(!residuals.is_empty(), "a schedule has residuals");
+        assert!(
+            !residuals.is_empty(),
+            "a schedule has 0 residuals, expected at least 1"
+        );
         Self { residuals }
     }
 
@@ -41,7 +44,7 @@ impl<R> Schedule<R> {
         assert_eq!(
             own.dim(&node.on_plain()),
             dim,
-            "the residual of stage {} in a schedule has the dimension of the first one",
+            "entries of the residual of stage {} of a schedule, which must be as many as those of the first",
             node.stage
         );
         own

@@ -17,7 +17,10 @@ enum Reference {
 
 impl Reference {
     fn trajectory(points: &[impl AsRef<[f64]>]) -> Self {
-        assert!(!points.is_empty(), "a reference trajectory has points");
+        assert!(
+            !points.is_empty(),
+            "a reference trajectory has 0 points, expected at least 1"
+        );
         Self::Trajectory(points.iter().map(|x| x.as_ref().to_vec()).collect())
     }
 
@@ -36,7 +39,7 @@ pub struct StateError {
 }
 
 impl StateError {
-    /// Makes the error from a state x, length `nx`.
+    /// Makes the error from a state x, length `nx`. Angles are not wrapped: π and −π are different targets.
     pub fn to(x: &[f64]) -> Self {
         Self {
             reference: Reference::Constant(x.to_vec()),

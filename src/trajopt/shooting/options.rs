@@ -1,5 +1,6 @@
 //! Options of single shooting.
 
+use crate::minimize;
 use crate::minimize::Minimizer;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::multipliers::ConstraintOptions;
@@ -40,9 +41,7 @@ impl Default for ShootingOptions {
 
 impl ShootingOptions {
     pub(super) fn check(&self) {
-        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
-        assert!(self.memory > 0, "a memory of one gradient at least");
-        assert!(self.radius > 0.0, "a radius is positive");
+        minimize::check(self.tolerance, self.memory, self.radius);
         self.constraints.check();
     }
 }

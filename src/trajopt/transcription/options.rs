@@ -1,5 +1,6 @@
 //! Options of direct transcription.
 
+use crate::numbers::Domain;
 use crate::trajopt::multipliers::ConstraintOptions;
 use crate::trajopt::regularization::RegularizationOptions;
 
@@ -46,8 +47,8 @@ impl Default for TranscriptionOptions {
 
 impl TranscriptionOptions {
     pub(super) fn check(&self) {
-        let in_range = self.tolerance >= 0.0 && self.gap_tolerance >= 0.0;
-        assert!(in_range, "a tolerance is not negative");
+        Domain::NotNegativeOrInfinite.check("tolerance", self.tolerance);
+        Domain::NotNegativeOrInfinite.check("gap_tolerance", self.gap_tolerance);
         self.regularization.check();
         self.constraints.check();
     }

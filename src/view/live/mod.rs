@@ -35,7 +35,8 @@ const SECRET: usize = 16;
 /// In the browser the user can pause, step, slow down and reset it, move joints by sliders (through servos), pull a body with the mouse (by a
 /// spring), see contact forces, and save the motion as an HTML viewer or a table. It runs while a page is open, and ends when this value is dropped.
 ///
-/// # Access control The server listens on the loopback address only, so other machines cannot reach it. Its URL contains 128 random bits, and
+/// # Access control
+/// The server listens on the loopback address only, so other machines cannot reach it. Its URL contains 128 random bits, and
 /// requests without them are refused: other users of the machine do not know them. Requests to another host name, or from pages of another origin,
 /// are refused.
 ///

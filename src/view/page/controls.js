@@ -36,7 +36,7 @@ class Panel {
   makeSwitches() {
     const { shows, traces, player, robots } = this.scene, forces = data.live || player?.robots.some((robot) => robot.forces.length);
     const constraints = robots.some((robot) => robot.bonds.length);
-    const all = [["frames", "Frames", true], ["com", "Centres of mass", true], ["inertia", "Ellipsoids of inertia", true],
+    const all = [["frames", "Frames", true], ["com", "Centres of mass", true], ["inertia", "Inertia ellipsoids", true],
       ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces], ["contacts", "Contacts", player?.robots.some((robot) => robot.contacts?.values.length)], ["constraints", "Constraints", constraints]];
     const nodes = all.filter(([, , useful]) => useful).map(([key, label]) => {
       this.switches[key] = makeSwitch(label, shows[key], (on) => { shows[key] = on; this.changed(); });
@@ -86,7 +86,7 @@ class Panel {
     const parts = [...nodes, reset, message];
     if (collisions?.touching.length) {
       const names = collisions.touching.map((pair) => pair.join(" – ")).join(", ");
-      parts.push(element("p", { textContent: `Not looked at, since they touch with all joints at zero: ${names}.` }));
+      parts.push(element("p", { textContent: `Not checked, because they collide with all joints at zero: ${names}.` }));
     }
     return fold("Joints", true, ...parts);
   }
@@ -145,7 +145,7 @@ class Panel {
     const moving = ["Space", "← →", "Home End", "− +"];
     const rows = keys.filter(([key]) => this.scene.player || !moving.includes(key));
     const list = element("dl", {}, ...rows.flatMap(([key, text]) => [element("dt", { textContent: key }), element("dd", { textContent: text })]));
-    const help = "Drag to turn, with two fingers, Shift or the right button to shift; pinch or scroll to zoom.";
+    const help = "Drag to rotate. Drag with two fingers, Shift or the right button to move. Pinch or scroll to zoom.";
     return fold("Keys and mouse", false, list, element("p", { textContent: help }));
   }
 }

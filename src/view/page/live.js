@@ -75,7 +75,7 @@ class LiveView {
       return { made, value: target.value };
     });
     if (this.targets.length) byId("panel").prepend(fold("Joints", true, ...this.targets.map(({ made }) => made.node)));
-    const help = "Drag a body to pull it; drag beside it to turn the picture.";
+    const help = "Drag a body to pull it; drag the background to rotate the view.";
     byId("panel").prepend(element("p", { className: "help", textContent: help }));
   }
 

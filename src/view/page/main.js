@@ -24,7 +24,7 @@ try {
   renderer = new Renderer(canvas);
 } catch (error) {
   byId("failure").hidden = false;
-  byId("failure").textContent = `This browser cannot draw the robot: ${error.message}. Plots and numbers below work all the same.`;
+  byId("failure").textContent = `This browser cannot draw the robot: ${error.message}. The plots and values below are available.`;
 }
 const scene = renderer && new Scene(renderer, data.robots, data.fixtures, player);
 const camera = new Camera(canvas, touch);

@@ -37,11 +37,11 @@ use crate::sim::State;
 /// Longest wait until a viewer has taken everything, s: longer than a viewer on the same machine takes to start.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Robots on their way into the Rerun viewer, step by step.
+/// A stream of robots to the Rerun viewer, step by step.
 ///
-/// A [`Recording`] without moments gives the contents: robots, their poses, other objects, the title. The viewer is an own program: `pip install
-/// rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream may stall at them, which
-/// [`flush`](Self::flush) tells.
+/// An empty [`Recording`] defines the contents: robots, their poses, other objects, the title. The viewer is a separate program: install the version
+/// that this stream supports by `pip install rerun-sdk==0.27.3`. Newer versions read the files, but a stream to them may stall, which
+/// [`flush`](Self::flush) reports.
 ///
 /// # Examples
 /// ```no_run
@@ -71,19 +71,18 @@ impl RerunStream {
     /// Address of a viewer that was started on this machine without options.
     pub const VIEWER: &str = re_sdk::DEFAULT_CONNECT_URL;
 
-    /// Streams to a viewer that runs. Data sent before a viewer is there wait for it; see [`flush`](Self::flush).
+    /// Streams to a running viewer. Data that are sent before the viewer runs are stored until it does; see [`flush`](Self::flush).
     ///
     /// * `address` – as `rerun+http://127.0.0.1:9876/proxy`, which is [`VIEWER`](Self::VIEWER)
-    /// * `scene` – the robots, without moments
+    /// * `scene` – the robots, an empty recording
     ///
     /// # Errors
-    /// If the address is none.
+    /// If the address is invalid.
     pub fn connect(address: &str, scene: &Recording) -> Result<Self, RecordingError> {
         Self::open(address, scene, |builder| builder.connect_grpc_opts(address))
     }
 
-    /// Starts the viewer, which has to be on the path as `rerun`, and streams to it; to the one that runs, if there is
-    /// one.
+    /// Starts the viewer, which must be on the path as `rerun`, and streams to it. If a viewer runs already, streams to that.
     ///
     /// # Errors
     /// If no viewer can be started.
@@ -122,7 +121,7 @@ impl RerunStream {
         Ok(stream)
     }
 
-    /// Sends a moment: the poses of all bodies, the state, and the input that acts from there on, which may be empty.
+    /// Sends the data of one time: the poses of all bodies, the state, and the input from this time on, which may be empty.
     /// NaN values are omitted; if a state is not finite, the robot keeps its last pose.
     ///
     /// * `time` – s, later than the one before
@@ -180,10 +179,10 @@ impl RerunStream {
         self.log_number(path(&["numbers", name]), time, value);
     }
 
-    /// Waits until everything is in the file or with the viewer, at most ten seconds.
+    /// Waits until the file or the viewer has all data, at most ten seconds.
     ///
     /// # Errors
-    /// If it does not get there.
+    /// If data are missing after that time.
     pub fn flush(&self) -> Result<(), RecordingError> {
         let flushed = self.stream.flush_with_timeout(FLUSH_TIMEOUT);
         flushed.map_err(|error| failed(&self.target, &error))

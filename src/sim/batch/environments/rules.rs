@@ -1,14 +1,14 @@
 //! Rules of all episodes.
 
-/// When an episode begins after the end of another one.
+/// Time at which a new episode starts after the end of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoReset {
     /// In the step after the end, whose action has no effect and whose reward is zero.
     #[default]
     NextStep,
-    /// In the step of the end: its last observation is in [`Transitions::final_observations`](super::Transitions::final_observations).
+    /// In the step of the end; the last observation is in [`Transitions::final_observations`](super::Transitions::final_observations).
     SameStep,
-    /// By [`Environments::reset_where`](super::Environments::reset_where) only.
+    /// Only by [`Environments::reset_where`](super::Environments::reset_where).
     Never,
 }
 

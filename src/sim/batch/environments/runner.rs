@@ -10,7 +10,7 @@ use crate::sim::state::State;
 
 /// Episodes of a task on the states of a batch.
 ///
-/// Each state has random numbers of its own, so that its episodes depend on its seed and its actions: neither on threads nor on the number of states.
+/// Each state has its own random numbers, so its episodes depend on its seed and its actions, not on threads or the number of states.
 ///
 /// # Examples
 /// ```
@@ -57,9 +57,9 @@ pub struct Environments<E> {
 }
 
 impl<E: Environment> Environments<E> {
-    /// Episodes of a task, begun, on all states of a batch: without an end by their length, one time step for each action.
+    /// Starts episodes of a task on all states of a batch: of any length, with one time step for each action.
     ///
-    /// * `seed` – of the first state; that of state i is `seed` + i
+    /// * `seed` – seed of the first state; state i has `seed` + i
     pub fn new(environment: E, batch: BatchSimulator, seed: u64) -> Self {
         let neutral = batch.template().neutral_state();
         let states = batch.states(&vec![neutral.clone(); batch.len()]);
@@ -83,7 +83,7 @@ impl<E: Environment> Environments<E> {
         out
     }
 
-    /// Takes so many time steps for each action.
+    /// Sets the number of time steps for each action; 1 by default.
     ///
     /// # Panics
     /// If it is zero.
@@ -97,7 +97,7 @@ impl<E: Environment> Environments<E> {
         self
     }
 
-    /// Cuts episodes off after so many actions.
+    /// Sets the maximum number of actions of an episode, after which it is truncated; none by default.
     ///
     /// # Panics
     /// If it is zero.
@@ -111,7 +111,7 @@ impl<E: Environment> Environments<E> {
         self
     }
 
-    /// Sets when an episode begins after the end of another one; by default in the step after it.
+    /// Sets the time at which a new episode starts after the end of one; by default the next step.
     #[must_use]
     pub fn with_auto_reset(mut self, auto_reset: AutoReset) -> Self {
         self.auto_reset = auto_reset;
@@ -156,7 +156,7 @@ impl<E: Environment> Environments<E> {
         self.episodes[i / BATCH_WIDTH].lengths[i % BATCH_WIDTH]
     }
 
-    /// Whether an episode is over, and no other one has begun in its place.
+    /// Whether the episode of some state is over and no new one has started, so that [`reset_where`](Self::reset_where) must be called.
     pub fn needs_reset(&self) -> bool {
         self.episodes.iter().any(|own| own.ended.contains(&true))
     }
@@ -166,7 +166,7 @@ impl<E: Environment> Environments<E> {
         Transitions::new(&self.environment, self.states.len())
     }
 
-    /// Seeds the random numbers of a state anew, from its next episode on.
+    /// Sets a new seed for the random numbers of a state, from its next episode on.
     ///
     /// # Panics
     /// If there is no such state.
@@ -178,7 +178,7 @@ impl<E: Environment> Environments<E> {
         }
     }
 
-    /// Begins all episodes anew.
+    /// Starts a new episode of every state.
     ///
     /// * `observations` – output: rows of all states
     ///
@@ -189,9 +189,9 @@ impl<E: Environment> Environments<E> {
         self.observe(observations);
     }
 
-    /// Begins the episodes of a mask anew.
+    /// Starts new episodes of the states that a mask selects.
     ///
-    /// * `mask` – length number of states
+    /// * `mask` – one entry for each state
     /// * `observations` – output: rows of all states
     ///
     /// # Panics
@@ -231,7 +231,7 @@ impl<E: Environment> Environments<E> {
         }
     }
 
-    /// Takes the time steps of an action in all episodes, and begins new ones by the rule of [`AutoReset`]. An episode whose state diverges is over.
+    /// Takes the time steps of an action in all episodes, and starts new episodes as [`AutoReset`] defines. An episode whose state diverges is over.
     ///
     /// * `actions` – the actions of all states, row by row
     ///

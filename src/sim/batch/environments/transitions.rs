@@ -5,15 +5,15 @@ use super::environment::Environment;
 /// Results of the actions of all episodes, row by row. Made by [`Environments::transitions`](super::Environments::transitions).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transitions {
-    /// Length number of states × entries of an observation. Where a new episode has begun, its first one.
+    /// Observations, a row for each state; the first observation of a new episode if one has started.
     pub observations: Vec<f64>,
-    /// One for each state.
+    /// Reward of each state.
     pub rewards: Vec<f64>,
-    /// Whether an episode is over by the rules of its task, or since its state has diverged.
+    /// Whether the episode of each state is over by the rules of its task, or because its state has diverged.
     pub terminated: Vec<bool>,
-    /// Whether an episode has reached its greatest length, and is not over otherwise.
+    /// Whether the episode of each state has reached its maximum length and is not over otherwise.
     pub truncated: Vec<bool>,
-    /// The last observation of episodes that ended in a step in which the next one began; other rows do not change.
+    /// The last observation of episodes that ended in a step in which the next episode started; other rows are unchanged.
     pub final_observations: Vec<f64>,
 }
 

@@ -184,8 +184,7 @@ impl<T: Scalar> WorkingSet<T> {
         }
     }
 
-    /// Chooses, of the candidates in a range, which are those of one link, the one that falls short most in a lane, and others far from it
-    /// Adds candidates, as many as there is room for.
+    /// Adds candidates, up to the limit.
     pub(super) fn add(&mut self, is_wanted: impl Fn(usize) -> bool) {
         for lane in 0..T::LANES {
             let room = self.limit.saturating_sub(self.members.count(lane));
@@ -202,7 +201,8 @@ impl<T: Scalar> WorkingSet<T> {
         }
     }
 
-    /// and from each other, at most so many.
+    /// Chooses, of the candidates of one link in a range, the one with the largest shortfall in a lane, and others far from it and from each other, up to
+    /// a limit.
     fn choose<P: Scalar>(
         &mut self,
         step: &StepKinematics<'_, P, T>,
