@@ -109,6 +109,8 @@ impl Writer<'_> {
             translation,
         } = self.shift;
         let origin = Some(translation).filter(|origin| *origin != Vector3::zeros());
+        // Without the signs of zeros.
+        let origin = origin.map(|origin| origin.add_scalar(0.0));
         let axis = axis.map(|axis| rotation * axis);
         let own = [("pos", origin), ("axis", axis)].into_iter();
         own.filter_map(|(name, x)| Some((name, numbers(x?.as_slice()))))
