@@ -142,8 +142,9 @@ fn inertia_of_a_dented_mesh_equals_that_of_mujoco() {
         -0.8053928882882854,
     ];
     for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
-        assert!((found - expected).abs() < 1e-9 * 1e3, "{found} {expected}");
+        // It keeps corners in single precision.
+        assert!((found - expected).abs() < 1e-7 * 1e3, "{found} {expected}");
     }
     let off = inertia.com() - nalgebra::Vector3::from(com);
-    assert!(off.amax() < 1e-9, "{off}");
+    assert!(off.amax() < 1e-7, "{off}");
 }
