@@ -250,6 +250,22 @@ fn pictures_of_a_simulation_have_the_size_that_is_asked_for() {
 }
 
 #[test]
+fn a_duration_without_a_step_is_an_error_and_long_times_are_short_texts() {
+    let refused = run(&["simulate", CARTPOLE, "-d", "1", "--time-step", "10"]);
+    assert_eq!(status(&refused), 2);
+    let message = error(&refused);
+    assert!(
+        message.contains("a duration of 1 s has no step of 10 s"),
+        "{message}"
+    );
+    let checked = out(&run(&["check", CARTPOLE, "--time-step", "1e300"]));
+    assert!(
+        checked.contains("steps of 1e300 s, semi-implicit Euler"),
+        "{checked}"
+    );
+}
+
+#[test]
 fn held_quadruped_stands_and_a_loose_one_does_not() {
     let folder = Folder::new("stand");
     let height = |more: &[&str]| {

@@ -5,10 +5,10 @@ use std::fmt::Write;
 
 use clap::Args;
 
-use super::output::{Outcome, bad, doubtful, good, heading};
+use super::output::{Outcome, bad, doubtful, good, heading, method};
 use super::robot::Robot;
 use super::setup::Setup;
-use crate::sim::{Integrator, SimulatorRemark};
+use crate::sim::SimulatorRemark;
 
 /// Check a description: unused content, physically inconsistent inertias, steps that are too long.
 ///
@@ -46,24 +46,13 @@ impl Check {
         section(&mut text, "mass matrix", [].into_iter());
         let (simulator, start) = self.setup.simulation(&loaded)?;
         let remarks = simulator.remarks(start.q.as_slice());
-        let method = words_of(simulator.integrator());
-        let title = format!("steps of {} s, {method}", simulator.time_step());
+        let title = format!("steps of {}", method(&simulator));
         section(
             &mut text,
             &title,
             remarks.iter().map(SimulatorRemark::to_string),
         );
         Ok(Outcome::of(text).flawed_if(is_flawed || !remarks.is_empty()))
-    }
-}
-
-/// The integration method in words.
-fn words_of(integrator: Integrator) -> &'static str {
-    match integrator {
-        Integrator::SemiImplicitEuler => "semi-implicit Euler",
-        Integrator::ImplicitVelocity => "implicit in velocity",
-        Integrator::RungeKutta4 => "Runge-Kutta of order 4",
-        Integrator::ImplicitMidpoint => "implicit midpoint",
     }
 }
 

@@ -5,6 +5,8 @@ use std::io::{ErrorKind, Write};
 
 use clap::builder::styling::{AnsiColor, Style, Styles};
 
+use crate::sim::{Integrator, Simulator};
+
 /// Exit status of a successful command.
 pub(super) const SUCCESS: u8 = 0;
 /// Exit status of one that found a flaw.
@@ -74,6 +76,25 @@ pub(super) fn complain(kind: &str, text: &str) {
     };
     // The standard error may be closed.
     let _ = writeln!(anstream::stderr(), "{style}{kind}:{style:#} {text}");
+}
+
+/// The time step and the integration method in words.
+pub(super) fn method(simulator: &Simulator) -> String {
+    let name = match simulator.integrator() {
+        Integrator::SemiImplicitEuler => "semi-implicit Euler",
+        Integrator::ImplicitVelocity => "implicit in velocity",
+        Integrator::RungeKutta4 => "Runge-Kutta of order 4",
+        Integrator::ImplicitMidpoint => "implicit midpoint",
+    };
+    format!("{}, {name}", seconds(simulator.time_step()))
+}
+
+/// A time without hundreds of digits.
+pub(super) fn seconds(time: f64) -> String {
+    match time {
+        1e-6..1e6 => format!("{time} s"),
+        _ => format!("{time:e} s"),
+    }
 }
 
 pub(super) fn good(text: impl Display) -> String {

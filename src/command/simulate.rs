@@ -7,12 +7,13 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{Outcome, bad, complain, good, heading};
+use super::output::{Outcome, bad, complain, good, heading, method, seconds};
 use super::robot::Robot;
 use super::setup::{Setup, positive};
 use super::view;
+use crate::cone::Status;
 use crate::contact::Contacts;
-use crate::sim::{Rollout, RolloutStatus, Simulator, State};
+use crate::sim::{Rollout, RolloutStatus, Simulator, SolverFailure, State};
 use crate::view::{PictureOptions, Recording};
 
 /// Most steps of a simulation, for which a bar can count.
@@ -79,6 +80,10 @@ impl Simulate {
         let steps = (self.duration / simulator.time_step()).round();
         if steps > MOST_STEPS {
             return Err(format!("{steps:.1e} steps, more than {MOST_STEPS:.0e}").into());
+        }
+        if steps < 1.0 {
+            let [duration, step] = [self.duration, simulator.time_step()].map(seconds);
+            return Err(format!("a duration of {duration} has no step of {step}").into());
         }
         let targets = match self.setup.holds() {
             true => simulator.holding_targets(start),
@@ -159,19 +164,19 @@ fn warn(simulator: &Simulator, start: &State) {
 fn summary(simulator: &Simulator, rollout: &Rollout, elapsed: f64) -> String {
     let steps = rollout.states.len() - 1;
     let simulated = steps as f64 * rollout.time_step;
-    let status = match rollout.status {
-        RolloutStatus::Completed => good("completed"),
-        stopped => bad(format!("{stopped:?}")),
+    let name = match simulator.model().name() {
+        "" => "the model",
+        name => name,
     };
     let mut out = format!(
-        "{}: {status}\n{steps} steps of {} s, {:?}: {simulated:.4} s in {elapsed:.3} s, {:.1} times real time\n",
-        heading(simulator.model().name()),
-        rollout.time_step,
-        simulator.integrator(),
+        "{}: {}\n{steps} steps of {}: {simulated:.4} s in {elapsed:.3} s, {:.1} times real time\n",
+        heading(name),
+        status(rollout.status),
+        method(simulator),
         simulated / elapsed.max(f64::MIN_POSITIVE),
     );
     if let Some(failure) = &rollout.solver_failure {
-        out += &format!("{}\n", bad(format!("{failure:?}")));
+        out += &format!("{}\n", bad(reason(failure)));
     }
     let fastest = rollout
         .last()
@@ -180,4 +185,29 @@ fn summary(simulator: &Simulator, rollout: &Rollout, elapsed: f64) -> String {
         .fold(0.0_f64, |most, v| v.abs().max(most));
     out += &format!("largest velocity at the end: {fastest:.4} rad/s or m/s\n");
     out
+}
+
+fn status(of: RolloutStatus) -> String {
+    match of {
+        RolloutStatus::Completed => good("completed"),
+        RolloutStatus::NonFiniteInput { step } => {
+            bad(format!("stopped at step {step}: an input is not finite"))
+        }
+        RolloutStatus::Diverged { step } => bad(format!("diverged in step {step}")),
+        RolloutStatus::OutOfMemory { step } => {
+            bad(format!("stopped at step {step}: the limit of memory"))
+        }
+    }
+}
+
+fn reason(failure: &SolverFailure) -> String {
+    let reason = match failure.status {
+        Status::Regularized => "constraints contradict each other, or bodies are squeezed",
+        Status::NotFinite => "a number is not finite",
+        _ => "too many iterations",
+    };
+    format!(
+        "step {} is the first without exact forces of contact and constraints: {reason}; the motion follows the best forces found",
+        failure.step
+    )
 }

@@ -18,6 +18,8 @@ use crate::spatial::{Force, Motion, Representation, Transform, rotation_vector};
 pub(crate) struct FrameAxis<T> {
     pub(crate) wrench: Force<T>,
     pub(crate) representation: Representation,
+    /// Pose in the world of the frame from which the length counts; `None` for the world.
+    pub(crate) origin: Option<Transform<f64>>,
 }
 
 impl<T: Scalar> FrameAxis<T> {
@@ -28,9 +30,20 @@ impl<T: Scalar> FrameAxis<T> {
 
     /// w · (position; rotation vector) in the world. `None` where the axis moves with the frame, which then has no length along it.
     pub(crate) fn length(&self, X: &Transform<T>) -> Option<T> {
-        let turn = || rotation_vector(&Matrix3::identity(), &X.rotation);
         self.has_length()
-            .then(|| Motion::new(X.translation, turn()).power(&self.wrench))
+            .then(|| self.displacement(X).power(&self.wrench))
+    }
+
+    /// Displacement and rotation vector from the origin, in the axes of the world.
+    fn displacement(&self, X: &Transform<T>) -> Motion<T> {
+        let Some(origin) = &self.origin else {
+            let turn = rotation_vector(&Matrix3::identity(), &X.rotation);
+            return Motion::new(X.translation, turn);
+        };
+        let rotation = origin.rotation.map(T::constant);
+        let turn = rotation_vector(&rotation, &X.rotation);
+        let from = origin.translation.map(T::constant);
+        Motion::new(X.translation - from, rotate(&rotation, &turn))
     }
 
     /// The wrench in mixed representation, n.

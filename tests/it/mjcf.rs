@@ -553,6 +553,181 @@ fn mjcf_that_was_written_reads_back_as_the_same_robot() {
     assert!(compared >= 8, "{compared} robots");
 }
 
+// Joints of one body, with places, axes and another frame below: the links between them have no inertia, and become joints of one body again.
+#[test]
+fn joints_of_one_body_are_written_as_joints_of_one_body() {
+    let xml = "<mujoco><worldbody><body name='base' pos='0 0 1'><joint name='x' type='slide' axis='1 0 0'/>
+      <joint name='turn' axis='0 1 1' pos='0.1 0 0.2' armature='0.1' damping='2' range='-1 2'/><joint name='tilt' axis='1 0 0' pos='0 0.3 0'/>
+      <geom type='box' size='0.1 0.2 0.3'/><body name='arm' pos='0.2 0 0' euler='10 20 30'><joint name='a' type='ball' pos='0 0 0.1'/>
+      <geom type='capsule' size='0.05 0.2'/></body><body name='hand' pos='0 0.3 0' euler='0 0 40'><joint name='b' axis='0 0 1' pos='0.1 0 0'/>
+      <joint name='c' type='slide' axis='0 1 0.5'/><geom size='0.1'/></body></body></worldbody></mujoco>";
+    let model = text(xml).0.model;
+    let written = model.to_mjcf().expect("an MJCF");
+    assert!(!written.contains("left out"), "{written}");
+    let again = text(&written).0.model;
+    assert_eq!(again.link_names(), model.link_names());
+    assert_same_dynamics(&model, &again);
+}
+
+// A description of another format: a virtual link between two joints that are turned towards each other.
+#[test]
+fn virtual_links_are_left_out_with_a_remark_and_the_rest_moves_as_before() {
+    let urdf = "<robot name='r'><link name='world'/><link name='virtual'/><link name='fixed'/><link name='body'><inertial><origin xyz='0.1 0 0.2'/><mass value='2'/>
+      <inertia ixx='0.1' iyy='0.2' izz='0.15' ixy='0' ixz='0' iyz='0'/></inertial></link>
+      <joint name='first' type='continuous'><origin xyz='0 0.1 1' rpy='0.3 0 0.2'/><axis xyz='0 1 0.2'/><parent link='world'/><child link='virtual'/></joint>
+      <joint name='held' type='fixed'><origin xyz='0.3 0 0' rpy='0 0.5 0'/><parent link='virtual'/><child link='fixed'/></joint>
+      <joint name='second' type='prismatic'><origin xyz='0.2 0 0.1' rpy='0.7 -0.4 1.1'/><axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='5' velocity='1'/>
+      <parent link='fixed'/><child link='body'/></joint></robot>";
+    let model = Model::from_urdf_str(urdf).expect("a robot");
+    let written = model.to_mjcf().expect("an MJCF");
+    for link in ["virtual", "fixed"] {
+        let remark = format!("left out: the link {link}, which has no inertia");
+        assert!(written.contains(&remark), "{written}");
+    }
+    let again = text(&written).0.model;
+    assert_eq!(again.joint_names(), ["first", "second"]);
+    assert_same_dynamics(&model, &again);
+}
+
+fn assert_same_dynamics(model: &Model, other: &Model) {
+    let mut random = rand_of(3);
+    for _ in 0..3 {
+        let state = State::random(model, &mut random, 1.0);
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        let M = mass_matrix(model, q) - mass_matrix(other, q);
+        let h = bias_forces(model, q, v) - bias_forces(other, q, v);
+        assert!(M.amax().max(h.amax()) < 1e-12, "{M}{h}");
+        assert_eq!(model.damping(), other.damping());
+    }
+}
+
+// An arm whose tip is held towards a site of the world, and what MuJoCo 4.0 finds: `qacc` at two states, and `qpos` after 100 steps of Runge and Kutta.
+#[test]
+fn servos_as_seen_from_another_site_equal_those_of_mujoco() {
+    let (scene, report) = text(REACH);
+    assert!(report.ignored.is_empty(), "{report}");
+    let simulator = scene.simulator();
+    for (q, v, control, acceleration, end) in REACHED {
+        let state = simulator.state(&q, &v);
+        let u = scene.inputs(&control);
+        let a = simulator.acceleration(&state, &u) - DVector::from_column_slice(&acceleration);
+        assert!(a.amax() < 1e-9 * acceleration[3].abs(), "{a}");
+        let motion = simulator.rollout(&state, 100, |_, _, own| own.copy_from_slice(&u));
+        let off = &motion.last().q - DVector::from_column_slice(&end);
+        assert!(off.amax() < 1e-9, "{off}");
+    }
+}
+
+const REACH: &str = "<mujoco><option timestep='0.001' integrator='RK4'/><worldbody><site name='goal' pos='0.4 -0.1 0.5' euler='20 -35 60'/>
+  <body name='upper' pos='0 0 0.4'><joint name='yaw' axis='0 0 1'/><joint name='pitch' axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0.3 0 0' size='0.03'/>
+  <body name='lower' pos='0.3 0 0'><joint name='elbow' axis='0 1 0.2'/><joint name='roll' axis='1 0 0'/>
+  <geom type='capsule' fromto='0 0 0 0.25 0 0.1' size='0.03'/><site name='tip' pos='0.25 0.02 0.1' euler='10 40 -30'/></body></body></worldbody>
+  <actuator><position name='x' site='tip' refsite='goal' kp='60' kv='4' gear='1 0 0 0 0 0'/>
+  <position name='turn' site='tip' refsite='goal' kp='5' gear='0 0 0 0.3 -0.7 1.1' ctrlrange='-1 1'/>
+  <motor name='pull' site='tip' refsite='goal' gear='0.5 2 -1 0.1 0.2 0.3'/>
+  <general name='mixed' site='tip' refsite='goal' gear='0 1 0.5 0.2 0 0' gainprm='7' biasprm='0.3 -9 -2' biastype='affine' forcerange='-3 2'/></actuator></mujoco>";
+
+/// Configuration, velocity, control; acceleration, and the configuration afterwards.
+type Reached = ([f64; 4], [f64; 4], [f64; 4], [f64; 4], [f64; 4]);
+
+const REACHED: [Reached; 2] = [
+    (
+        [0.3, -0.4, 0.7, 0.2],
+        [0.5, -1.0, 0.8, 1.5],
+        [0.2, -0.5, 0.7, 1.5],
+        [
+            -248.57839974371797,
+            104.50865381080773,
+            -122.36325610539132,
+            -2771.6343724558424,
+        ],
+        [
+            0.5027584966708909,
+            -0.20767633489706303,
+            -0.5220820969291895,
+            -8.730319046950168,
+        ],
+    ),
+    (
+        [-0.6, 0.5, -0.9, 1.1],
+        [-1.2, 0.3, 0.4, -0.7],
+        [-0.4, 1.8, -0.3, -0.2],
+        [
+            1282.440954136777,
+            -439.34068340349313,
+            -4692.775893300399,
+            16312.50483037522,
+        ],
+        [
+            -0.934124489151193,
+            0.6785953006806651,
+            -1.5770073389221557,
+            3.9926430010327563,
+        ],
+    ),
+];
+
+// Stiff gains at a long step: the matrices of that step against differences.
+#[test]
+fn a_step_with_a_servo_from_another_site_has_the_slopes_of_differences() {
+    let xml = REACH.replace("kp='60' kv='4'", "kp='1e5' kv='300'");
+    let (scene, _) = text(&xml);
+    let simulator = scene.simulator();
+    let simulator = simulator.with_integrator(Integrator::SemiImplicitEuler);
+    let simulator = simulator.with_time_step(0.01);
+    let state = simulator.state(&REACHED[0].0, &[0.0; 4]);
+    // MuJoCo's `actuator_length` there is 0.27968593.
+    let u = scene.inputs(&[0.28, 0.0, 0.0, 0.0]);
+    let (own, small) = (simulator.linearize(&state, &u), 1e-6);
+    for k in 0..u.len() + 4 {
+        let end = |sign: f64| {
+            let (mut state, mut u) = (state.clone(), u.clone());
+            match k.checked_sub(u.len()) {
+                Some(i) => state.q[i] += sign * small,
+                None => u[k] += sign * small,
+            }
+            simulator.step(&state, &u).v
+        };
+        let slope = (end(1.0) - end(-1.0)) / (2.0 * small);
+        let column = match k.checked_sub(u.len()) {
+            Some(i) => own.a.column(i).rows(4, 4).into_owned(),
+            None => own.b.column(k).rows(4, 4).into_owned(),
+        };
+        let off = (column - &slope).amax() / slope.amax().max(1.0);
+        assert!(off < 1e-6, "{k}: {off:e}");
+    }
+}
+
+#[test]
+fn a_reference_site_that_moves_is_in_the_report() {
+    let moved = REACH.replace("refsite='goal'", "refsite='own'");
+    let moved = moved.replace("<site name='tip'", "<site name='own'/><site name='tip'");
+    let (scene, report) = text(&moved);
+    assert_eq!(report.ignored.len(), 4, "{report}");
+    assert!(report.to_string().contains("\"own\" moves"), "{report}");
+    assert_eq!(scene.simulator().nu(), 0);
+}
+
+// A wall of the world has a type of its own; the balls, which do not touch each other, would otherwise be thrown apart.
+#[test]
+fn geoms_of_the_world_keep_types_and_parameters_of_all_others() {
+    let balls = |wall: &str| {
+        let (scene, _) = text(&format!(
+            "<mujoco><option gravity='0 0 0'/><worldbody>{wall}
+             <body name='a'><joint name='x' type='slide' axis='1 0 0'/><geom size='0.1' contype='1' conaffinity='0'/></body>
+             <body name='b' pos='0.05 0 0'><joint name='y' type='slide' axis='1 0 0'/><geom size='0.1' contype='1' conaffinity='0'/></body></worldbody></mujoco>"
+        ));
+        let end = scene
+            .simulator()
+            .rollout(&scene.reference, 20, |_, _, _| {});
+        end.last().v.amax()
+    };
+    let near = "<geom type='box' size='0.1 1 1' pos='-0.15 0 0'/>";
+    assert_eq!(balls(""), 0.0);
+    assert_eq!(balls(&near.replace("-0.15", "-5")), 0.0);
+    assert!(balls(near) > 0.01, "the wall pushes");
+}
+
 fn rand_of(seed: u64) -> impl rand::Rng {
     use rand::SeedableRng;
     rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed)

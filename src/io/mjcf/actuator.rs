@@ -88,7 +88,10 @@ pub(super) fn read(
         [armature?, damping?]
     };
     let (servo, damping_ratio) = law.servo(gear[0]);
-    let on_site = matches!(transmission, MjcfTransmission::Site(..));
+    let on_site = matches!(
+        transmission,
+        MjcfTransmission::Site(..) | MjcfTransmission::SiteFrom { .. }
+    );
     let has_ratio = on_site && damping_ratio.is_some();
     let lack = lack.or(has_ratio.then_some("has a damping ratio on a site: give it a kv"));
     let mut servo = Servo {
@@ -142,7 +145,7 @@ fn transmission(
         let lack = Some("acts on nothing that is modelled");
         return Ok((MjcfTransmission::Other(String::new()), lack));
     };
-    let has_reference = entry.text("refsite").is_some();
+    let reference = entry.text("refsite");
     Ok(match kind {
         "joint" | "jointinparent" => {
             let joint = kinds.get(&name);
@@ -150,11 +153,21 @@ fn transmission(
             let lack = (!joint.is_single()).then_some("acts on a joint of several axes");
             (MjcfTransmission::Joint(name), lack)
         }
-        "site" if !has_reference => (MjcfTransmission::Site(name, gear), None),
-        "site" => {
-            let lack = "acts on a site as seen from another one (refsite), which is not modelled";
-            (MjcfTransmission::Other(name), Some(lack))
-        }
+        "site" => match reference {
+            None => (MjcfTransmission::Site(name, gear), None),
+            Some(reference) => {
+                let reference = part.naming.of(reference);
+                let site = name;
+                (
+                    MjcfTransmission::SiteFrom {
+                        site,
+                        reference,
+                        gear,
+                    },
+                    None,
+                )
+            }
+        },
         "tendon" => (MjcfTransmission::Tendon(name), None),
         _ => {
             let lack = Some("acts on something that is not modelled");
@@ -261,16 +274,17 @@ impl ActuatorEntry {
         &mut self,
         names: &Names,
         tendons: &[MjcfTendon],
+        model: &Model,
         context: &mut Context<'_>,
     ) {
         let lack = match &mut self.actuator.transmission {
-            MjcfTransmission::Site(site, _) => match names.sites.get(site.as_str()) {
-                Some(frame) => {
-                    site.clone_from(frame);
-                    None
-                }
-                None => Some(format!("there is no frame of the site \"{site}\"")),
-            },
+            MjcfTransmission::Site(site, _) => names.locate(site),
+            MjcfTransmission::SiteFrom {
+                site, reference, ..
+            } => {
+                let lack = names.locate(site).or_else(|| names.locate(reference));
+                lack.or_else(|| moving(reference, model))
+            }
             MjcfTransmission::Tendon(tendon) => {
                 let is_fixed = tendons.iter().any(|own| own.name == *tendon);
                 (!is_fixed).then(|| format!("\"{tendon}\" is not a fixed tendon"))
@@ -308,6 +322,26 @@ impl ActuatorEntry {
             servo.velocity_gain = 2.0 * ratio * (servo.position_gain * seen).sqrt();
         }
     }
+}
+
+impl Names {
+    /// Replaces the name of a site by that of its frame, or says that there is none.
+    fn locate(&self, site: &mut String) -> Option<String> {
+        let Some(frame) = self.sites.get(site.as_str()) else {
+            return Some(format!("there is no frame of the site \"{site}\""));
+        };
+        site.clone_from(frame);
+        None
+    }
+}
+
+/// Why a site cannot be a reference, if it cannot.
+fn moving(reference: &str, model: &Model) -> Option<String> {
+    let frame = model.frame(reference)?;
+    model.frames()[frame.0].body?;
+    Some(format!(
+        "its refsite \"{reference}\" moves: only one that is fixed to the world is modelled"
+    ))
 }
 
 impl MjcfActuator {

@@ -46,6 +46,14 @@ pub(super) struct Assembly<'a> {
     pub(super) names: Names,
 }
 
+/// Name of the link of a body, by its index.
+pub(super) fn link_of(index: usize, body: &BodyEntry) -> &str {
+    match index {
+        0 => WORLD,
+        _ => &body.name,
+    }
+}
+
 /// Puts the links and joints of bodies into a builder.
 pub(super) fn assemble<'a>(
     bodies: &'a Bodies,
@@ -138,10 +146,7 @@ impl Assembly<'_> {
     }
 
     fn name(&self, index: usize) -> &str {
-        match index {
-            0 => WORLD,
-            _ => &self.bodies.entries[index].name,
-        }
+        link_of(index, &self.bodies.entries[index])
     }
 
     /// Adds the link of a body; one whose weight is balanced in part is two.

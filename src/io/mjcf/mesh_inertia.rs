@@ -24,20 +24,31 @@ pub(super) enum Volumes {
 pub(super) fn of(mesh: &Mesh, scale: [f64; 3], volumes: Volumes) -> Result<Inertia<f64>, String> {
     let triangles = triangles(mesh, scale);
     let middle = middle(&triangles);
-    let mut sum = Inertia::zero();
-    for triangle in triangles {
-        let own = Inertia::solid_polyhedron(1.0, std::iter::once(triangle.map(|p| p - middle)));
-        sum = match volumes {
-            Volumes::Absolute => sum + own.scaled(own.mass.signum()),
-            Volumes::Signed => sum + own,
-        };
+    let mut sum = about(&triangles, middle, volumes);
+    let com = middle + sum.first_moment / sum.mass;
+    if volumes == Volumes::Absolute {
+        // Mass and moments are those of the volumes between the centre of mass and the triangles: larger ones, if the surface is not convex.
+        let rest = about(&triangles, com, volumes);
+        sum = Inertia::from_com(rest.mass, &(com - middle), &rest.rotational);
     }
-    // Triangles that all face inwards.
-    let sum = sum.scaled(sum.mass.signum());
     if !(sum.mass > 0.0 && sum.to_matrix().iter().all(|x| x.is_finite())) {
         return Err("has no volume".into());
     }
     Ok(Transform::from_translation(middle).inertia(&sum))
+}
+
+/// The sum of the volumes between a point and the triangles, at density 1, about that point.
+fn about(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>, volumes: Volumes) -> Inertia<f64> {
+    let sum = triangles.iter().fold(Inertia::zero(), |sum, triangle| {
+        let corners = std::iter::once(triangle.map(|p| p - point));
+        let own = Inertia::solid_polyhedron(1.0, corners);
+        match volumes {
+            Volumes::Absolute => sum + own.scaled(own.mass.signum()),
+            Volumes::Signed => sum + own,
+        }
+    });
+    // Triangles that all face inwards.
+    sum.scaled(sum.mass.signum())
 }
 
 fn triangles(mesh: &Mesh, scale: [f64; 3]) -> Vec<[Vector3<f64>; 3]> {

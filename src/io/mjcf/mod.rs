@@ -191,7 +191,7 @@ fn scene(
     let model = options.build_on(builder, base)?;
     let q = assemble::reference(&model, &bodies, assembly.floats());
     for own in &mut actuators {
-        own.mount(&assembly.names, &tendons, context);
+        own.mount(&assembly.names, &tendons, &model, context);
     }
     damp(&mut actuators, &tendons, &model, q.as_slice())?;
 

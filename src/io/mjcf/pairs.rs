@@ -1,8 +1,9 @@
 //! Pairs of bodies and geoms that may touch.
 
+use super::assemble;
 use super::body::Bodies;
 use super::contact;
-use super::scene::{MjcfContacts, MjcfPair};
+use super::scene::{MjcfContacts, MjcfGeom, MjcfPair};
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
@@ -71,8 +72,13 @@ impl MjcfContacts {
     ///
     /// * `floats` – whether the world is not a link, so that its shapes do not touch
     pub(super) fn placed(mut self, bodies: &Bodies, floats: bool) -> Self {
-        for body in bodies.entries.iter().skip(usize::from(floats)) {
-            self.geoms.extend(body.contacts.iter().cloned());
+        for (index, body) in bodies.entries.iter().enumerate().skip(usize::from(floats)) {
+            let link = assemble::link_of(index, body);
+            let geoms = body.contacts.iter().cloned();
+            self.geoms.extend(geoms.map(|geom| MjcfGeom {
+                link: link.to_owned(),
+                ..geom
+            }));
         }
         self.ground.clone_from(&bodies.ground);
         self

@@ -59,6 +59,16 @@ pub enum MjcfTransmission {
     Joint(String),
     /// A site, by name, with force (N) and moment (N·m) in its axes per unit of the motor's force.
     Site(String, [f64; 6]),
+    /// A site as seen from another one (`refsite`), with force (N) and moment (N·m) in the axes of the latter per unit of the motor's force. It is
+    /// modelled if the reference is fixed to the world.
+    SiteFrom {
+        /// The site, by name.
+        site: String,
+        /// The reference, by name.
+        reference: String,
+        /// Force and moment per unit.
+        gear: [f64; 6],
+    },
     /// A tendon, by name.
     Tendon(String),
     /// Another element, by name.

@@ -26,7 +26,8 @@ impl MjcfScene {
     /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
     /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
     /// | filters, integrators and delays of actuators, rounded up to whole time steps | [`Activation`]s, whose signals are held over a step |
-    /// | actuators of sites | [`FrameActuator`]s, with a [servo](FrameActuator::with_servo) if they have a bias or damping |
+    /// | actuators of sites | [`FrameActuator`]s, with a [servo](FrameActuator::with_servo) if they have a bias or gains |
+    /// | `refsite` of an actuator | position and axes of the servo, if the reference is fixed to the world |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction of the pair, or mixed from both geoms as in `MuJoCo`, and `impratio`; with `condim` 4 and 6 [torsional and rolling friction](crate::contact::TurningFriction) |
     /// | contact with the ground | one contact model per link: that of its first geom, with the largest friction |
     /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; the contact model is that of the first two geoms that can touch, others have [materials](crate::contact::CollisionOptions::pairs) of their pairs, for 64 kinds of geoms |
@@ -228,30 +229,45 @@ fn actuation(model: &Model, drives: &[Drive<'_>]) -> Actuation {
 }
 
 impl MjcfScene {
-    /// The actuator of a site: its gear times the control, or times the force of a servo that has no position there, as in `MuJoCo`.
+    /// The actuator of a site: its gear times the control, or times the force of a servo. That has a position only as seen from another site, as in `MuJoCo`.
     fn thruster(&self, own: &MjcfActuator, name: String) -> Option<FrameActuator> {
-        let (MjcfTransmission::Site(site, gear), Some(servo)) = (&own.transmission, &own.servo)
-        else {
-            return None;
+        let (site, gear, origin) = match &own.transmission {
+            MjcfTransmission::Site(site, gear) => (site, gear, None),
+            MjcfTransmission::SiteFrom {
+                site,
+                reference,
+                gear,
+            } => {
+                let frame = self.model.frame(reference)?;
+                (site, gear, Some(self.model.frames()[frame.0].placement))
+            }
+            _ => return None,
         };
+        let mut servo = own.servo?;
+        servo.gear = 1.0;
+        if origin.is_none() {
+            servo.position_gain = 0.0;
+        }
         let place = Anchor::frame(&self.model, site).ok()?;
         let moves = self.moves(site);
-        let is_force = servo.bias == 0.0 && servo.velocity_gain == 0.0;
+        let is_force = [servo.bias, servo.velocity_gain, servo.position_gain] == [0.0; 3];
         let gain = if is_force { servo.gain } else { 1.0 };
         let wrench = Force::from_array(gear.map(|x| x * gain));
         if !moves || wrench == Force::zero() {
             return None;
         }
+        let actuator = match origin {
+            None => FrameActuator::new(name, place, wrench, Representation::Body),
+            Some(origin) => {
+                let [force, moment] = [wrench.linear, wrench.angular].map(|x| origin.rotation * x);
+                let wrench = Force::new(force, moment);
+                FrameActuator::new(name, place, wrench, Representation::Mixed).with_origin(origin)
+            }
+        };
         if !is_force {
-            let actuator = FrameActuator::new(name, place, wrench, Representation::Body);
-            return Some(actuator.with_servo(Servo {
-                gear: 1.0,
-                position_gain: 0.0,
-                ..*servo
-            }));
+            return Some(actuator.with_servo(servo));
         }
-        let actuator = FrameActuator::new(name, place, wrench, Representation::Body);
-        let Interval { lower, upper } = inputs_of(servo);
+        let Interval { lower, upper } = inputs_of(&servo);
         let is_limited = lower > f64::NEG_INFINITY || upper < f64::INFINITY;
         Some(match lower < upper && is_limited {
             true => actuator.with_limits(lower, upper),

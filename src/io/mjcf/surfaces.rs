@@ -88,12 +88,12 @@ impl MjcfScene {
         for link in self.model.links() {
             let frame = &self.model.frames()[link.frame.0];
             let geoms = of_link.get(frame.name.as_str()).map_or(&[][..], |own| own);
-            for (collision, geom) in link.collisions.iter().zip(geoms) {
+            for (k, collision) in link.collisions.iter().enumerate() {
                 // Omitted shapes, such as a mesh that cannot be read, are not in the list.
                 let placement = frame.placement * collision.placement;
                 let own = shapes.shapes().get(next);
                 if own.is_some_and(|own| own.link == link.frame && own.placement == placement) {
-                    out[next] = Some(*geom);
+                    out[next] = geoms.get(k).copied();
                     next += 1;
                 }
             }

@@ -43,6 +43,8 @@ pub struct FrameActuator<P = f64> {
     lower: Option<P>,
     upper: Option<P>,
     servo: Option<Servo<P>>,
+    /// Pose in the world of the frame from which the position of a servo counts; `None` for the world.
+    origin: Option<Transform<f64>>,
 }
 
 numbers! { pub struct FrameActuator {
@@ -50,6 +52,7 @@ numbers! { pub struct FrameActuator {
     lower: Anything("lower limit"),
     upper: Anything("upper limit"),
     servo: part(Servo),
+    origin: kept(),
 } }
 
 impl FrameActuator<f64> {
@@ -81,6 +84,7 @@ impl FrameActuator<f64> {
             lower: None,
             upper: None,
             servo: None,
+            origin: None,
         }
     }
 
@@ -194,6 +198,12 @@ impl FrameActuator<f64> {
         self.check();
         self
     }
+
+    /// The same, with the position of its servo from a frame that is fixed to the world: w · (p − p₀; R₀ log(R₀ᵀ R)).
+    pub(crate) fn with_origin(mut self, origin: Transform<f64>) -> Self {
+        self.origin = Some(origin);
+        self
+    }
 }
 
 /// State at which an actuator is differentiated, in its representation.
@@ -245,6 +255,7 @@ impl FrameActuator<f64> {
             let axis = FrameAxis {
                 wrench: unit,
                 representation: self.representation,
+                origin: self.origin,
             };
             let longer = axis.length(pose).unwrap_or_else(T::zero);
             let slope = force.eps[0] * longer + force.eps[1] * velocity.power(&unit);
@@ -348,6 +359,7 @@ impl<P: Scalar> FrameActuator<P> {
         FrameAxis {
             wrench: self.wrench.lift(),
             representation: self.representation,
+            origin: self.origin,
         }
     }
 

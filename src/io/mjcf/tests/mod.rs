@@ -79,14 +79,16 @@ fn attached_models_bring_their_actuators_under_a_prefix() {
     assert_eq!(joints, expected);
 }
 
+/// Triangles of a box of eight corners.
+const BOX_FACES: &str = "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
+
 #[test]
 fn inertia_of_a_mesh_equals_that_of_the_box_it_is() {
     let folder = Folder::new();
     // Half edges 1, 2, 3 by the scale.
     let corners =
         "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";
-    let faces = "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
-    folder.write("meshes/cube.obj", format!("{corners}{faces}"));
+    folder.write("meshes/cube.obj", format!("{corners}{BOX_FACES}"));
     let load = |geom: &str| {
         let text = format!(
             "<mujoco><compiler meshdir='meshes'/><asset><mesh name='cube' file='cube.obj' scale='1 2 3'/></asset>
@@ -105,4 +107,44 @@ fn inertia_of_a_mesh_equals_that_of_the_box_it_is() {
         (mesh - solid).amax() < 1e-12 * solid.amax(),
         "{mesh}{solid}"
     );
+}
+
+// A box with a dent, and what MuJoCo 4.0 gives for the same text: `body_mass`, `body_ipos`, and `body_inertia` turned by `body_iquat`.
+#[test]
+fn inertia_of_a_dented_mesh_equals_that_of_mujoco() {
+    let folder = Folder::new();
+    let corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -0.5 -0.25 -0.5\nv -1 1 1\n";
+    folder.write("dent.obj", format!("{corners}{BOX_FACES}"));
+    let path = folder.write(
+        "robot.xml",
+        "<mujoco><asset><mesh name='a' file='dent.obj' scale='1 2 3'/></asset>
+         <worldbody><body name='b'><joint/><geom type='mesh' mesh='a' density='10'/></body></worldbody></mujoco>",
+    );
+    let model = ModelOptions::default().load_mjcf_file(path).unwrap().0;
+    let inertia = model.bodies()[0].inertia;
+    let own = inertia.about_com();
+    let found = [
+        [inertia.mass, own.xx, own.yy, own.zz],
+        [0.0, own.xy, own.xz, own.yz],
+    ];
+    let expected = [
+        [
+            275.06875767294247,
+            1004.6976439648136,
+            672.8004561826083,
+            466.4804827785932,
+        ],
+        [0.0, 32.17212833991648, 55.78333088080173, 96.43250793891903],
+    ];
+    let com = [
+        -0.2669860603057991,
+        -0.23147963256886175,
+        -0.8053928882882854,
+    ];
+    for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+        // It keeps corners in single precision.
+        assert!((found - expected).abs() < 1e-7 * 1e3, "{found} {expected}");
+    }
+    let off = inertia.com() - nalgebra::Vector3::from(com);
+    assert!(off.amax() < 1e-7, "{off}");
 }

@@ -7,6 +7,7 @@ use crate::error::WriteError;
 use crate::io::write::FLOATING_BASE;
 use crate::joint::{Joint, JointKind, Pitch};
 use crate::model::{JointSpec, Limits, SecondAxis, unit};
+use crate::spatial::Transform;
 
 /// End of a range that is not limited, rad or m.
 const UNLIMITED: f64 = 1e9;
@@ -61,11 +62,8 @@ impl Writer<'_> {
     fn screw(&mut self, joint: &JointSpec, pitch: Pitch) {
         self.simple(joint, "hinge");
         let slide = self.joint_names.fresh(format!("{}_advance", &joint.name));
-        let attributes = [
-            ("name", slide.clone()),
-            ("type", "slide".to_owned()),
-            ("axis", numbers(unit(&joint.axis).as_slice())),
-        ];
+        let mut attributes = vec![("name", slide.clone()), ("type", "slide".to_owned())];
+        attributes.extend(self.placed(Some(unit(&joint.axis))));
         self.xml.leaf("joint", &attributes);
         self.screws.push((slide, joint.name.to_owned(), pitch));
     }
@@ -79,8 +77,8 @@ impl Writer<'_> {
         let name = self.joint_names.fresh(format!("{}_second", &joint.name));
         self.second_hinges
             .insert(joint.name.to_owned(), name.clone());
-        let axis = ("axis", numbers(unit(&second.axis).as_slice()));
-        let mut attributes = vec![("name", name), ("type", "hinge".to_owned()), axis];
+        let mut attributes = vec![("name", name), ("type", "hinge".to_owned())];
+        attributes.extend(self.placed(Some(unit(&second.axis))));
         self.speed(&second.limits);
         attributes.extend(self.range(&second.limits));
         attributes.extend(passive(second));
@@ -95,13 +93,27 @@ impl Writer<'_> {
     /// One of the joints that a joint becomes.
     fn one_of(&mut self, joint: &JointSpec, name: &str, kind: &str, axis: Option<Vector3<f64>>) {
         let mut attributes = vec![("name", name.to_owned()), ("type", kind.to_owned())];
-        attributes.extend(axis.map(|axis| ("axis", numbers(axis.as_slice()))));
+        attributes.extend(self.placed(axis));
         self.speed(&joint.limits);
         if joint.kind.has_limits() {
             attributes.extend(self.range(&joint.limits));
         }
         attributes.extend(passive(&joint.first_axis()));
         self.xml.leaf("joint", &attributes);
+    }
+
+    /// The place and axis in the body of one of the joints that a joint becomes.
+    fn placed(&self, axis: Option<Vector3<f64>>) -> impl Iterator<Item = (&'static str, String)> {
+        let Transform {
+            rotation,
+            translation,
+        } = self.shift;
+        let origin = Some(translation).filter(|origin| *origin != Vector3::zeros());
+        // Without the signs of zeros.
+        let origin = origin.map(|origin| origin.add_scalar(0.0));
+        let axis = axis.map(|axis| rotation * axis);
+        let own = [("pos", origin), ("axis", axis)].into_iter();
+        own.filter_map(|(name, x)| Some((name, numbers(x?.as_slice()))))
     }
 
     /// `MuJoCo` has no limits of speed.

@@ -4,6 +4,7 @@ mod inertial;
 mod joint;
 mod mesh;
 mod shape;
+mod stack;
 
 use std::collections::{HashMap, HashSet};
 
@@ -20,12 +21,14 @@ const BASE_BODY: &str = "floating_base";
 
 /// Writes a model; `builder` is its description.
 pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String, WriteError> {
-    check_masses(model)?;
     let mut sites: HashMap<&str, Vec<(&str, &Transform<f64>)>> = Default::default();
     for frame in &builder.frames {
         let own = sites.entry(&frame.link).or_default();
         own.push((&frame.name, &frame.placement));
     }
+    let has_frame = |link: &str| sites.contains_key(link);
+    let stacked = stack::stacked(model, builder, &has_frame);
+    check_masses(model, &stacked)?;
     let mut writer = Writer {
         xml: Xml::new(),
         builder,
@@ -42,6 +45,9 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         meshes: mesh::Meshes::of(builder),
         screws: Vec::new(),
         second_hinges: HashMap::new(),
+        stacked,
+        pending: stack::Pending::default(),
+        shift: Transform::identity(),
     };
     writer.xml.start("mujoco", &[("model", &builder.name)]);
     writer.check_base(model)?;
@@ -53,13 +59,16 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
 }
 
 /// Checks that every body that moves has mass of its own, as `MuJoCo` requires.
-fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
+///
+/// * `stacked` – links that become no bodies
+fn check_masses(model: &Model<f64>, stacked: &HashSet<&str>) -> Result<(), WriteError> {
     let massless = |link: &crate::model::Link| {
         let frame = &model.frames()[link.frame.0];
         let body = frame
             .body
             .filter(|&body| model.body(body).inertia.mass == 0.0)?;
-        Some((body, frame.name.as_str()))
+        let name = frame.name.as_str();
+        (!stacked.contains(name)).then_some((body, name))
     };
     let mut massless: Vec<_> = model.links().iter().filter_map(massless).collect();
     massless.dedup_by_key(|&mut (body, _)| body);
@@ -112,9 +121,15 @@ struct Writer<'a> {
     screws: Vec<(String, String, Pitch)>,
     /// Names of the second hinges of universal joints, by the names of the joints.
     second_hinges: HashMap<String, String>,
+    /// Links whose joints are among those of the next body.
+    stacked: HashSet<&'a str>,
+    /// Joints of such links before the next body.
+    pending: stack::Pending<'a>,
+    /// The frame of the joint that is written, in its body.
+    shift: Transform<f64>,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
     /// A base whose frame is not that of its first link has one inertia there, so gravity acts on all of it or on nothing.
     fn check_base(&self, model: &Model<f64>) -> Result<(), WriteError> {
         let is_base = |own: &&Weightless| own.body.0 == 0 && !own.is_whole();
@@ -165,6 +180,13 @@ impl Writer<'_> {
                     "only the root can have this name",
                 ));
             }
+            if let Some(joint) = step
+                .joint
+                .filter(|_| self.stacked.contains(&*step.link.name))
+            {
+                self.pending.push(joint);
+                continue;
+            }
             let on_world = open.is_empty();
             if self.base_placement.is_some() && self.is_floating_root(&step) {
                 self.base_body()?;
@@ -193,24 +215,29 @@ impl Writer<'_> {
     }
 
     /// Opens the body of a link and writes all but what it carries.
-    fn body(&mut self, step: &Step<'_>, on_world: bool) -> Result<(), WriteError> {
+    fn body(&mut self, step: &Step<'a>, on_world: bool) -> Result<(), WriteError> {
         let root_floats = self.floats && self.is_floating_root(step);
         let on_base_body = self.base_placement.filter(|_| root_floats);
-        let placement = match step.joint {
-            Some(joint) if !root_floats => joint.placement,
-            _ => on_base_body.unwrap_or_else(Transform::identity),
+        let (joints, placement) = match step.joint {
+            Some(joint) if !root_floats => self.joints_of(joint),
+            _ => {
+                let base = on_base_body.unwrap_or_else(Transform::identity);
+                (Vec::new(), base)
+            }
         };
+        let on_world = on_world && joints.len() == 1;
         let mut attributes = vec![("name", step.link.name.to_owned())];
         attributes.extend(pose(&placement));
         if self.inertias.is_weightless(&step.link.name) {
             attributes.push(("gravcomp", "1".to_owned()));
         }
         self.xml.start("body", &attributes);
-        match step.joint {
-            _ if on_base_body.is_some() => {}
-            _ if root_floats => self.floating_base()?,
-            Some(joint) => self.joint(joint, on_world)?,
-            None => {}
+        if root_floats && on_base_body.is_none() {
+            self.floating_base()?;
+        }
+        for (joint, frame) in joints {
+            self.shift = frame;
+            self.joint(joint, on_world)?;
         }
         let name = &step.link.name;
         let moves = self.moves(name);

@@ -91,12 +91,12 @@ fn what_mjcf_cannot_hold_is_an_error_that_names_it() {
         .with_armature(2, 0.1);
     let ball = tree(JointKind::Spherical).with_damping(0, 10.0);
     let mut massless = samples::double_pendulum().to_builder();
-    let upper = massless.links.iter_mut().find(|link| link.name == "upper");
-    upper.unwrap().inertia = Inertia::zero();
+    let lower = massless.links.iter_mut().find(|link| link.name == "lower");
+    lower.unwrap().inertia = Inertia::zero();
     for (model, name) in [
         (planar, "joint0"),
         (ball, "joint0"),
-        (massless.build().unwrap(), "upper"),
+        (massless.build().unwrap(), "lower"),
     ] {
         let WriteError::Unsupported { name: found, .. } = model.to_mjcf().unwrap_err();
         assert_eq!(found, name);
