@@ -106,9 +106,9 @@ impl<P: Scalar> Actuator<P> {
         servo.filter(|_| self.torque_speed.is_none())
     }
 
-    /// A servo whose force is bounded while it follows the motion.
+    /// A servo whose force is bounded while it follows the motion. Without gains there is nothing to follow: its force over a step is known before.
     pub(crate) fn bounded_servo(&self) -> Option<&Servo<P>> {
-        let servo = self.following_servo();
+        let servo = self.following_servo().filter(|servo| servo.may_follow());
         servo.filter(|servo| self.effort.is_some() || servo.force_range.is_some())
     }
 
@@ -151,12 +151,20 @@ impl<P: Scalar> Actuator<P> {
         self.limited(tau)
     }
 
-    /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.
+    /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo with gains is not limited.
     pub(crate) fn motor_over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
-        match self.following_servo() {
-            Some(servo) => servo.over_step(q, v, u, dt),
-            None => (self.motor(q, v, u), T::zero()),
+        let Some(servo) = self.following_servo() else {
+            return (self.motor(q, v, u), T::zero());
+        };
+        let (push, resistance) = servo.over_step(q, v, u, dt);
+        if servo.may_follow() {
+            return (push, resistance);
         }
+        // Without gains r is zero, but not its derivatives in them, where the force is within its limits.
+        let force = self.limited(push);
+        let beyond = (push - force).abs();
+        let resistance = T::zero().select_lt(beyond, T::zero(), resistance);
+        (force, resistance)
     }
 
     /// Adds the forces of friction and of the speed limit.
