@@ -100,15 +100,15 @@ impl<P: Scalar> Actuator<P> {
         friction.filter(|own| own.law == FrictionLaw::Smoothed)
     }
 
-    /// A servo that follows the motion over a step. Beside a torque–speed curve it has no gains to do so.
+    /// A servo that follows the motion over a step. Beside a torque–speed curve it has no gains to do so; without gains its force over a step is known before.
     fn following_servo(&self) -> Option<&Servo<P>> {
-        let servo = self.servo.as_ref();
+        let servo = self.servo.as_ref().filter(|servo| servo.may_follow());
         servo.filter(|_| self.torque_speed.is_none())
     }
 
-    /// A servo whose force is bounded while it follows the motion. Without gains there is nothing to follow: its force over a step is known before.
+    /// A servo whose force is bounded while it follows the motion.
     pub(crate) fn bounded_servo(&self) -> Option<&Servo<P>> {
-        let servo = self.following_servo().filter(|servo| servo.may_follow());
+        let servo = self.following_servo();
         servo.filter(|servo| self.effort.is_some() || servo.force_range.is_some())
     }
 
@@ -153,18 +153,10 @@ impl<P: Scalar> Actuator<P> {
 
     /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo with gains is not limited.
     pub(crate) fn motor_over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
-        let Some(servo) = self.following_servo() else {
-            return (self.motor(q, v, u), T::zero());
-        };
-        let (push, resistance) = servo.over_step(q, v, u, dt);
-        if servo.may_follow() {
-            return (push, resistance);
+        match self.following_servo() {
+            Some(servo) => servo.over_step(q, v, u, dt),
+            None => (self.motor(q, v, u), T::zero()),
         }
-        // Without gains r is zero, but not its derivatives in them, where the force is within its limits.
-        let force = self.limited(push);
-        let beyond = (push - force).abs();
-        let resistance = T::zero().select_lt(beyond, T::zero(), resistance);
-        (force, resistance)
     }
 
     /// Adds the forces of friction and of the speed limit.
