@@ -46,6 +46,12 @@ impl Piece {
         }
     }
 
+    /// Whether it is a plane, whose slopes are the same everywhere.
+    pub(super) fn is_flat(self) -> bool {
+        use Piece::{Frictionless, Lower, Separated, Stick, Upper};
+        matches!(self, Stick | Separated | Frictionless | Upper | Lower)
+    }
+
     /// Whether it is one of the central path.
     pub(super) fn is_smoothed(self) -> bool {
         matches!(

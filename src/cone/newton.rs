@@ -27,6 +27,8 @@ pub(super) struct UnitEquations {
     pub(super) e: [f64; 3],
     /// Up to date after [`Newton::assemble`].
     pub(super) jacobian: EquationJacobian,
+    /// The piece of which it is.
+    linearized: Piece,
     /// Scale factors that bring each equation to size 1.
     pub(super) weight: [f64; 3],
 }
@@ -274,8 +276,9 @@ impl Newton {
 
     fn linearize(&mut self) {
         for (unit, own) in self.system.units.iter().zip(&mut self.equations) {
-            // Those of smoothed laws are there already.
-            if !own.piece.is_smoothed() {
+            // Those of smoothed laws are there already, and so may those of planes be, which are the same everywhere.
+            let is_there = own.piece.is_flat() && own.linearized == own.piece;
+            if !own.piece.is_smoothed() && !is_there {
                 let bounded = self.system.bounded(unit, &self.f);
                 let at = UnitState::of(unit, &self.f, &self.y);
                 own.linearize(bounded.as_ref().unwrap_or(unit), at, 0.0);
@@ -286,33 +289,22 @@ impl Newton {
     /// Writes the entries of the listed rows for each other, for the pieces that are `taken`.
     fn fill(&mut self, ridge: f64, taken: impl Fn(Piece) -> bool) {
         let (n, system) = (self.system.n, &self.system);
+        let units = system.units.iter().zip(&self.equations);
+        let units = units.filter(|(_, own)| taken(own.piece));
         self.lu.start(self.rows.len());
+        for (at, &j) in self.rows.iter().enumerate() {
+            let w = &system.w[n * j..][..n];
+            let mut left = self.lu.column_mut(at);
+            for (unit, own) in units.clone() {
+                let (out, rest) = left.split_at_mut(unit.rows());
+                fill(own, &w[unit.row..][..out.len()], out);
+                left = rest;
+            }
+        }
         let mut first = 0;
-        for (unit, own) in system.units.iter().zip(&self.equations) {
-            if !taken(own.piece) {
-                continue;
-            }
-            let to = first..first + unit.rows();
-            for (at, &j) in self.rows.iter().enumerate() {
-                let w = &system.w[n * j + unit.row..][..unit.rows()];
-                fill(own, w, &mut self.lu.column_mut(at)[to.clone()]);
-            }
-            let jacobian = &own.jacobian;
-            for j in 0..unit.rows() {
-                let column = self.lu.column_mut(first + j);
-                for i in 0..unit.rows() {
-                    column[first + i] += jacobian.f[i][j] + ridge * jacobian.y[i][j];
-                }
-            }
-            if own.piece == Piece::Turning {
-                let normal = self.rows.binary_search(&system.normal(unit));
-                if let Ok(at) = normal {
-                    let column = self.lu.column_mut(at)[to.clone()].iter_mut();
-                    let slopes = column.zip(jacobian.mu);
-                    slopes.for_each(|(out, slope)| *out += slope * unit.mu);
-                }
-            }
-            first = to.end;
+        for (unit, own) in units {
+            add_own(system, &self.rows, first, unit, own, ridge, &mut self.lu);
+            first += unit.rows();
         }
     }
 
@@ -356,13 +348,9 @@ impl Newton {
         }
     }
 
-    /// Whether the pieces that hold are planes, whose slopes are the same everywhere.
+    /// Whether the pieces that hold are planes.
     fn is_flat(&self) -> bool {
-        let flat = |piece| {
-            use Piece::{Frictionless, Lower, Separated, Stick, Upper};
-            matches!(piece, Stick | Separated | Frictionless | Upper | Lower)
-        };
-        self.equations.iter().all(|own| flat(own.piece))
+        self.equations.iter().all(|own| own.piece.is_flat())
     }
 
     /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.
@@ -397,6 +385,7 @@ impl UnitEquations {
             y: [[0.0; 3]; 3],
             mu: [0.0; 3],
         },
+        linearized: Piece::PathOfRay,
         weight: [1.0; 3],
     };
 
@@ -425,6 +414,7 @@ impl UnitEquations {
     }
 
     fn linearize(&mut self, unit: &Unit, at: UnitState, kappa: f64) {
+        self.linearized = self.piece;
         self.jacobian = jacobian_of(self.piece, at.f, at.y, unit.mu, kappa);
     }
 
@@ -452,6 +442,34 @@ fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
         (&[x, y, z], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, z])),
         (&[x, y], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, 0.0])[..2]),
         (w, out) => out[0] = own.jacobian.y[0][0] * w[0],
+    }
+}
+
+/// Adds ∂e/∂f and the ridge of a unit, and how a moment at its bound depends on the normal force.
+///
+/// * `first` – the first of its rows among `rows`, those of the matrix
+fn add_own(
+    system: &System,
+    rows: &[usize],
+    first: usize,
+    unit: &Unit,
+    own: &UnitEquations,
+    ridge: f64,
+    out: &mut Lu,
+) {
+    let jacobian = &own.jacobian;
+    for j in 0..unit.rows() {
+        let column = &mut out.column_mut(first + j)[first..][..unit.rows()];
+        for (i, x) in column.iter_mut().enumerate() {
+            *x += jacobian.f[i][j] + ridge * jacobian.y[i][j];
+        }
+    }
+    if own.piece == Piece::Turning
+        && let Ok(at) = rows.binary_search(&system.normal(unit))
+    {
+        let column = &mut out.column_mut(at)[first..][..unit.rows()];
+        let slopes = column.iter_mut().zip(jacobian.mu);
+        slopes.for_each(|(x, slope)| *x += slope * unit.mu);
     }
 }
 

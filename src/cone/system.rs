@@ -238,9 +238,9 @@ impl<T: Scalar> System<T> {
             look(*g);
         }
         for (column, &scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
-            for i in 0..n {
-                column[i] *= scale[i] * scale_of_column;
-                look(column[i]);
+            for (x, &scale) in column.iter_mut().zip(scale) {
+                *x *= scale * scale_of_column;
+                look(*x);
             }
         }
     }

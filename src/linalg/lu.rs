@@ -23,6 +23,8 @@ const fn below() -> [[f64; GROUP]; GROUP] {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lu {
     n: usize,
+    /// Number of groups of entries in a column.
+    groups: usize,
     /// Column after column, each filled up with zeros.
     a: Vec<[f64; GROUP]>,
     /// Order of the columns: Q, and its exchanges.
@@ -44,31 +46,25 @@ impl Lu {
 
     /// Starts with an n × n matrix of zeros.
     pub(crate) fn start(&mut self, n: usize) {
-        self.n = n;
+        (self.n, self.groups) = (n, n.div_ceil(GROUP));
         self.a.clear();
-        self.a.resize(n * self.groups(), [0.0; GROUP]);
+        self.a.resize(n * self.groups, [0.0; GROUP]);
         self.order.clear();
         self.order.extend(0..n);
         self.exchanges.resize(n, 0);
         self.reciprocals.resize(n, 0.0);
     }
 
-    /// Number of groups of entries in a column.
-    #[inline(always)]
-    fn groups(&self) -> usize {
-        self.n.div_ceil(GROUP)
-    }
-
     #[inline(always)]
     fn column(&self, j: usize) -> &[f64] {
-        let groups = self.groups();
+        let groups = self.groups;
         &self.a[groups * j..groups * (j + 1)].as_flattened()[..self.n]
     }
 
     /// A column of the matrix that is to be factorised.
     #[inline(always)]
     pub(crate) fn column_mut(&mut self, j: usize) -> &mut [f64] {
-        let (n, groups) = (self.n, self.groups());
+        let (n, groups) = (self.n, self.groups);
         &mut self.a[groups * j..groups * (j + 1)].as_flattened_mut()[..n]
     }
 
@@ -95,7 +91,7 @@ impl Lu {
     /// Brings the column with the largest entry in row k forward.
     #[inline(always)]
     fn exchange(&mut self, k: usize) -> f64 {
-        let groups = self.groups();
+        let groups = self.groups;
         let entry = |j: usize| self.a[groups * j + k / GROUP][k % GROUP];
         let (mut at, mut pivot) = (k, entry(self.order[k]));
         // Mostly there is no larger one, which is quickly seen.
@@ -115,7 +111,7 @@ impl Lu {
     /// Takes multiples of column k from those after it, below row k.
     #[inline(always)]
     fn eliminate(&mut self, k: usize) {
-        let (groups, own, reciprocal) = (self.groups(), self.order[k], self.reciprocals[k]);
+        let (groups, own, reciprocal) = (self.groups, self.order[k], self.reciprocals[k]);
         let in_pivots = k / GROUP;
         for group in in_pivots..groups {
             let mut l = self.a[groups * own + group];

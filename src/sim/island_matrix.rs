@@ -116,7 +116,8 @@ mod tests {
             rows.grow(1);
             for k in 0..12 {
                 let k = (6 * row + k) % 18;
-                rows.add(1, 0, k, ((row + 1) * (k + 1)) as f64 % 7.0 - 3.0);
+                let x = ((row + 1) * (k + 1)) as f64 % 7.0 - 3.0;
+                rows.add(1, k, std::iter::once(x));
             }
         }
         rows.form(&factor, &[0.0; 18], &mut Vec::new());

@@ -90,12 +90,16 @@ mod tests {
     fn rows_that_share_no_tree_even_through_others_are_islands_of_their_own() {
         let mut rows = SparseRows::new(&[0, 0, 2, 3, 3, 5]);
         rows.grow(3);
-        for (row, k) in [(0, 1), (1, 0), (1, 2), (2, 2)] {
-            rows.add(3, row, k, 1.0);
+        for (k, column) in [
+            (1, [1.0, 0.0, 0.0]),
+            (0, [0.0, 1.0, 0.0]),
+            (2, [0.0, 1.0, 1.0]),
+        ] {
+            rows.add(3, k, column.into_iter());
         }
         for k in [4, 0, 5] {
             rows.grow(1);
-            rows.add(1, 0, k, 1.0);
+            rows.add(1, k, std::iter::once(1.0));
         }
         let mut islands = Islands::default();
         islands.find(&rows, &[Block::Cone, Block::Ray, Block::Free(2)]);

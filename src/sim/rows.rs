@@ -135,13 +135,13 @@ impl<T: Scalar> Rows<T> {
         for row in entries.chunks_exact(self.nv.max(1)) {
             let mut own = self.grow(1);
             let entries = row.iter().enumerate().filter(|(_, x)| !x.is_zero());
-            entries.for_each(|(k, &x)| own.add(0, k, x));
+            entries.for_each(|(k, &x)| own.add(k, x));
         }
     }
 
     /// A row with a single entry.
     pub(super) fn push_unit(&mut self, k: usize, entry: f64) {
-        self.grow(1).add(0, k, T::constant(entry));
+        self.grow(1).add(k, T::constant(entry));
     }
 
     /// Sets the reference acceleration (m/s² or rad/s²) and the regularisation R of the next row that has been added.
@@ -377,11 +377,19 @@ pub(super) enum NewRows<'a, T> {
 }
 
 impl<T: Scalar> NewRows<'_, T> {
-    /// Adds to an entry.
-    pub(super) fn add(&mut self, row: usize, k: usize, x: T) {
+    /// Adds to an entry of the first of them.
+    pub(super) fn add(&mut self, k: usize, x: T) {
+        self.add_column(k, std::iter::once(x));
+    }
+
+    /// Adds to the entries of a coordinate, from the first row on.
+    pub(super) fn add_column(&mut self, k: usize, column: impl Iterator<Item = T>) {
         match self {
-            Self::Dense(nv, rows) => rows[row * *nv + k] += x,
-            Self::Sparse(rows, sparse) => sparse.add(*rows, row, k, x),
+            Self::Dense(nv, rows) => {
+                let entries = rows[k..].iter_mut().step_by(*nv);
+                entries.zip(column).for_each(|(entry, x)| *entry += x);
+            }
+            Self::Sparse(rows, sparse) => sparse.add(*rows, k, column),
         }
     }
 }

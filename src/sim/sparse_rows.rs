@@ -91,26 +91,32 @@ impl<T: Scalar> SparseRows<T> {
         }));
     }
 
-    /// Adds to an entry of the last rows that were added together.
+    /// Adds to the entries of a coordinate in the last rows that were added together.
     ///
     /// * `rows` – how many these are
-    pub(super) fn add(&mut self, rows: usize, index: usize, k: usize, x: T) {
+    /// * `column` – what is added, from the first of these rows on
+    pub(super) fn add(&mut self, rows: usize, k: usize, column: impl Iterator<Item = T>) {
+        let own = self.trees[self.of_coordinates[k]].clone();
+        let first = self.segment(rows, k) + k - own.start;
+        let entries = self.values[first..].iter_mut().step_by(own.len());
+        entries.zip(column).for_each(|(entry, x)| *entry += x);
+    }
+
+    /// Index of the first value of the last rows in the tree of a coordinate.
+    fn segment(&mut self, rows: usize, k: usize) -> usize {
         let tree = self.of_coordinates[k];
-        let (first, own) = (self.rows.len() - rows, &self.trees[tree]);
+        let first = self.rows.len() - rows;
         let segments = &self.segments[self.rows[first].segments.clone()];
-        let at = match segments.iter().find(|segment| segment.tree == tree) {
-            Some(segment) => segment.at,
-            None => {
-                let at = self.values.len();
-                self.segments.push(Segment { tree, at });
-                self.values.resize(at + rows * own.len(), T::zero());
-                let end = self.segments.len();
-                let all = self.rows[first..].iter_mut();
-                all.for_each(|place| place.segments.end = end);
-                at
-            }
-        };
-        self.values[at + index * own.len() + k - own.start] += x;
+        if let Some(segment) = segments.iter().find(|segment| segment.tree == tree) {
+            return segment.at;
+        }
+        let at = self.values.len();
+        self.segments.push(Segment { tree, at });
+        (self.values).resize(at + rows * self.trees[tree].len(), T::zero());
+        let end = self.segments.len();
+        let all = self.rows[first..].iter_mut();
+        all.for_each(|place| place.segments.end = end);
+        at
     }
 
     /// The trees on which a row acts.

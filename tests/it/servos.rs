@@ -267,3 +267,45 @@ fn position_gains_of_joints_without_a_position_are_refused() {
     let _ =
         Actuation::ideal(&model).with_actuator(&model, "socket", servo(Servo::position(1.0, 0.0)));
 }
+
+// Without gains the force n (g u + b) is known before the step. In gains that are not there it has the slope that a little less than none shows, a row
+// of the solver whose force is that of the start of the step.
+#[test]
+fn motors_without_gains_keep_their_range_and_have_slopes_in_gains() {
+    const SMALL: f64 = 1e-6;
+    let bare = Servo {
+        bias: 0.4,
+        ..Servo::torque(-3.0)
+    };
+    let (dt, q, v) = (0.01, 0.3, -1.2);
+    let state = State::new(&[q], &[v]);
+    let limited = bare.with_force_range(-2.0, 5.0);
+    let cases = [(0.6, 1.0, true), (9.0, 5.0, false), (-7.0, -2.0, false)];
+    for (integrator, (u, force, is_within)) in EULER
+        .into_iter()
+        .flat_map(|by| cases.map(|case| (by, case)))
+    {
+        let own = driven(servo(limited), dt, integrator);
+        for simulator in [with_solver(&own), own] {
+            let after = v - dt * 3.0 * force / MASS;
+            assert!((simulator.step(&state, &[u]).v[0] - after).abs() < OTHER_ALGORITHM);
+            let b = simulator.linearize(&state, &[u]).b[(1, 0)];
+            let slope = if is_within { -3.0 * dt / MASS } else { 0.0 };
+            assert!((b - slope).abs() < OTHER_ALGORITHM, "{u}: {b}");
+            let out = simulator.vjp(&state, &[u], &[0.0, 1.0]);
+            let parameters = simulator.parameters();
+            for (k, &slope) in out.parameters.iter().enumerate() {
+                let mut less = parameters.clone();
+                less[k] -= SMALL;
+                let after_less = simulator
+                    .with_parameters(less.as_slice())
+                    .step(&state, &[u]);
+                let expected = (after - after_less.v[0]) / SMALL;
+                assert!(
+                    (slope - expected).abs() < 1e-4,
+                    "{u}, {k}: {slope}, not {expected}"
+                );
+            }
+        }
+    }
+}

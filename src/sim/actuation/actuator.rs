@@ -100,9 +100,9 @@ impl<P: Scalar> Actuator<P> {
         friction.filter(|own| own.law == FrictionLaw::Smoothed)
     }
 
-    /// A servo that follows the motion over a step. Beside a torque–speed curve it has no gains to do so.
+    /// A servo that follows the motion over a step. Beside a torque–speed curve it has no gains to do so; without gains its force over a step is known before.
     fn following_servo(&self) -> Option<&Servo<P>> {
-        let servo = self.servo.as_ref();
+        let servo = self.servo.as_ref().filter(|servo| servo.may_follow());
         servo.filter(|_| self.torque_speed.is_none())
     }
 
@@ -151,7 +151,7 @@ impl<P: Scalar> Actuator<P> {
         self.limited(tau)
     }
 
-    /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo is not limited.
+    /// The force of the motor at the end of a step, as  p − r a  for the acceleration a over it: p and r. That of a servo with gains is not limited.
     pub(crate) fn motor_over_step<T: Over<P>>(&self, q: Option<T>, v: T, u: T, dt: T) -> (T, T) {
         match self.following_servo() {
             Some(servo) => servo.over_step(q, v, u, dt),

@@ -194,7 +194,22 @@ impl<P: Scalar> Servo<P> {
 
     /// Whether its force depends on the motion in some lane.
     pub(super) fn has_loop(&self) -> bool {
-        let is_set = |x: P| x.has_value() && (0..P::LANES).any(|lane| x.value(lane) != 0.0);
+        self.has_gains(false)
+    }
+
+    /// Whether its force may depend on the motion: also where that is unknown.
+    pub(super) fn may_follow(&self) -> bool {
+        self.has_gains(true)
+    }
+
+    /// Whether a gain is set in some lane.
+    ///
+    /// * `unknown` – what counts for one without a value
+    fn has_gains(&self, unknown: bool) -> bool {
+        let is_set = |x: P| match x.has_value() {
+            true => (0..P::LANES).any(|lane| x.value(lane) != 0.0),
+            false => unknown,
+        };
         is_set(self.position_gain) || is_set(self.velocity_gain)
     }
 }

@@ -1,4 +1,4 @@
-//! Bounded joint forces over a step: dry friction that holds, and servos with motor limits.
+//! Bounded joint forces over a step: dry friction that holds, and servos that follow the motion within motor limits.
 //!
 //! Each is a line in the acceleration a of its coordinate within a bound b,  τ = Π(p − r a)  with the projection Π on [−b, b]. For friction the line is vertical,
 //!

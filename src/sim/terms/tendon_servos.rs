@@ -83,7 +83,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for TendonServos<T> {
             let (reference, compliance) = line.row();
             let mut row = rows.grow(1);
             for joint in own.joints() {
-                row.add(0, joint.v, T::from(joint.coefficient));
+                row.add(joint.v, T::from(joint.coefficient));
             }
             rows.push_reference(reference, compliance);
             rows.push_block(Block::Interval, line.bound);

@@ -182,9 +182,7 @@ impl<T: Scalar> Contact<T> {
             let axes = touching.axes(i);
             let mut own = balance.rows.grow(ROWS);
             touching.each_jacobian_column(model, i, |k, column| {
-                for (row, axis) in axes.iter().enumerate() {
-                    own.add(row, k, dot(axis, &column));
-                }
+                own.add_column(k, axes.iter().map(|axis| dot(axis, &column)));
             });
             let turning = touching.turning(i);
             if let Some(turning) = &turning {
@@ -206,9 +204,7 @@ fn add_moments<P: Scalar, T: Over<P>>(
 ) {
     let mut own = balance.rows.grow(axes.len());
     touching.each_turning_column(model, i, |k, column| {
-        for (row, axis) in axes.iter().enumerate() {
-            own.add(row, k, dot(axis, &column));
-        }
+        own.add_column(k, axes.iter().map(|axis| dot(axis, &column)));
     });
 }
 
