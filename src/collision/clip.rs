@@ -2,9 +2,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::corner::{Across, Corner, Ends, edge, placed_edge};
 use super::feature::{Face, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness};
 use super::field_pairs::{each_pair, is_field};
-use super::patch::{Across, Corner, Ends, MAX_CORNERS, Patch, edge, placed_edge};
+use super::patch::{MAX_CORNERS, Patch};
 use super::placed::{Placed, face_normal};
 use super::solid::Solid;
 use super::witness::{along, witness};

@@ -2,25 +2,13 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::corner::{Across, Corner, Ends};
 use super::feature::{Face, Feature};
-use super::placed::Placed;
 use super::shape::{RIM_VERTICES, Shape};
 use super::solid::Solid;
 
 /// Most corners of a polygon.
 pub(super) const MAX_CORNERS: usize = RIM_VERTICES as usize;
-
-/// A corner of a polygon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
-    pub(super) feature: Feature,
-    /// Vertex by which edges name the corner.
-    vertex: u32,
-    /// Where it is in world axes, if the feature is that vertex.
-    point: Vector3<f64>,
-    /// Place across the direction.
-    pub(super) at: Vector2<f64>,
-}
 
 /// A polygon, counter-clockwise as seen from where the direction points.
 #[derive(Clone, Copy, Debug)]
@@ -30,35 +18,6 @@ pub(super) struct Patch {
     pub(super) face: Option<Face>,
     /// Set if it is an end of a cylinder, of whose rim only some points are corners.
     disc: Option<Disc>,
-}
-
-/// The corners at the ends of a side of a polygon.
-pub(super) type Ends<'a> = [&'a Corner; 2];
-
-/// The side as a feature.
-pub(super) fn edge([a, b]: Ends<'_>) -> Feature {
-    Feature::Edge([a.vertex, b.vertex])
-}
-
-/// The side in world axes.
-pub(super) fn placed_edge([a, b]: Ends<'_>, solid: &Solid<'_>) -> Placed<f64> {
-    let edge = edge([a, b]);
-    match (a.feature, b.feature) {
-        (Feature::Vertex(_), Feature::Vertex(_)) => {
-            Placed::of_edge(edge, [a.point, b.point], solid.shape)
-        }
-        _ => Placed::new(edge, solid.shape, &solid.X),
-    }
-}
-
-impl Corner {
-    /// The feature in world axes.
-    pub(super) fn placed(&self, solid: &Solid<'_>) -> Placed<f64> {
-        match self.feature {
-            Feature::Vertex(_) => Placed::of_vertex(self.point, solid.shape),
-            feature => Placed::new(feature, solid.shape, &solid.X),
-        }
-    }
 }
 
 /// A vertex near the farthest one, and its place across the direction.
@@ -73,24 +32,6 @@ struct Near {
 struct Disc {
     center: Vector2<f64>,
     radius: f64,
-}
-
-/// Two axes across a normal, such that x × y = n.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Across {
-    x: Vector3<f64>,
-    y: Vector3<f64>,
-}
-
-impl Across {
-    pub(super) fn new(n: &Vector3<f64>) -> Self {
-        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-        Self { x, y: n.cross(&x) }
-    }
-
-    pub(super) fn place(&self, p: &Vector3<f64>) -> Vector2<f64> {
-        Vector2::new(self.x.dot(p), self.y.dot(p))
-    }
 }
 
 impl Patch {
