@@ -20,11 +20,16 @@ pub struct Bounds {
 impl Shape {
     /// Radius of a ball about the origin that holds the shape, m; that of a half-space is infinite.
     pub(crate) fn reach(&self) -> f64 {
-        if let Self::HalfSpace = self {
-            return f64::INFINITY;
+        match self {
+            Self::HalfSpace => f64::INFINITY,
+            Self::Sphere { radius } => *radius,
+            Self::Capsule {
+                radius,
+                half_length,
+            } => radius + half_length,
+            Self::Box { half_extents } => Vector3::from(*half_extents).norm(),
+            _ => Solid::new(self, &Transform::identity()).reach(),
         }
-        let solid = Solid::new(self, &Transform::identity());
-        solid.reach() + solid.radius()
     }
 }
 
@@ -38,12 +43,19 @@ impl Bounds {
                 high: all,
             };
         }
+        let beyond = |radius: f64| Vector3::from_element(radius + margin);
+        if let Some((half, radius)) = half_sizes(shape, X_WS) {
+            let half = half + beyond(radius);
+            return Self {
+                low: X_WS.translation - half,
+                high: X_WS.translation + half,
+            };
+        }
         let solid = Solid::new(shape, X_WS);
-        let beyond = Vector3::from_element(solid.radius() + margin);
         let reach = |axis: usize, sign: f64| solid.reach_along(axis, sign);
         Self {
-            low: Vector3::from_fn(|axis, _| reach(axis, -1.0)) - beyond,
-            high: Vector3::from_fn(|axis, _| reach(axis, 1.0)) + beyond,
+            low: Vector3::from_fn(|axis, _| reach(axis, -1.0)) - beyond(0.0),
+            high: Vector3::from_fn(|axis, _| reach(axis, 1.0)) + beyond(0.0),
         }
     }
 
@@ -57,8 +69,11 @@ impl Bounds {
     }
 
     /// Whether two boxes overlap. A box with a NaN coordinate overlaps none.
+    #[inline]
     pub fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+        // Without an early end, so that coordinates are compared together.
+        let along = |k: usize| (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]);
+        along(0) & along(1) & along(2)
     }
 
     /// The smallest box around two boxes.
@@ -82,4 +97,24 @@ impl Bounds {
         let d = self.high - self.low;
         d.x * d.y + d.y * d.z + d.z * d.x
     }
+}
+
+/// Half the sizes of the box around a shape that is the same from opposite sides, without a radius around it, and that radius; `None` for other shapes.
+fn half_sizes(shape: &Shape, X_WS: &Transform<f64>) -> Option<(Vector3<f64>, f64)> {
+    let R = &X_WS.rotation;
+    let along = |half: &[f64; 3]| {
+        let part = |axis: usize, k: usize| (R[(axis, k)] * half[k]).abs();
+        Vector3::from_fn(|axis, _| part(axis, 0) + part(axis, 1) + part(axis, 2))
+    };
+    let axis = |half: f64| Vector3::from_fn(|axis, _| (R[(axis, 2)] * half).abs());
+    Some(match shape {
+        Shape::Sphere { radius } => (Vector3::zeros(), *radius),
+        Shape::Capsule {
+            radius,
+            half_length,
+        } => (axis(*half_length), *radius),
+        Shape::Box { half_extents } => (along(half_extents), 0.0),
+        Shape::Field { field } => (along(&field.half_extents()), 0.0),
+        _ => return None,
+    })
 }

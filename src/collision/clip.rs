@@ -2,11 +2,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::feature::{
-    Face, Feature, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness,
-};
+use super::corner::{Across, Corner, Ends, edge, placed_edge};
+use super::feature::{Face, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness};
 use super::field_pairs::{each_pair, is_field};
-use super::patch::{Across, MAX_CORNERS, Patch};
+use super::patch::{MAX_CORNERS, Patch};
 use super::placed::{Placed, face_normal};
 use super::solid::Solid;
 use super::witness::{along, witness};
@@ -82,7 +81,8 @@ pub(super) fn manifold(
     if pair.id.normal == NormalSource::Features && !is_field(a.shape, b.shape) {
         return out.push(pair);
     }
-    let slack = SLACK * (a.reach() + b.reach());
+    let size = a.reach() + b.reach();
+    let slack = SLACK * size;
     let mut found = [nearest; MAX_PAIRS];
     let mut len = 1;
     each_point(a, b, &pair, TOUCHING, slack, &mut |point| {
@@ -94,7 +94,7 @@ pub(super) fn manifold(
             len += 1;
         }
     });
-    span(&mut found[..len], SAME * (a.reach() + b.reach()), out);
+    span(&mut found[..len], SAME * size, out);
 }
 
 /// Adds the first point, and one after the other those farthest from all that are there, as long as they are so far apart.
@@ -149,44 +149,54 @@ fn each_point(
     // Their normals are the same for all points.
     let normal_a = face_a.map(|face| face_normal(face, a.shape, &a.X));
     let normal_b = face_b.map(|face| -face_normal(face, b.shape, &b.X));
-    let mut offer = |features: [Feature; 2], source: NormalSource, outside: f64| {
-        let normal = match source {
+    let mut offer = |id: FeatureId, placed: &[Placed<f64>; 2], outside: f64| {
+        let normal = match id.normal {
             NormalSource::First(_) => normal_a,
             _ => normal_b,
         };
-        if let Some(normal) = normal.filter(|_| outside <= slack) {
-            let placed = [
-                Placed::new(features[0], a.shape, &a.X),
-                Placed::new(features[1], b.shape, &b.X),
-            ];
-            let id = FeatureId {
-                features,
-                normal: source,
-            };
-            let found = along(&placed, &normal, source);
+        if let Some(normal) = normal {
+            let found = along(placed, &normal, id.normal);
             let pair = PairFeature { id, seed: *n };
             each(Point::new(pair, &found, &across, outside));
         }
     };
     if let Some(face) = face_a {
-        each_corner(&second, &first, &face, |corner, outside| {
-            offer([face.vertex(), corner], NormalSource::First(face), outside);
+        let (vertex, normal) = (face.vertex(), NormalSource::First(face));
+        let on_face = Placed::new(vertex, a.shape, &a.X);
+        each_corner(&second, &first, &face, slack, |corner, outside| {
+            let features = [vertex, corner.feature];
+            let placed = [on_face, corner.placed(b)];
+            offer(FeatureId { features, normal }, &placed, outside);
         });
     }
     if let Some(face) = face_b {
-        each_corner(&first, &second, &face, |corner, outside| {
-            offer([corner, face.vertex()], NormalSource::Second(face), outside);
+        let (vertex, normal) = (face.vertex(), NormalSource::Second(face));
+        let on_face = Placed::new(vertex, b.shape, &b.X);
+        each_corner(&first, &second, &face, slack, |corner, outside| {
+            let features = [corner.feature, vertex];
+            let placed = [corner.placed(a), on_face];
+            offer(FeatureId { features, normal }, &placed, outside);
         });
     }
-    for (side, own) in first.sides() {
-        for (other_side, _) in second.sides().filter(|(_, other)| cross(&own, other)) {
-            offer([side, other_side], pair.id.normal, 0.0);
+    for side in first.sides() {
+        for other in second.sides().filter(|other| cross(side, *other)) {
+            let id = FeatureId {
+                features: [edge(side), edge(other)],
+                normal: pair.id.normal,
+            };
+            offer(id, &[placed_edge(side, a), placed_edge(other, b)], 0.0);
         }
     }
 }
 
-/// Hands on the corners of a patch, each with its distance from the face on which it should lie.
-fn each_corner(own: &Patch, other: &Patch, face: &Face, mut each: impl FnMut(Feature, f64)) {
+/// Hands on the corners of a patch, each with its distance from the face on which it should lie, unless it is more than a slack.
+fn each_corner(
+    own: &Patch,
+    other: &Patch,
+    face: &Face,
+    slack: f64,
+    mut each: impl FnMut(&Corner, f64),
+) {
     for corner in own.corners() {
         let is_endless = matches!(face, Face::Plane);
         let outside = if is_endless {
@@ -194,19 +204,21 @@ fn each_corner(own: &Patch, other: &Patch, face: &Face, mut each: impl FnMut(Fea
         } else {
             other.outside(&corner.at)
         };
-        each(corner.feature, outside);
+        if outside <= slack {
+            each(corner, outside);
+        }
     }
 }
 
 /// Whether two segments cross between their ends, at an angle: where sides lie along one another rounding would decide.
-fn cross([a, b]: &[Vector2<f64>; 2], [c, d]: &[Vector2<f64>; 2]) -> bool {
+fn cross([a, b]: Ends<'_>, [c, d]: Ends<'_>) -> bool {
+    let (a, b, c, d) = (&a.at, &b.at, &c.at, &d.at);
     let (u, v) = (b - a, d - c);
-    let apart = |u: &Vector2<f64>, from: &Vector2<f64>, p, q| {
-        let side = |x: &Vector2<f64>| u.perp(&(x - from));
-        side(p) * side(q) < 0.0
+    let apart = |u: &Vector2<f64>, from: &Vector2<f64>, p: &Vector2<f64>, q: &Vector2<f64>| {
+        u.perp(&(p - from)) * u.perp(&(q - from)) < 0.0
     };
-    let are_along = u.perp(&v).abs() <= ALONG * u.norm() * v.norm();
-    !are_along && apart(&u, a, c, d) && apart(&v, c, a, b)
+    let are_along = || u.perp(&v).abs() <= ALONG * u.norm() * v.norm();
+    apart(&u, a, c, d) && apart(&v, c, a, b) && !are_along()
 }
 
 fn point(a: &Solid<'_>, b: &Solid<'_>, pair: PairFeature, across: &Across) -> Point {

@@ -24,6 +24,7 @@
 mod bounds;
 mod broad_phase;
 mod clip;
+mod corner;
 mod feature;
 mod field;
 mod field_pairs;

@@ -45,7 +45,7 @@ fn nearest_within(a: &Solid<'_>, b: &Solid<'_>, margin: f64) -> Option<PairFeatu
         (
             Shape::Sphere { .. } | Shape::Capsule { .. },
             Shape::Sphere { .. } | Shape::Capsule { .. },
-        ) => Some(nearest_of_segments(a, b)),
+        ) => nearest_of_segments(a, b, margin),
         (
             Shape::Cylinder {
                 radius,

@@ -2,25 +2,13 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::corner::{Across, Corner, Ends};
 use super::feature::{Face, Feature};
 use super::shape::{RIM_VERTICES, Shape};
 use super::solid::Solid;
 
 /// Most corners of a polygon.
 pub(super) const MAX_CORNERS: usize = RIM_VERTICES as usize;
-
-/// Vertices of a box, of which a table is kept.
-const FEW: usize = 8;
-
-/// A corner of a polygon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
-    pub(super) feature: Feature,
-    /// Vertex by which edges name the corner.
-    vertex: u32,
-    /// Place across the direction.
-    pub(super) at: Vector2<f64>,
-}
 
 /// A polygon, counter-clockwise as seen from where the direction points.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +21,7 @@ pub(super) struct Patch {
 }
 
 /// A vertex near the farthest one, and its place across the direction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Near {
     vertex: u32,
     at: Vector2<f64>,
@@ -46,24 +34,6 @@ struct Disc {
     radius: f64,
 }
 
-/// Two axes across a normal, such that x × y = n.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Across {
-    x: Vector3<f64>,
-    y: Vector3<f64>,
-}
-
-impl Across {
-    pub(super) fn new(n: &Vector3<f64>) -> Self {
-        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-        Self { x, y: n.cross(&x) }
-    }
-
-    pub(super) fn place(&self, p: &Vector3<f64>) -> Vector2<f64> {
-        Vector2::new(self.x.dot(p), self.y.dot(p))
-    }
-}
-
 impl Patch {
     /// The part of a shape that lies farthest along a unit direction, or would if it changed by an angle (rad).
     ///
@@ -72,6 +42,7 @@ impl Patch {
         let nothing = Corner {
             feature: Feature::Surface,
             vertex: 0,
+            point: Vector3::zeros(),
             at: Vector2::zeros(),
         };
         let mut own = Self {
@@ -84,7 +55,7 @@ impl Patch {
             Shape::Cylinder { .. } => own.add_cylinder(solid, n, angle, across),
             Shape::HalfSpace => {}
             Shape::Ellipsoid { semi_axes } if semi_axes.iter().all(|&s| s > 0.0) => {
-                own.push(Feature::Surface, 0, across.place(&solid.support(n).point));
+                own.push(Feature::Surface, 0, &solid.support(n).point, across);
             }
             _ => own.add_polytope(solid, n, angle, across),
         }
@@ -95,41 +66,42 @@ impl Patch {
         &self.corners[..self.len]
     }
 
-    /// The sides, each with its corners; that of an edge once.
-    pub(super) fn sides(&self) -> impl Iterator<Item = (Feature, [Vector2<f64>; 2])> {
+    /// The sides by their ends; that of an edge once.
+    pub(super) fn sides(&self) -> impl Iterator<Item = Ends<'_>> {
         let n_sides = if self.len < 3 {
             self.len.saturating_sub(1)
         } else {
             self.len
         };
         (0..n_sides).map(|k| {
-            let [a, b] = [self.corners[k], self.corners[(k + 1) % self.len]];
-            (Feature::Edge([a.vertex, b.vertex]), [a.at, b.at])
+            let next = if k + 1 == self.len { 0 } else { k + 1 };
+            [&self.corners[k], &self.corners[next]]
         })
     }
 
     /// Distance of a place from the polygon along the normal of a side, or from the disc, not positive inside; infinite for what is neither.
     pub(super) fn outside(&self, place: &Vector2<f64>) -> f64 {
-        let beyond = |[a, b]: [Vector2<f64>; 2]| {
-            let u = b - a;
-            (place - a).perp(&u) / u.norm()
-        };
-        let sides = self.sides().map(|(_, side)| beyond(side));
         if let Some(Disc { center, radius }) = self.disc {
-            (place - center).norm() - radius
-        } else if self.len > 2 {
-            sides.fold(f64::NEG_INFINITY, f64::max)
-        } else {
-            f64::INFINITY
+            return length(&(place - center)) - radius;
         }
+        if self.len < 3 {
+            return f64::INFINITY;
+        }
+        let mut outside = f64::NEG_INFINITY;
+        for [a, b] in self.sides() {
+            let u = b.at - a.at;
+            outside = outside.max((place - a.at).perp(&u) / length(&u));
+        }
+        outside
     }
 
-    fn push(&mut self, feature: Feature, vertex: u32, at: Vector2<f64>) {
+    fn push(&mut self, feature: Feature, vertex: u32, point: &Vector3<f64>, across: &Across) {
         if self.len < MAX_CORNERS {
             self.corners[self.len] = Corner {
                 feature,
                 vertex,
-                at,
+                point: *point,
+                at: across.place(point),
             };
             self.len += 1;
         }
@@ -139,7 +111,8 @@ impl Patch {
         self.push(
             Feature::Vertex(vertex),
             vertex,
-            across.place(&solid.vertex(vertex)),
+            &solid.vertex(vertex),
+            across,
         );
     }
 
@@ -158,18 +131,10 @@ impl Patch {
             // The line of the side that is farthest.
             let aside = solid.support(n).point - solid.vertex(end);
             for end in 0..2 {
-                self.push(
-                    Feature::Rim(end),
-                    end,
-                    across.place(&(solid.vertex(end) + aside)),
-                );
+                self.push(Feature::Rim(end), end, &(solid.vertex(end) + aside), across);
             }
         } else {
-            self.push(
-                Feature::Rim(end),
-                end,
-                across.place(&solid.support(n).point),
-            );
+            self.push(Feature::Rim(end), end, &solid.support(n).point, across);
         }
     }
 
@@ -182,53 +147,60 @@ impl Patch {
 
     /// The vertices of a polytope that are near the farthest, wrapped as a gift is.
     fn add_polytope(&mut self, solid: &Solid<'_>, n: &Vector3<f64>, angle: f64, across: &Across) {
-        let farthest = solid.support(n).point;
-        let near = |k: u32| {
-            let vertex = solid.vertex(k);
-            let below = farthest - vertex;
-            let is_near = below.dot(n) <= angle * below.norm();
+        let farthest = solid.support(n);
+        let near = |vertex: u32, point: &Vector3<f64>, farthest: &Vector3<f64>| {
+            let below = farthest - point;
+            let is_near = below.dot(n) <= angle * below.dot(&below).sqrt();
             is_near.then(|| Near {
-                vertex: k,
-                at: across.place(&vertex),
+                vertex,
+                at: across.place(point),
             })
         };
-        let n_vertices = solid.shape.n_vertices();
-        // Those of a box and what has fewer are placed once, not again for each corner.
-        let mut known = [None; FEW];
-        if n_vertices as usize <= FEW {
-            let all = known.iter_mut().zip(0..n_vertices);
-            all.for_each(|(own, k)| *own = near(k));
-            self.wrap(n_vertices, &|k| known[k as usize]);
+        if let Shape::Box { half_extents } = solid.shape {
+            let points = solid.corners_of_box(half_extents);
+            let farthest = points[farthest.vertex as usize];
+            let all = (0..).zip(&points);
+            let found = all.filter_map(|(k, point)| near(k, point, &farthest));
+            let (mut known, mut len) = ([Near::default(); 8], 0);
+            for own in found {
+                known[len] = own;
+                len += 1;
+            }
+            self.wrap(solid, across, || known[..len].iter().copied());
         } else {
-            self.wrap(n_vertices, &near);
+            let vertices = || 0..solid.shape.n_vertices();
+            let near = |k: u32| near(k, &solid.vertex(k), &farthest.point);
+            self.wrap(solid, across, || vertices().filter_map(near));
         }
         self.find_face(solid, n);
     }
 
     /// From each corner to that one which has all others on its left.
-    fn wrap(&mut self, n_vertices: u32, near: &dyn Fn(u32) -> Option<Near>) {
-        let all = || (0..n_vertices).filter_map(near);
-        let lowest = |a: Near, b: Near| if b.at.x < a.at.x { b } else { a };
-        let Some(first) = all().reduce(lowest) else {
-            return;
-        };
+    fn wrap<I: Iterator<Item = Near>>(
+        &mut self,
+        solid: &Solid<'_>,
+        across: &Across,
+        all: impl Fn() -> I,
+    ) {
+        let mut lowest = None;
+        for own in all() {
+            lowest = Some(match lowest {
+                Some(best) if !is_lower(&own, &best) => best,
+                _ => own,
+            });
+        }
+        let Some(first) = lowest else { return };
         let mut corner = first;
         for _ in 0..MAX_CORNERS {
-            self.push(Feature::Vertex(corner.vertex), corner.vertex, corner.at);
-            let right_of = |a: Near, b: Near| {
-                let (u, v) = (a.at - corner.at, b.at - corner.at);
-                let turn = u.perp(&v);
-                let is_straight = turn.abs() <= STRAIGHT * u.norm() * v.norm();
-                let is_better = if is_straight {
-                    v.norm() > u.norm()
-                } else {
-                    turn < 0.0
-                };
-                if is_better { b } else { a }
-            };
-            let others = all().filter(|other| other.at != corner.at);
-            match others.reduce(right_of) {
-                Some(next) if next.at != first.at => corner = next,
+            self.add_vertex(solid, corner.vertex, across);
+            let mut next = None;
+            for own in all() {
+                if !is_at(&own, &corner) {
+                    next = Some(next.map_or(own, |best| right_of(&corner, best, own)));
+                }
+            }
+            match next {
+                Some(next) if !is_at(&next, &first) => corner = next,
                 _ => break,
             }
         }
@@ -267,6 +239,31 @@ impl Patch {
             self.face = Some(Face::Flat(2 * axis as u32 + u32::from(above)));
         }
     }
+}
+
+fn is_lower(a: &Near, b: &Near) -> bool {
+    a.at.x < b.at.x
+}
+
+fn is_at(a: &Near, b: &Near) -> bool {
+    a.at.x == b.at.x && a.at.y == b.at.y
+}
+
+/// That of two places which is farther to the right as seen from a corner; of those in one direction the farther one.
+fn right_of(corner: &Near, a: Near, b: Near) -> Near {
+    let (u, v) = (a.at - corner.at, b.at - corner.at);
+    let (turn, lengths) = (u.perp(&v), [length(&u), length(&v)]);
+    let is_straight = turn.abs() <= STRAIGHT * lengths[0] * lengths[1];
+    let is_better = if is_straight {
+        lengths[1] > lengths[0]
+    } else {
+        turn < 0.0
+    };
+    if is_better { b } else { a }
+}
+
+fn length(v: &Vector2<f64>) -> f64 {
+    (v.x * v.x + v.y * v.y).sqrt()
 }
 
 /// Sine of an angle below which corners are on a line.

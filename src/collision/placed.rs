@@ -41,7 +41,7 @@ impl<T: Scalar> Placed<T> {
     {
         let at = |index| X.point(&lift_vector(&shape.vertex(index)));
         let (center, core) = match feature {
-            Feature::Vertex(index) => (at(index), Core::Point),
+            Feature::Vertex(index) => return Self::of_vertex(at(index), shape),
             Feature::Edge([i, j]) => (at(i), Core::Line(at(j) - at(i))),
             Feature::Rim(end) => (at(end), disc(shape, X)),
             Feature::Surface => (X.translation, ellipsoid(shape, X)),
@@ -50,6 +50,34 @@ impl<T: Scalar> Placed<T> {
             center,
             core,
             radius: radius(feature, shape),
+        }
+    }
+
+    /// A vertex whose place is known.
+    pub(super) fn of_vertex<P: Scalar>(center: Vector3<T>, shape: &Shape<P>) -> Self
+    where
+        T: Over<P>,
+    {
+        Self {
+            center,
+            core: Core::Point,
+            radius: radius(Feature::Vertex(0), shape),
+        }
+    }
+
+    /// An edge between vertices whose places are known.
+    pub(super) fn of_edge<P: Scalar>(
+        edge: Feature,
+        [a, b]: [Vector3<T>; 2],
+        shape: &Shape<P>,
+    ) -> Self
+    where
+        T: Over<P>,
+    {
+        Self {
+            center: a,
+            core: Core::Line(b - a),
+            radius: radius(edge, shape),
         }
     }
 

@@ -43,14 +43,22 @@ impl Segment {
     }
 }
 
-/// The nearest features of two shapes whose cores are points or segments.
-pub(super) fn nearest_of_segments(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
+/// The nearest features of two shapes whose cores are points or segments; `None` where these are farther apart than a margin, beyond rounding.
+pub(super) fn nearest_of_segments(
+    a: &Solid<'_>,
+    b: &Solid<'_>,
+    margin: f64,
+) -> Option<PairFeature> {
     let (first, second) = (Segment::of(a), Segment::of(b));
     let (s, t) = nearest_places(&first, &second);
     let apart = second.at(t) - first.at(s);
     let size = first.size() + second.size();
+    let far = margin + a.radius() + b.radius();
+    if apart.norm() > far + ROUNDING * (size + far) {
+        return None;
+    }
     let features = [feature(s), feature(t)];
-    match features {
+    Some(match features {
         [Feature::Edge(_), Feature::Edge(_)] => crossing(&first, &second, &apart),
         _ => PairFeature {
             id: FeatureId {
@@ -61,7 +69,7 @@ pub(super) fn nearest_of_segments(a: &Solid<'_>, b: &Solid<'_>) -> PairFeature {
                 .try_normalize(ROUNDING * size)
                 .unwrap_or_else(|| across(&first, &second)),
         },
-    }
+    })
 }
 
 /// Places of the nearest points of two segments.

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::feature::{Face, Feature};
 use super::shape::Shape;
 use crate::spatial::Transform;
+use crate::spatial::linear::columns;
 
 /// Largest length, m: squares of lengths, and products of two squares, are finite.
 const LARGEST: f64 = 1e100;
@@ -54,14 +55,34 @@ impl<'a> Solid<'a> {
         let corners = corners.iter().flat_map(|v| v.iter());
         // Without an early end, so that numbers are compared together.
         let is_small = |all: bool, x: &f64| all & (x.abs() <= LARGEST);
-        let pose = self.X.rotation.iter().fold(true, is_small);
-        let place = self.X.translation.iter().chain(sizes);
-        place.chain(corners).fold(pose, is_small)
+        let [rotation, translation] = [self.X.rotation.as_slice(), self.X.translation.as_slice()];
+        let pose = rotation.iter().fold(true, is_small);
+        let place = translation.iter().fold(pose, is_small);
+        let sized = sizes.iter().fold(place, is_small);
+        corners.fold(sized, is_small)
     }
 
     /// A vertex in world axes.
     pub(super) fn vertex(&self, index: u32) -> Vector3<f64> {
         self.X.point(&self.shape.vertex(index))
+    }
+
+    /// The vertices of a box in world axes, each as [`vertex`](Self::vertex) gives it.
+    pub(super) fn corners_of_box(&self, half_extents: &[f64; 3]) -> [Vector3<f64>; 8] {
+        let [x, y, z] = columns(&self.X.rotation);
+        let [a, b, c] = *half_extents;
+        let (x, y, z, at) = (x * a, y * b, z * c, self.X.translation);
+        let [both, first, second] = [y + z, y - z, z - y];
+        [
+            -x - both + at,
+            x - both + at,
+            first - x + at,
+            x + first + at,
+            second - x + at,
+            x + second + at,
+            both - x + at,
+            x + both + at,
+        ]
     }
 
     /// The point of the shape, without the radius around its core, that lies farthest along a direction of any length.

@@ -54,6 +54,8 @@ pub(super) struct ShapePairs<P> {
     /// The triangles of surfaces among the shapes, which do not move.
     pub(super) surfaces: Arc<SurfaceTree>,
     pub(super) self_collision: bool,
+    /// Of each shape the shapes before it that may touch it, bit by bit; empty where there are more shapes than bits.
+    touchable: Arc<[u32]>,
     /// Whether features that would arrive within a step are met, by a law that else meets overlap only.
     pub(super) speculative: bool,
     /// Whether some pairs may have torsional or rolling friction.
@@ -83,6 +85,19 @@ impl SurfaceTree {
     }
 }
 
+/// Of each shape the shapes before it that may touch it, bit by bit; none where there are more shapes than bits.
+fn touchable(plain: &LinkShapes, self_collision: bool) -> Arc<[u32]> {
+    let n = plain.shapes().len();
+    if n > u32::BITS as usize {
+        return Arc::default();
+    }
+    let before = |j: usize| {
+        let may = |i: usize| plain.may_collide(i, j, self_collision);
+        (0..j).fold(0, |all, i| all | u32::from(may(i)) << i)
+    };
+    (0..n).map(before).collect()
+}
+
 impl ShapePairs<f64> {
     /// Those of link shapes.
     ///
@@ -106,6 +121,7 @@ impl ShapePairs<f64> {
             shapes: shapes.collect(),
             given,
             surfaces: Arc::new(SurfaceTree::new(&plain)),
+            touchable: touchable(&plain, self_collision),
             plain: Some(Arc::new(plain)),
             self_collision,
             speculative,
@@ -123,6 +139,7 @@ impl<P: Scalar> ShapePairs<P> {
             plain: None,
             surfaces: Arc::default(),
             self_collision: false,
+            touchable: Arc::default(),
             speculative: false,
             has_turning: false,
         }
@@ -140,6 +157,7 @@ impl<P: Scalar> ShapePairs<P> {
             plain: self.plain.clone(),
             surfaces: self.surfaces.clone(),
             self_collision: self.self_collision,
+            touchable: self.touchable.clone(),
             speculative: self.speculative,
             has_turning: self.has_turning,
         }
@@ -171,6 +189,14 @@ impl<P: Scalar> ShapePairs<P> {
             return None;
         }
         self.plain.as_ref()?.pair_place(shapes)
+    }
+
+    /// Whether two shapes may touch, i < j.
+    pub(super) fn may_touch(&self, plain: &LinkShapes, i: usize, j: usize) -> bool {
+        match self.touchable.get(j) {
+            Some(before) => before >> i & 1 == 1,
+            None => plain.may_collide(i, j, self.self_collision),
+        }
     }
 
     /// The body of a shape; `None` is the world.

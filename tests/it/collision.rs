@@ -804,3 +804,86 @@ fn a_manifold_within_a_margin_is_empty_exactly_where_shapes_are_farther_apart() 
         }
     });
 }
+
+#[test]
+fn bounding_boxes_reach_as_far_as_their_shapes() {
+    each_pair(13, 2000, |pair, _, name| {
+        for (shape, at) in pair.shapes.iter().zip(&pair.at) {
+            if let Shape::HalfSpace = shape {
+                continue;
+            }
+            let found = Bounds::of(shape, at, 0.25);
+            for axis in 0..3 {
+                let n = V::ith(axis, 1.0);
+                let expected = [-reach(shape, at, &-n) - 0.25, reach(shape, at, &n) + 0.25];
+                for (found, expected) in [found.low, found.high].iter().zip(expected) {
+                    assert!((found[axis] - expected).abs() < 1e-12, "{name}: {found}");
+                }
+            }
+        }
+    });
+}
+
+// What boxes that do not overlap leave out is not seen by any search: it must be apart by more than both margins.
+#[test]
+fn shapes_whose_boxes_do_not_overlap_are_apart_by_more_than_their_margins() {
+    let mut apart = 0;
+    each_pair(14, 3000, |pair, rng, name| {
+        let margins = [rng.random_range(0.0..0.2), rng.random_range(0.0..0.2)];
+        let bounds = [0, 1].map(|k| Bounds::of(&pair.shapes[k], &pair.at[k], margins[k]));
+        if !bounds[0].overlaps(&bounds[1]) {
+            apart += 1;
+            let found = pair.found().expect(name);
+            assert!(found.distance > margins[0] + margins[1] - 1e-12, "{name}");
+        }
+    });
+    assert!(apart > 300, "{apart}");
+}
+
+/// The hull of the corners of a box.
+fn hull_of_box([a, b, c]: [f64; 3]) -> Shape {
+    let side = |k: usize, bit: usize, half: f64| if k >> bit & 1 == 0 { -half } else { half };
+    let corner = |k: usize| V::new(side(k, 0, a), side(k, 1, b), side(k, 2, c));
+    Shape::Hull {
+        hull: Arc::new(Hull::new((0..8).map(corner).collect()).unwrap()),
+        scale: [1.0; 3],
+    }
+}
+
+// Boxes have code of their own for corners, gaps and bounding boxes, hulls that of any polytope.
+#[test]
+fn boxes_touch_as_the_hulls_of_their_corners_do() {
+    let mut rng = rng(15);
+    let mut on_faces = 0;
+    for round in 0..2000 {
+        let mut size = || rng.random_range(0.1..1.0);
+        let sizes = [[size(), size(), size()], [size(), size(), size()]];
+        let (x, mut y) = (pose(&mut rng, 0.1), pose(&mut rng, 0.3));
+        if round % 2 == 0 {
+            // One lies on the other, tilted by less than manifolds reach.
+            let tilt = vector(&mut rng, 0.02) + V::new(0.0, 0.0, rng.random_range(-3.0..3.0));
+            let above = V::new(0.1, -0.05, sizes[0][2] + sizes[1][2] - 1e-3);
+            let on = Transform::new(Quaternion::exp(&tilt).to_matrix(), above);
+            y = x * on;
+        }
+        let boxes = sizes.map(|half_extents| Shape::Box { half_extents });
+        let hulls = sizes.map(hull_of_box);
+        let (_, found) = manifold(&boxes[0], &x, &boxes[1], &y, 0.02);
+        let (_, expected) = manifold(&hulls[0], &x, &hulls[1], &y, 0.02);
+        on_faces += usize::from(found.len() > 2);
+        assert_eq!(
+            found.len(),
+            expected.len(),
+            "{round}: {sizes:?} {x:?} {y:?}"
+        );
+        let middle = |point: &Witness<f64>| (point.points[0] + point.points[1]) / 2.0;
+        for point in &found {
+            let apart = |other: &Witness<f64>| {
+                (middle(point) - middle(other)).norm() + (point.distance - other.distance).abs()
+            };
+            let least = expected.iter().map(apart).fold(f64::INFINITY, f64::min);
+            assert!(least < 1e-9, "{round}: {least} {sizes:?} {x:?} {y:?}");
+        }
+    }
+    assert!(on_faces > 500, "{on_faces}");
+}

@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
+
 use crate::collision::{Bounds, BroadPhase, Manifold, PairFeature, Shape, features};
 use crate::contact::activation::ActivationMargin;
 use crate::contact::point::velocity_at;
@@ -93,18 +95,15 @@ impl PairFinder {
             // Sizes are parameters: those of now count.
             let shape: Shape = sized.shape.map_numbers(&mut |x| T::from(x).value(lane));
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
-            let V = kinematics.velocity(own.body).to_array();
-            let V = Motion::from_array(V.map(|x| x.value(lane)));
             let X_WS = X_WB * own.placement;
-            let center = velocity_at(&V, &own.placement.translation).norm();
-            let turning = V.angular.norm();
-            // A shape fixed to the world may be unbounded, and does not rotate.
-            let turns = if turning > 0.0 {
-                turning * shape.reach()
+            let speed = if margin.duration > 0.0 {
+                let V = kinematics.velocity(own.body).to_array();
+                let V = Motion::from_array(V.map(|x| x.value(lane)));
+                most_speed(&shape, &own.placement.translation, &V)
             } else {
                 0.0
             };
-            let margin = margin.half_height(center + turns).max(own.margin);
+            let margin = margin.half_height(speed).max(own.margin);
             self.bounds.push(Bounds::of(&shape, &X_WS, margin));
             self.shapes.push(PlacedShape {
                 shape,
@@ -123,13 +122,16 @@ impl PairFinder {
         plain: &LinkShapes,
         still: f64,
     ) -> bool {
-        let may_touch = |i: usize, j: usize| plain.may_collide(i, j, pairs.self_collision);
+        let may_touch = |i: usize, j: usize| pairs.may_touch(plain, i, j);
         self.near.clear();
         match self.broad_phase.pairs(&self.bounds, may_touch) {
             Ok(found) => self.near.extend_from_slice(found),
             Err(_) => return false,
         }
         let (first, near) = (pairs.surfaces.first, &mut self.near);
+        if first == plain.shapes().len() {
+            return true;
+        }
         let most = BroadPhase::most_pairs(self.bounds.len());
         let moving = (0..first).filter(|&i| pairs.body(i).is_some());
         for i in moving {
@@ -189,6 +191,18 @@ impl PairFinder {
             }
         }
     }
+}
+
+/// The largest speed of a point of a shape at a place of a body with a velocity, or more, m/s.
+fn most_speed(shape: &Shape, center: &Vector3<f64>, V: &Motion<f64>) -> f64 {
+    let turning = V.angular.norm();
+    // A shape fixed to the world may be unbounded, and does not rotate.
+    let turns = if turning > 0.0 {
+        turning * shape.reach()
+    } else {
+        0.0
+    };
+    velocity_at(V, center).norm() + turns
 }
 
 /// The values of a pose in a lane.
