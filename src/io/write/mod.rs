@@ -66,6 +66,7 @@ impl Model<f64> {
     /// | floating base, floating joint on the world | free joint |
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
     /// | joint that follows another | joint of its own with an equality constraint |
+    /// | link without inertia, shapes and frames between two joints | no body: its joint is one of several of the next body |
     /// | frames | sites |
     /// | inertias of links that are fixed to each other | their sum, at the first of them; of those that gravity does not act on, their own sum |
     /// | link that gravity does not act on | body with `gravcomp` 1 |
@@ -85,7 +86,7 @@ impl Model<f64> {
     /// first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
     ///
     /// # Errors
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass that is not such a link, a sum of inertias
     /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
     /// if a name is not possible.
     ///
