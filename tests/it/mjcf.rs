@@ -587,6 +587,12 @@ fn virtual_links_are_left_out_with_a_remark_and_the_rest_moves_as_before() {
     let again = text(&written).0.model;
     assert_eq!(again.joint_names(), ["first", "second"]);
     assert_same_dynamics(&model, &again);
+    // The base of a floating robot has no other joint on its body.
+    let options = ModelOptions::default().with_base(Base::Floating);
+    let urdf = urdf.replace("continuous", "fixed");
+    let (floating, _) = options.load_urdf_str(&urdf).expect("a floating robot");
+    let refused = floating.to_mjcf().expect_err("a base without mass");
+    assert!(refused.to_string().contains("virtual"), "{refused}");
 }
 
 fn assert_same_dynamics(model: &Model, other: &Model) {

@@ -64,6 +64,7 @@ impl Model<f64> {
     /// | floating base, floating joint on the world | free joint |
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
     /// | mimic joint | a joint with an equality constraint |
+    /// | link without inertia, shapes and frames between two joints | no body: its joint is one of several of the next body |
     /// | frames | sites |
     /// | inertias of links that are fixed to each other | their sum, at the first of them; a separate sum for links without gravity |
     /// | link without gravity | body with `gravcomp` 1 |
@@ -82,8 +83,18 @@ impl Model<f64> {
     /// frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
     ///
     /// # Errors
+<<<<<<< HEAD
     /// If `MuJoCo` cannot represent content of the dynamics: a moving body without mass, a physically inconsistent sum of inertias, rotor inertia on a
     /// planar or floating joint, different damping of the axes of a joint; or if a name is not allowed.
+||||||| 2e2c0e3c
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias
+    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
+    /// if a name is not possible.
+=======
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass that is not such a link, a sum of inertias
+    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
+    /// if a name is not possible.
+>>>>>>> refs/heads/robots
     ///
     /// # Examples
     /// ```

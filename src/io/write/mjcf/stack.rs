@@ -58,14 +58,16 @@ fn carried_by<'m, 'a>(
     carried.get(link).map_or(&[], Vec::as_slice)
 }
 
-/// Names of the links on moving bodies without inertia.
+/// Names of the links on moving bodies without inertia, except for a floating base, whose free joint is alone.
 fn massless(model: &Model<f64>) -> HashSet<&str> {
+    let bases = usize::from(model.has_floating_base());
     let frames = model
         .links()
         .iter()
         .map(|link| &model.frames()[link.frame.0]);
     let bodies = frames.filter_map(|frame| Some((frame.body?, frame.name.as_str())));
-    let massless = bodies.filter(|&(body, _)| model.body(body).inertia == Inertia::zero());
+    let massless =
+        bodies.filter(|&(body, _)| body.0 >= bases && model.body(body).inertia == Inertia::zero());
     massless.map(|(_, name)| name).collect()
 }
 
