@@ -83,18 +83,8 @@ impl Model<f64> {
     /// frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
     ///
     /// # Errors
-<<<<<<< HEAD
-    /// If `MuJoCo` cannot represent content of the dynamics: a moving body without mass, a physically inconsistent sum of inertias, rotor inertia on a
-    /// planar or floating joint, different damping of the axes of a joint; or if a name is not allowed.
-||||||| 2e2c0e3c
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias
-    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
-    /// if a name is not possible.
-=======
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass that is not such a link, a sum of inertias
-    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
-    /// if a name is not possible.
->>>>>>> refs/heads/robots
+    /// If `MuJoCo` cannot represent content of the dynamics: a moving body without mass other than such a link, a physically inconsistent sum of
+    /// inertias, rotor inertia on a planar or floating joint, different damping of the axes of a joint; or if a name is not allowed.
     ///
     /// # Examples
     /// ```
