@@ -63,7 +63,7 @@ fn slopes_are_the_same_in_both_modes() {
     let at = StepPoint {
         state: &state,
         u: &u,
-        acceleration: Some(&scratch.acceleration.a),
+        acceleration: Some(&scratch.acceleration().a),
     };
     // The last parameter, the time step, is none that is adjusted.
     let adjustable = 0..simulator.parameters().len() - 1;
