@@ -25,6 +25,18 @@ use text::listed;
 pub(crate) use text::rounded;
 pub(crate) use text::{message, write_remarks};
 
+/// Errors whose `Debug` is their message: that is what a program prints whose `main` returns one.
+macro_rules! debug_by_message {
+    ($($error:ident),*) => {$(
+        impl std::fmt::Debug for $error {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                std::fmt::Display::fmt(self, f)
+            }
+        }
+    )*};
+}
+pub(crate) use debug_by_message;
+
 /// A source position in a description: `arm.urdf:12`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourcePosition {
@@ -47,7 +59,7 @@ impl fmt::Display for SourcePosition {
 /// Error for a description that did not become a model.
 ///
 /// All variants name the source (a path, or the label of the builder), the line if available, the element and its name.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
     /// The file cannot be read.
@@ -357,7 +369,7 @@ pub const LARGEST_NUMBER: f64 = 1e100;
 
 /// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine
 /// accelerations.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{}", message(format_args!(
     "no inertia resists the motion of {}, so that the mass matrix of \"{model}\" is singular: kinematics and inverse dynamics work, \
      forward dynamics and steps do not. Give these links an inertia (an <inertial>; with_link_inertia; the option massless_links), \
@@ -372,7 +384,7 @@ pub struct SingularMassMatrix {
 }
 
 /// Error for a result that would need more memory than the [limit](crate::memory::limit).
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} need {:.1e} bytes, and the limit is {:.1e}: memory::set_limit changes it", *bytes as f64, *limit as f64)]
 #[non_exhaustive]
 pub struct OutOfMemory {
@@ -406,7 +418,7 @@ impl fmt::Display for UnresistedJoint {
 }
 
 /// An unknown name. The message lists the existing names, similar ones first, shortened if there are many.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(&similar_first(name, known)))))]
 pub struct UnknownName {
     /// Name of the model.
@@ -420,7 +432,7 @@ pub struct UnknownName {
 }
 
 /// Error for variants of a robot that differ in structure.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model {index}, \"{model}\", is not a variant of the first: {difference}")))]
 pub struct StructureMismatch {
     /// Index of the model, from 0.
@@ -432,7 +444,7 @@ pub struct StructureMismatch {
 }
 
 /// Error for a state that does not belong to a robot.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidState {
     /// The length of the state differs from the number of coordinates of the robot.
@@ -496,7 +508,7 @@ pub enum InvalidState {
 }
 
 /// Error for an invalid edit of a robot.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
     /// The robot has no such joint, link or frame.
@@ -562,7 +574,7 @@ pub enum EditError {
 }
 
 /// Error for a robot that cannot be written to a file of some format.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// The format cannot represent essential content.
@@ -580,7 +592,7 @@ pub enum WriteError {
 }
 
 /// Error while reading or writing a recording.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
     /// The file cannot be read or written.
@@ -618,3 +630,5 @@ pub enum RecordingError {
         reason: String,
     },
 }
+
+debug_by_message! { LoadError, SingularMassMatrix, OutOfMemory, UnknownName, StructureMismatch, InvalidState, EditError, WriteError, RecordingError }

@@ -5,7 +5,7 @@ use crate::scalar::Scalar;
 use crate::scalar::traced::{Graph, Origin, Tracer, trace};
 
 /// Error for a graph of another robot, or of a robot that has changed since.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the graph was made of {}, not of the present \"{model}\" (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
 pub struct OtherRobot {
     /// The robot of which the graph was recorded; `None` if unknown.
@@ -66,3 +66,5 @@ pub fn check_origin<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result
         fingerprint: now.fingerprint,
     })
 }
+
+crate::error::debug_by_message! { OtherRobot }

@@ -48,7 +48,7 @@ impl Nearest {
 }
 
 /// Reason why two links have no distance.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NearestError {
     /// The robot has no such link, or it has no collision shape.
@@ -269,3 +269,5 @@ pub(super) fn nearest_of_shapes(
     let found = witness(&feature, &a.shape, X_WA, &b.shape, X_WB);
     found.distance.is_finite().then_some((feature, found))
 }
+
+crate::error::debug_by_message! { NearestError }

@@ -5,7 +5,7 @@ use crate::numbers::Domain;
 use crate::sim::AssemblyError;
 
 /// Error for an impossible identification, with its cause.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
     /// A name does not exist in the model.
@@ -129,3 +129,5 @@ pub(super) fn check_positive(
         }
     }
 }
+
+crate::error::debug_by_message! { IdentifyError }

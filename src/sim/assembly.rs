@@ -26,7 +26,7 @@ pub struct Assembly {
 }
 
 /// A loop that does not close from where it starts.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[error(
     "the constraints of \"{model}\" do not close from this configuration: {error:e} (m or rad) is left in row {row} after {iterations} steps; is it within reach, or does another start help?"
 )]
@@ -42,6 +42,8 @@ pub struct AssemblyError {
     /// The best configuration found.
     pub q: DVector<f64>,
 }
+
+crate::error::debug_by_message! { AssemblyError }
 
 /// Errors that count as closed, m or rad.
 const CLOSED: f64 = 1e-12;

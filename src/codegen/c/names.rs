@@ -1,7 +1,7 @@
 //! Names in C.
 
 /// Error for a graph that cannot be written as code.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CodeError {
     /// A name is not an identifier of C, or is reserved there.
@@ -77,3 +77,5 @@ pub(super) fn check(name: &str, of: &str) -> Result<(), CodeError> {
     }
     Ok(())
 }
+
+crate::error::debug_by_message! { CodeError }

@@ -10,7 +10,7 @@ pub struct EvaluationScratch<T> {
 }
 
 /// Error for inputs that violate a condition of a graph.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("the graph assumes that {condition}, which does not hold at these inputs")]
 pub struct BrokenCondition {
     /// Its index among the conditions of the graph, from 0.
@@ -81,3 +81,5 @@ impl Graph {
         Ok(())
     }
 }
+
+crate::error::debug_by_message! { BrokenCondition }
