@@ -294,7 +294,11 @@ fn motors_without_gains_keep_their_range_and_have_slopes_in_gains() {
             assert!((b - slope).abs() < OTHER_ALGORITHM, "{u}: {b}");
             let out = simulator.vjp(&state, &[u], &[0.0, 1.0]);
             let parameters = simulator.parameters();
-            for (k, &slope) in out.parameters.iter().enumerate() {
+            let layout = simulator.parameter_layout();
+            // A largest force of zero has none below it.
+            let may_fall = |k: &usize| !layout.names()[*k].contains("largest force");
+            for k in (0..parameters.len()).filter(may_fall) {
+                let slope = out.parameters[k];
                 let mut less = parameters.clone();
                 less[k] -= SMALL;
                 let after_less = simulator
