@@ -84,6 +84,37 @@ fn wedge_deep_in_an_aligned_cylinder_leaves_it_by_the_shortest_way() {
     assert!((found.distance + 0.5).abs() < 1e-9, "{found:?}");
 }
 
+// The way out across the side is half a metre, that through the end three quarters. Vertices on the axis have no radial direction of their own.
+#[test]
+fn capsule_on_the_axis_of_a_cylinder_leaves_it_across_the_side() {
+    let cylinder = Shape::Cylinder {
+        radius: 0.5,
+        half_length: 0.5,
+    };
+    let capsule = Shape::Capsule {
+        radius: 0.25,
+        half_length: 0.5,
+    };
+    let needle = Shape::Box {
+        half_extents: [0.0, 0.0, 0.5],
+    };
+    let turn = Quaternion::exp(&V::new(0.3, -0.8, 0.4)).to_matrix();
+    let along = V::new(0.0, 0.0, -0.25);
+    for rotation in [Matrix3::identity(), turn] {
+        let x = Transform::new(rotation, V::zeros());
+        let y = Transform::new(rotation, rotation * along);
+        for (inner, expected) in [(&capsule, -0.75), (&needle, -0.5)] {
+            for found in [
+                nearest(&cylinder, &x, inner, &y),
+                nearest(inner, &y, &cylinder, &x),
+            ] {
+                assert!((found.distance - expected).abs() < 1e-15, "{found:?}");
+            }
+            assert_slopes_are_those_of_the_normal(&cylinder, &x, inner, &y, 1e-12);
+        }
+    }
+}
+
 // Axis and edge lie along one another, the end of the axis beyond the edge: the points must be where both are.
 #[test]
 fn capsule_along_an_edge_of_a_hull_has_points_on_both() {
