@@ -91,10 +91,12 @@ fn contains_origin(p: &[Vector3<f64>; 4]) -> bool {
         volume(a, b, d),
         -volume(a, b, c),
     ];
-    let farthest = p.iter().map(|x| x.norm_squared()).fold(0.0, f64::max);
-    let least = NO_VOLUME * farthest * farthest.sqrt();
     let sign = parts[0].signum();
-    parts.iter().all(|part| part * sign > least)
+    let smallest = parts
+        .iter()
+        .fold(f64::INFINITY, |a, part| a.min(part * sign));
+    let farthest = || p.iter().map(|x| x.norm_squared()).fold(0.0, f64::max);
+    smallest > 0.0 && smallest > NO_VOLUME * farthest().powf(1.5)
 }
 
 #[cfg(test)]
