@@ -19,6 +19,12 @@ const STEPS: usize = 2;
 /// Steps of what is recorded, whose solution moves away from the seed.
 const RECORDED_STEPS: usize = 8;
 
+/// Part of the distance of the points that the stiffness must be for the normal to have derivatives: below, rounding of the normal times its derivatives would count in those of the distance, which need none.
+const LEAST_STIFFNESS: f64 = 1e-9;
+
+/// Part that curvatures and reaches have in that distance, of which the stiffness is a difference.
+const CURVED: f64 = 1e-5;
+
 /// Narrowing of a gap that is not rounding, in the square of the distance of its points, 1/m, and in m.
 const LOSS: f64 = 1e-12;
 const SMALLEST_LOSS: f64 = 1e-12;
@@ -36,9 +42,13 @@ pub(super) fn refined_normal<T: Scalar>(
         n = normalized_or(&rejected(&n, u), T::zero(), &n);
     }
     let start = n;
-    let steps = if T::HAS_VALUES { STEPS } else { RECORDED_STEPS };
+    let (steps, least) = if T::HAS_VALUES {
+        (STEPS, LEAST_STIFFNESS)
+    } else {
+        (RECORDED_STEPS, ROUNDING)
+    };
     for _ in 0..steps {
-        let step = newton_step(a, b, &n, seed);
+        let step = newton_step(a, b, &n, seed, least);
         n = normalized_or(&(n + step), T::zero(), &n);
     }
     if T::HAS_VALUES {
@@ -73,14 +83,16 @@ fn line<'a, T>(a: &'a Placed<T>, b: &'a Placed<T>) -> Option<&'a Vector3<T>> {
     }
 }
 
-/// Change of the normal n, across it, by a step of Newton's method; zero where the stiffness is rounding: there normals of a whole arc are as good.
+/// Change of the normal n, across it, by a step of Newton's method; zero where the stiffness is too small: there normals of a whole arc are as good.
 ///
 /// * `seed` – near n; chooses the axes across it
+/// * `least` – part of the distance of the points that the stiffness must be
 pub(super) fn newton_step<T: Scalar>(
     a: &Placed<T>,
     b: &Placed<T>,
     n: &Vector3<T>,
     seed: &Vector3<f64>,
+    least: f64,
 ) -> Vector3<T> {
     let w = b.support(&-n) - a.support(n);
     let g = dot(n, &w);
@@ -88,7 +100,8 @@ pub(super) fn newton_step<T: Scalar>(
     if let Some(u) = line(a, b) {
         let e = normalized_or(&cross(u, n), T::zero(), n);
         let stiffness = dot(&e, &curvature(&e));
-        let inverse = reciprocal_above(stiffness, g.abs() * ROUNDING);
+        let reach = dot(n, &(b.center - a.center)).abs();
+        let inverse = reciprocal_above(stiffness, (g.abs() + reach * CURVED) * least);
         return scale(&e, dot(&e, &w) * inverse);
     }
     let helper = Vector3::ith(seed.iamin(), T::one());
@@ -97,7 +110,8 @@ pub(super) fn newton_step<T: Scalar>(
     let (kx, ky) = (curvature(&x), curvature(&y));
     let (xx, xy, yy) = (dot(&x, &kx), dot(&x, &ky), dot(&y, &ky));
     let (fx, fy) = (dot(&x, &w), dot(&y, &w));
-    let terms = g.abs() * (xx.abs() + yy.abs());
-    let inverse = reciprocal_above(xx * yy - xy * xy, terms * ROUNDING);
+    let terms = xx.abs() + yy.abs();
+    let rounding = terms * (g.abs() + terms * CURVED) * least;
+    let inverse = reciprocal_above(xx * yy - xy * xy, rounding);
     scale(&x, (yy * fx - xy * fy) * inverse) + scale(&y, (xx * fy - xy * fx) * inverse)
 }

@@ -7,11 +7,14 @@ use nalgebra::{Matrix3, Vector3};
 use super::feature::{Face, Feature};
 use super::guard::{normalized_or, reciprocal_or_zero, safe_norm};
 use super::shape::Shape;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, is_more_than_values};
 use crate::spatial::Transform;
 use crate::spatial::linear::{
     columns, cross, dot, from_columns, lift_vector, rotate, rotate_back, scale,
 };
+
+/// Sine of the angle of a direction from the axis of a rim below which the point of the rim along it is rounding.
+const STEADY: f64 = 1e-10;
 
 /// Core of a feature.
 #[derive(Clone, Copy, Debug)]
@@ -127,14 +130,39 @@ impl Placed<f64> {
 fn across<T: Scalar>(axis: &Vector3<T>, n: &Vector3<T>) -> (Vector3<T>, T) {
     let part = cross(axis, &cross(n, axis));
     let length = safe_norm(&part);
-    (scale(&part, reciprocal_or_zero(length)), length)
+    let unit = scale(&part, reciprocal_or_zero(length));
+    let steady = |unit: &Vector3<T>| {
+        let fixed = unit.map(T::detached);
+        fixed - scale(axis, dot(axis, &fixed))
+    };
+    (steady_below(unit, length, T::one(), steady), length)
+}
+
+/// A direction, or where a length has too few digits for its derivatives one that has fewer of these.
+///
+/// * `whole` – square of what the length is a part of
+fn steady_below<T: Scalar>(
+    unit: Vector3<T>,
+    length: T,
+    whole: T,
+    steady: impl FnOnce(&Vector3<T>) -> Vector3<T>,
+) -> Vector3<T> {
+    if !is_more_than_values::<T>() {
+        return unit;
+    }
+    let (square, least) = (length * length, whole * (STEADY * STEADY));
+    let steady = steady(&unit);
+    Vector3::from_fn(|k, _| square.select_lt(least, steady[k], unit[k]))
 }
 
 /// Farthest point of an ellipsoid from its centre, and how far that is along n.
 fn ellipsoid_support<T: Scalar>(map: &Matrix3<T>, n: &Vector3<T>) -> (Vector3<T>, T) {
     let m = rotate_back(map, n);
     let h = safe_norm(&m);
-    (scale(&rotate(map, &m), reciprocal_or_zero(h)), h)
+    let unit = scale(&m, reciprocal_or_zero(h));
+    let p = rotate(map, &unit);
+    let steady = |_: &Vector3<T>| rotate(map, &unit.map(T::detached));
+    (steady_below(p, h, dot(&p, &p), steady), h)
 }
 
 fn disc<P: Scalar, T: Over<P>>(shape: &Shape<P>, X: &Transform<T>) -> Core<T> {

@@ -84,6 +84,37 @@ fn wedge_deep_in_an_aligned_cylinder_leaves_it_by_the_shortest_way() {
     assert!((found.distance + 0.5).abs() < 1e-9, "{found:?}");
 }
 
+// The way out across the side is half a metre, that through the end three quarters. Vertices on the axis have no radial direction of their own.
+#[test]
+fn capsule_on_the_axis_of_a_cylinder_leaves_it_across_the_side() {
+    let cylinder = Shape::Cylinder {
+        radius: 0.5,
+        half_length: 0.5,
+    };
+    let capsule = Shape::Capsule {
+        radius: 0.25,
+        half_length: 0.5,
+    };
+    let needle = Shape::Box {
+        half_extents: [0.0, 0.0, 0.5],
+    };
+    let turn = Quaternion::exp(&V::new(0.3, -0.8, 0.4)).to_matrix();
+    let along = V::new(0.0, 0.0, -0.25);
+    for rotation in [Matrix3::identity(), turn] {
+        let x = Transform::new(rotation, V::zeros());
+        let y = Transform::new(rotation, rotation * along);
+        for (inner, expected) in [(&capsule, -0.75), (&needle, -0.5)] {
+            for found in [
+                nearest(&cylinder, &x, inner, &y),
+                nearest(inner, &y, &cylinder, &x),
+            ] {
+                assert!((found.distance - expected).abs() < 1e-15, "{found:?}");
+            }
+            assert_slopes_are_those_of_the_normal(&cylinder, &x, inner, &y, 1e-12);
+        }
+    }
+}
+
 // Axis and edge lie along one another, the end of the axis beyond the edge: the points must be where both are.
 #[test]
 fn capsule_along_an_edge_of_a_hull_has_points_on_both() {
@@ -216,6 +247,179 @@ fn point_close_beside_a_line_has_the_derivatives_of_its_normal() {
         assert!((found.distance - expected).abs() < 3e-14, "{found:?}");
         assert_slopes_are_those_of_the_normal(first, &x, &point, &y, 1e-6);
     }
+}
+
+/// The distance is that expected either way round, with points as far apart along the normal and the derivatives of these.
+fn assert_distance(a: &Shape, x: &Pose, b: &Shape, y: &Pose, expected: f64, most: f64) {
+    for found in [nearest(a, x, b, y), nearest(b, y, a, x)] {
+        assert!((found.distance - expected).abs() <= most, "{found:?}");
+        let apart = found.points[1] - found.points[0] - found.normal * found.distance;
+        assert!(apart.norm() <= most, "{found:?}");
+    }
+    assert_slopes_are_those_of_the_normal(a, x, b, y, 1e-7);
+}
+
+// The centre of the ball is above one face by 10⁻⁶ m and as much behind the other one at their edge: all normals about the edge are as good to 10⁻⁶ m.
+#[test]
+fn ball_about_an_edge_of_a_hull_leaves_it_across_the_nearer_face() {
+    let ball = Shape::Ellipsoid {
+        semi_axes: [0.5; 3],
+    };
+    let x = pose(
+        [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]],
+        [-0.75, -1.0, -0.25],
+    );
+    let y = pose(
+        [
+            [
+                -5.2624247202703506e-6,
+                -4.4930290637194e-6,
+                0.9999999999760598,
+            ],
+            [
+                9.997115513437907e-6,
+                0.9999999999399349,
+                4.493081672624901e-6,
+            ],
+            [
+                -0.9999999999361823,
+                9.99713915770264e-6,
+                -5.262379802623708e-6,
+            ],
+        ],
+        [-0.5, -1.0, 0.0],
+    );
+    let center = y.inverse().point(&x.translation);
+    assert!(center.x > -0.25 && center.z > 0.25, "{center:?}");
+    assert_distance(&ball, &x, &wedge(), &y, center.z - 0.75, 1e-12);
+}
+
+// A hull without two of its extents is a needle, whatever vertices it has between its ends.
+#[test]
+fn needle_of_many_points_has_the_distance_of_the_segment_between_its_ends() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut vector = |size: f64| V::from_fn(|_, _| rng.random_range(-size..size));
+    let cylinder = Shape::Cylinder {
+        radius: 0.65,
+        half_length: 0.8,
+    };
+    let ellipsoid = Shape::Ellipsoid {
+        semi_axes: [0.6, 0.7, 0.9],
+    };
+    for _ in 0..200 {
+        let points: Vec<V> = (0..12).map(|_| vector(1.0)).collect();
+        let reach = points.iter().map(|p| p.x.abs()).fold(0.0, f64::max);
+        let ends = [-reach, reach].map(|x| V::x() * x);
+        let all = points.into_iter().chain(ends).collect();
+        let hull = |points| Hull::new(points).expect("finite points");
+        let [needle, segment] = [all, ends.to_vec()].map(|points| Shape::Hull {
+            hull: Arc::new(hull(points)),
+            scale: [0.5, 0.0, 1e-9],
+        });
+        let poses = [(); 2].map(|()| {
+            let turn = Quaternion::exp(&vector(2.0)).to_matrix();
+            Transform::new(turn, vector(0.3))
+        });
+        for other in [&cylinder, &ellipsoid] {
+            let [found, expected] = [&needle, &segment]
+                .map(|shape| nearest(shape, &poses[0], other, &poses[1]).distance);
+            assert!((found - expected).abs() < 3e-9, "{found} {expected}");
+        }
+    }
+}
+
+// Beyond the edge of a cap by a few millimetres, a rim: only normals within a few degrees of one direction widen the gap.
+#[test]
+fn rims_that_all_but_face_each_other_are_not_taken_for_a_cap() {
+    let cylinder = Shape::Cylinder {
+        radius: 0.5,
+        half_length: 0.5,
+    };
+    let x = pose(
+        [[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]],
+        [-0.75, -0.25, 0.0],
+    );
+    let y = pose(
+        [
+            [
+                0.00568248733474645,
+                0.9999725981646636,
+                -0.004744708368572295,
+            ],
+            [
+                0.9999654309023919,
+                -0.005653516805125803,
+                0.006097109801204846,
+            ],
+            [
+                0.0060701184407089,
+                -0.004779191097509484,
+                -0.999970156051954,
+            ],
+        ],
+        [0.25, 0.25, -0.5],
+    );
+    // By steps up the gap of both shapes.
+    assert_distance(&cylinder, &x, &cylinder, &y, -0.0030201279498182757, 1e-12);
+}
+
+// The normal along the axis of a cap to the last digit: the point of the rim along it is rounding.
+#[test]
+fn cap_flat_on_a_plane_has_the_derivatives_of_the_plane() {
+    let nothing = 2.220446049250313e-16;
+    let cylinder = Shape::Cylinder {
+        radius: 0.5,
+        half_length: 0.5,
+    };
+    let x = pose(
+        [
+            [nothing, 1.0, 0.0],
+            [-nothing, 0.0, 1.0],
+            [1.0, -nothing, nothing],
+        ],
+        [0.5, 1.0, -0.25],
+    );
+    let disc = Shape::Ellipsoid {
+        semi_axes: [0.5, 0.5, 0.0],
+    };
+    let y = pose(
+        [
+            [nothing, 1.0, -1.2246467991473532e-16],
+            [-nothing, 1.2246467991473537e-16, 1.0],
+            [1.0, -nothing, nothing],
+        ],
+        [-0.5, -0.25, 0.0],
+    );
+    for shape in [&cylinder, &disc] {
+        assert_slopes_are_those_of_the_normal(&Shape::HalfSpace, &x, shape, &y, 1e-9);
+        assert_slopes_are_those_of_the_normal(shape, &y, &Shape::HalfSpace, &x, 1e-9);
+    }
+}
+
+// An axis that touches the edge of a flat ellipsoid: normals of a whole arc are as good, and have no derivatives.
+#[test]
+fn cylinder_about_the_edge_of_a_flat_ellipsoid_has_the_derivatives_of_its_normal() {
+    let nothing = 2.220446049250313e-16;
+    let ellipsoid = Shape::Ellipsoid {
+        semi_axes: [0.0, 0.5, 0.5],
+    };
+    let cylinder = Shape::Cylinder {
+        radius: 0.5,
+        half_length: 0.5,
+    };
+    let x = pose(
+        [
+            [0.0, -nothing, -1.0],
+            [1.0, -nothing, 0.0],
+            [-nothing, -1.0, nothing],
+        ],
+        [0.5, -0.25, -0.5],
+    );
+    let y = pose(
+        [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [1.0, 0.0, -0.5],
+    );
+    assert_distance(&ellipsoid, &x, &cylinder, &y, -0.5, 1e-12);
 }
 
 /// A size from a micrometre to a thousand kilometres, or none.

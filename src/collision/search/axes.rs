@@ -161,6 +161,8 @@ impl<'a> Polytope<'a> {
 struct Cylinder {
     center: Vector3<f64>,
     axis: Vector3<f64>,
+    /// A unit direction across the axis.
+    across: Vector3<f64>,
     radius: f64,
     half_length: f64,
 }
@@ -174,6 +176,7 @@ impl Cylinder {
             } => Some(Self {
                 center: solid.X.translation,
                 axis: solid.X.rotation.column(2).into_owned(),
+                across: solid.X.rotation.column(0).into_owned(),
                 radius,
                 half_length,
             }),
@@ -245,10 +248,11 @@ impl<'a> Search<'a> {
         }
         for vertex in polytope.vertices() {
             let apart = vertex - cylinder.center;
-            let radial = apart - axis * axis.dot(&apart);
-            if let Some(n) = radial.try_normalize(f64::MIN_POSITIVE) {
-                self.offer(n * sign, ordered([Part::Side, Part::Farthest], sign));
-            }
+            // By products, which are across the axis however near to it the vertex is; on it all radial directions are as good.
+            let radial = axis.cross(&apart.cross(axis));
+            let n = radial.try_normalize(f64::MIN_POSITIVE);
+            let n = n.unwrap_or(cylinder.across);
+            self.offer(n * sign, ordered([Part::Side, Part::Farthest], sign));
         }
         if self.is_far() {
             return;

@@ -8,6 +8,7 @@
 
 mod axes;
 mod choose;
+mod curved;
 mod difference;
 mod ellipse;
 mod gjk;
@@ -165,7 +166,7 @@ fn is_proved(difference: &Difference<'_>, found: &Found) -> bool {
         NormalSource::Features => true,
         NormalSource::First(_) | NormalSource::Second(_) => reaches(difference, found),
     };
-    reaches && found.distance - found.gap <= PROOF * difference.size
+    reaches && found.lack() <= PROOF * difference.size
 }
 
 /// Whether a face lies opposite to what is nearest to its plane.

@@ -131,14 +131,39 @@ impl Near {
             own.add_outermost(solid, n, is_level);
             return own;
         }
+        let is_near = |below: &Vector3<f64>| below.dot(n) <= angle * below.norm();
+        let mut count = 0;
         for k in 0..solid.shape.n_vertices() {
             let below = farthest - solid.vertex(k);
-            let depth = below.dot(n);
-            if depth <= angle * below.norm() {
-                own.insert(k, depth);
+            if is_near(&below) {
+                own.insert(k, below.dot(n));
+                count += 1;
             }
         }
+        if count > MAX_NEAR {
+            own.add_ends(solid, |k| is_near(&(farthest - solid.vertex(*k))));
+        }
         own
+    }
+
+    /// In place of the lowest two: the end of a needle that is tilted a little, among whose vertices are all of the highest, and a corner of such a plate.
+    fn add_ends(&mut self, solid: &Solid<'_>, is_near: impl Fn(&u32) -> bool) {
+        let top = solid.vertex(self.vertices[0]);
+        let apart = |k: &u32| solid.vertex(*k) - top;
+        let most = |measure: &dyn Fn(&u32) -> f64| {
+            let near = (0..solid.shape.n_vertices()).filter(&is_near);
+            near.max_by(|i, j| measure(i).total_cmp(&measure(j)))
+        };
+        let Some(end) = most(&|k| apart(k).norm_squared()) else {
+            return;
+        };
+        let along = apart(&end);
+        let corner = most(&|k| along.cross(&apart(k)).norm_squared());
+        for (place, vertex) in [(MAX_NEAR - 1, Some(end)), (MAX_NEAR - 2, corner)] {
+            if let Some(vertex) = vertex.filter(|vertex| !self.vertices().contains(vertex)) {
+                self.vertices[place] = vertex;
+            }
+        }
     }
 
     /// Those of a large face or a needle that lie farthest along directions across its normal: which is the highest of them rounding decides.

@@ -78,16 +78,46 @@ fn on_triangle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Option<V
     inside.then(|| normal * (a.dot(&normal) / square))
 }
 
-/// Whether the origin is strictly inside a tetrahedron.
+/// Part of the cube of the farthest corner's distance by which the volumes between the origin and the faces of a tetrahedron are more than rounding.
+const NO_VOLUME: f64 = 1e-14;
+
+/// Whether the origin is inside a tetrahedron by more than rounding: four points of one plane have it inside by chance.
 fn contains_origin(p: &[Vector3<f64>; 4]) -> bool {
     let volume = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| a.cross(b).dot(c);
     let [a, b, c, d] = p;
-    let whole = volume(&(b - a), &(c - a), &(d - a));
     let parts = [
         volume(b, c, d),
         -volume(a, c, d),
         volume(a, b, d),
         -volume(a, b, c),
     ];
-    whole != 0.0 && parts.iter().all(|part| part * whole > 0.0)
+    let sign = parts[0].signum();
+    let smallest = parts
+        .iter()
+        .fold(f64::INFINITY, |a, part| a.min(part * sign));
+    let farthest = || p.iter().map(|x| x.norm_squared()).fold(0.0, f64::max);
+    smallest > 0.0 && smallest > NO_VOLUME * farthest().powf(1.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::Quaternion;
+
+    // Four points of a plane through the origin, all to one side of it: their volumes are rounding, of any sign.
+    #[test]
+    fn points_of_a_plane_beside_the_origin_do_not_contain_it() {
+        for k in 0..1000 {
+            let at = |step: f64| (step * f64::from(k)).sin();
+            let turn = Quaternion::exp(&Vector3::new(at(1.3), at(2.1), at(0.7))).to_matrix();
+            let [a, b] = [at(3.1), at(4.7)];
+            let points = [
+                Vector3::new(0.5, a, 0.0),
+                Vector3::new(0.7, b, 0.0),
+                Vector3::new(1.0, -a, 0.0),
+                Vector3::new(0.9, 0.3 - b, 0.0),
+            ];
+            assert!(!contains_origin(&points.map(|x| turn * x)), "{k}");
+        }
+    }
 }
