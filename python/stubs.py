@@ -438,7 +438,7 @@ class Writer:
             result = owner
         given = ", ".join(first + [self.argument(x, others) for x in own.arguments])
         mark = {"staticmethod": "@staticmethod\n", "getter": "@property\n", "setter": f"@{name}.setter\n"}.get(own.kind, "")
-        doc = own.doc.replace("\\", "\\\\").strip()
+        doc = "" if name.startswith("_") else own.doc.replace("\\", "\\\\").strip()  # of what users call
         ending = "\n" if "\n" in doc else ""
         text = f'{mark}def {name}({given}) -> {result}:' + (f'\n    """{doc}{ending}"""'.replace("\n", "\n    ").rstrip(" ") if doc else " ...")
         return text.replace("    \n", "\n").replace("\n        ", "\n    ")
@@ -459,7 +459,8 @@ def stubs() -> str:
     functions = [own for own in entries if not own.owner]
     functions += [own for text in table for own in entries_of_table(text) if "|s" not in text]
     lines = [HEADER]
-    lines += map(writer.entry, functions)
+    by_name = {f"_base_{own.name}" for own in functions}  # called by their names alone, in `BaseVelocity`
+    lines += (writer.entry(own) for own in functions if own.name not in by_name)
     lines.append("class BaseFunctions:\n    \"\"\"Methods of `BaseVelocity`.\"\"\"\n")
     lines += [re.sub(r"^(?=.)", "    ", writer.entry(own), flags=re.M) for own in base_functions(functions)]
     for rust, name in list(writer.classes.items())[1:]:

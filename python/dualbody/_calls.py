@@ -47,7 +47,7 @@ class Call(NamedTuple):
     @classmethod
     def of_values(cls, of: Model | Simulator, function: str, names: list[Any], given: int, has_parameters: bool, steps: int) -> Call:
         """The call of a function."""
-        both = _dualbody._signature(of, function, given, has_parameters, steps)
+        both = _dualbody._signature(of, function, given, has_parameters, steps, names)
         inputs, outputs = (tuple(map(tuple, shapes)) for shapes in both)
         return cls(of, "value", function, tuple(names), given, has_parameters, (), steps, (inputs, outputs))
 
@@ -109,7 +109,7 @@ class Call(NamedTuple):
         moved = [xp.moveaxis(front(x, axis), 0, at) for x, axis in zip(more, axes[self.n_inputs :], strict=True)]
         merged = [xp.reshape(x, (*x.shape[:at], x.shape[at] * x.shape[at + 1], *x.shape[at + 2 :])) for x in moved]
         out = bind(self, *inputs, *merged)
-        return [xp.reshape(x, (*x.shape[:at], size, x.shape[at] // size, *x.shape[at + 1 :])) for x in out], [at] * len(out)
+        return [xp.reshape(x, (*x.shape[:at], size, x.shape[at] // max(size, 1), *x.shape[at + 1 :])) for x in out], [at] * len(out)
 
 
 class _Entry(NamedTuple):
@@ -184,14 +184,17 @@ def _function(library: Library, entry: _Entry) -> Callable[..., Any]:
         if "u" in order and named.get("u") is None:
             named["u"] = np.zeros(of.nu)
         names = [named.get(name, default) for name, default in entry.keywords]
-        given = [named[name] for name in vectors if named.get(name) is not None]
-        if len(given) < len(entry.arguments) or None in names:
+        given = {name: named[name] for name in (*vectors, "parameters") if named.get(name) is not None}
+        has_parameters = "parameters" in given
+        if len(given) - has_parameters < len(entry.arguments) or None in names:
             raise TypeError(f"{entry.name}() needs {', '.join([*entry.arguments, *(name for name, x in entry.keywords if x is None)])}")
-        parameters = [x for x in [named.get("parameters")] if x is not None]
-        arrays = library.floats(*given, *parameters)
+        for name, x in given.items():
+            if "complex" in str(getattr(x, "dtype", "")):
+                raise TypeError(f"{name} holds {x.dtype}, expected real numbers")
+        arrays = library.floats(*given.values())
         steps = int(arrays[2].shape[-2]) if entry.name == "rollout" and arrays[2].ndim > 1 else 0
-        whole = Call.of_values(of, entry.name, names, len(given), bool(parameters), steps)
-        results = library.bind(whole, *_one_batch(library, whole, arrays))
+        whole = Call.of_values(of, entry.name, names, len(given) - has_parameters, has_parameters, steps)
+        results = library.bind(whole, *_one_batch(library, whole, dict(zip(given, arrays, strict=True))))
         return tuple(results) if entry.name in ("step", "rollout") else results[0]
 
     call.__name__ = call.__qualname__ = entry.name
@@ -200,11 +203,16 @@ def _function(library: Library, entry: _Entry) -> Callable[..., Any]:
     return call
 
 
-def _one_batch(library: Library, call: Call, arrays: list[Any]) -> list[Any]:
+def _one_batch(library: Library, call: Call, arrays: dict[str, Any]) -> list[Any]:
     """Arrays of one batch, whose rows have the shapes that the function wants."""
-    tails = call.shapes[0]
-    for k, (x, tail) in enumerate(zip(arrays, tails, strict=True)):
-        if tuple(x.shape[max(x.ndim - len(tail), 0) :]) != tail:
-            raise ValueError(f"argument {k} of {call.function} has the shape {tuple(x.shape)}, expected (..., {', '.join(map(str, tail))})")
-    batch = np.broadcast_shapes(*(tuple(x.shape[: x.ndim - len(tail)]) for x, tail in zip(arrays, tails, strict=True)))
-    return [library.xp.broadcast_to(x, (*batch, *tail)) for x, tail in zip(arrays, tails, strict=True)]
+    tails, batches = dict(zip(arrays, call.shapes[0], strict=True)), {}
+    for name, x in arrays.items():
+        tail, shape = tails[name], tuple(x.shape)
+        if shape[max(len(shape) - len(tail), 0) :] != tail:
+            raise ValueError(f"{name} has the shape {shape}, expected (..., {', '.join(map(str, tail))})")
+        batches[name] = shape[: len(shape) - len(tail)]
+    try:
+        batch = np.broadcast_shapes(*batches.values())
+    except ValueError:
+        raise ValueError(f"the batches of {call.function} do not fit: {', '.join(f'{name} {own}' for name, own in batches.items())}") from None
+    return [library.xp.broadcast_to(x, (*batch, *tails[name])) for name, x in arrays.items()]

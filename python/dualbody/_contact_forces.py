@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from ._value import Value
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
@@ -13,8 +15,8 @@ if TYPE_CHECKING:
     from ._rollout import Rollout
 
 
-@dataclass(frozen=True, repr=False)
-class ContactForces:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactForces(Value):
     """Forces of contact over a step from each state of a batch (...), in the axes of the world unless another frame is named.
 
     Points between links are the same in number, m, for all states: where a state has fewer, the others have links -1, and zeros.

@@ -64,141 +64,77 @@ class DdpKeywords(TypedDict, total=False):
     constraint_tolerance: float
     penalty: float
 
-def _call(of: Model | Simulator, text: str, arrays: Sequence[Array], out: Sequence[Array]) -> None:
-    """Calls a function as its text says, from arrays into arrays in C order."""
-def _signature(of: Model | Simulator, function: str, given: int, has_parameters: bool, steps: int) -> tuple[list[list[int]], list[list[int]]]:
-    """Shapes of the inputs and results of one row of a function."""
-def _table() -> list[tuple[str, list[str], str | None, list[tuple[str, str | None]], bool]]:
-    """All functions: name, vectors, one that may be left out, keywords with what they are if they are left out, whether they are of a simulator."""
-def _trace_model(name: str, model: Model) -> Graph:
-    """Traces a function of a robot."""
-def _trace_step(simulator: Simulator) -> Graph:
-    """Traces the step of a simulator."""
-def _srdf(model: Model, description: Path, prefix: str) -> tuple[list[list[str]], list[str]]:
-    """The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds."""
-def _estimate_soft_contact(mass: float, points: int, depth: float) -> tuple[float, list[float]]:
-    """Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force."""
-def _with_restitution(law: _contact.SoftContact, restitution: float, speed: float) -> list[float]:
-    """Numbers of the normal force of a law, damped for a restitution at a speed."""
-def _restitution(law: _contact.SoftContact, speed: float) -> float | None:
-    """Restitution of the normal force of a law at a speed."""
-def _impact_time(law: _contact.SoftContact, mass: float, speed: float) -> float:
-    """Time of contact of a mass at a speed under the normal force of a law."""
-def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> list[Array]:
-    """Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first."""
-def _terrain_surface(terrain: _contact.Terrain, x: float, y: float) -> tuple[float, float, float]:
-    """Height and slope (h, ∂h/∂x, ∂h/∂y) of a terrain at (x, y)."""
-def _lqr(discrete: bool, a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike) -> tuple[Any, ...]:
-    """Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues as (re, im), residual, iterations, status, stabilised)."""
-def _finite_horizon_lqr(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, final_cost: ArrayLike) -> tuple[Any, ...]:
-    """Solves a regulator's problem over stages: (gains, costs to go, status, solved)."""
-def _computed_torque(model: Model, gains: tuple[ArrayLike, ArrayLike], q: ArrayLike, v: ArrayLike, target_q: ArrayLike, target_v: ArrayLike) -> Array:
-    """Torque that makes the errors obey ë + k_d ė + k_p e = 0, of states (..., nq), (..., nv)."""
+def _call(of: Model | Simulator, text: str, arrays: Sequence[Array], out: Sequence[Array]) -> None: ...
+def _signature(of: Model | Simulator, function: str, given: int, has_parameters: bool, steps: int, names: Sequence[str] | None = None) -> tuple[list[list[int]], list[list[int]]]: ...
+def _table() -> list[tuple[str, list[str], str | None, list[tuple[str, str | None]], bool]]: ...
+def _trace_model(name: str, model: Model) -> Graph: ...
+def _trace_step(simulator: Simulator) -> Graph: ...
+def _srdf(model: Model, description: Path, prefix: str) -> tuple[list[list[str]], list[str]]: ...
+def _estimate_soft_contact(mass: float, points: int, depth: float) -> tuple[float, list[float]]: ...
+def _with_restitution(law: _contact.SoftContact, restitution: float, speed: float) -> list[float]: ...
+def _restitution(law: _contact.SoftContact, speed: float) -> float | None: ...
+def _impact_time(law: _contact.SoftContact, mass: float, speed: float) -> float: ...
+def _nearest(model: Model, q: ArrayLike, first: str, second: str) -> list[Array]: ...
+def _terrain_surface(terrain: _contact.Terrain, x: float, y: float) -> tuple[float, float, float]: ...
+def _lqr(discrete: bool, a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike) -> tuple[Any, ...]: ...
+def _finite_horizon_lqr(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, final_cost: ArrayLike) -> tuple[Any, ...]: ...
+def _computed_torque(model: Model, gains: tuple[ArrayLike, ArrayLike], q: ArrayLike, v: ArrayLike, target_q: ArrayLike, target_v: ArrayLike) -> Array: ...
 def check_mass_matrix(model: Model) -> None:
     """Raises a ValueError that names the joints that nothing resists, if the mass matrix is singular."""
-def _prepare(model: Model, preparation: _identify.Preparation, experiments: Sequence[_identify.Experiment]) -> tuple[list[tuple[str, float, float, list[Array]]], list[tuple[str, float, int]]]:
-    """Prepares experiments for a robot: segments, and stretches that were too short as (name, start, samples)."""
-def _estimate(regressor: _identify.Regressor, data: _identify.Dataset) -> tuple[Array, Array, Array, list[float], list[int], float, int, Array]:
-    """Estimates the base parameters of a robot from data."""
-def _intervals(estimate: _identify.Estimate, level: float) -> list[tuple[str, float, float, float, float]]:
-    """Confidence intervals of the base parameters."""
-def _consistent(estimate: _identify.Estimate, regularization: float | None, gap: float | None) -> tuple[Array, list[Array], float, float, int]:
-    """A physically consistent robot: (unknowns, robot, excess, gap, iterations)."""
-def _report(estimate: _identify.Estimate, robot: _identify.Robot, validation: _identify.Dataset, level: float) -> tuple[str, str]:
-    """Text and page of the report."""
-def _identified(estimate: _identify.Estimate) -> list[Array]:
-    """The robot with what was found."""
-def _excite(regressor: _identify.Regressor, options: dict[str, Any]) -> tuple[float, Array, Array, float, float]:
-    """Finds a periodic motion that tells much of the unknowns."""
-def _excited(motion: _identify.Excitation, times: ArrayLike) -> list[Array]:
-    """Configurations, velocities and accelerations of a motion at times, (times, n) each."""
-def _regressor(regressor: _identify.Regressor) -> tuple[list[str], Array]:
-    """Names and nominal values of the unknowns."""
-def _regressor_matrix(regressor: _identify.Regressor, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-    """Y of states, (…, nv, unknowns)."""
-def _base_parameters(regressor: _identify.Regressor) -> tuple[list[int], list[int], Array, list[int], list[str]]:
-    """The combinations of unknowns that motion tells."""
-def _predict(robot: _identify.Robot, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-    """Joint forces that a robot needs for a motion, (…, nv)."""
-def _validate(robot: _identify.Robot, data: _identify.Dataset) -> tuple[list[list[float]], list[Array]]:
-    """Compares predicted with measured forces."""
-def _shoot(simulator: Simulator, data: _identify.Dataset, adjustable: Sequence[object], level: float, options: dict[str, Any]) -> tuple[Array, list[tuple[str, float, float, float, float]] | None, float, str, bool, int, Array]:
-    """Adjusts numbers of a simulator until its motion is that of the data."""
-def _foreign_function() -> object:
-    """The function that XLA calls, as a capsule for `jax.ffi.register_ffi_target`."""
-def _foreign_name(of: Model | Simulator) -> str:
-    """The name of a model or simulator in programs: a digest of what it is."""
-def _loss(loss: tuple[str, float], s: ArrayLike) -> list[Array]:
-    """Cost ρ and weight ρ' of squares of residuals."""
-def _least_squares(residuals: Callable[[Array], ArrayLike], jacobian: Callable[[Array], ArrayLike], start: ArrayLike, manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None, loss: tuple[str, float], bounds: Sequence[ArrayLike | None], report: Report | None, options: dict[str, Any]) -> tuple[Any, ...]:
-    """Minimises: (x, residuals, cost, status, converged, iterations, history, held, normal matrix, variance, covariance)."""
+def _prepare(model: Model, preparation: _identify.Preparation, experiments: Sequence[_identify.Experiment]) -> tuple[list[tuple[str, float, float, list[Array]]], list[tuple[str, float, int]]]: ...
+def _estimate(regressor: _identify.Regressor, data: _identify.Dataset) -> tuple[Array, Array, Array, list[float], list[int], float, int, Array]: ...
+def _intervals(estimate: _identify.Estimate, level: float) -> list[tuple[str, float, float, float, float]]: ...
+def _consistent(estimate: _identify.Estimate, regularization: float | None, gap: float | None) -> tuple[Array, list[Array], float, float, int]: ...
+def _report(estimate: _identify.Estimate, robot: _identify.Robot, validation: _identify.Dataset, level: float) -> tuple[str, str]: ...
+def _identified(estimate: _identify.Estimate) -> list[Array]: ...
+def _excite(regressor: _identify.Regressor, options: dict[str, Any]) -> tuple[float, Array, Array, float, float]: ...
+def _excited(motion: _identify.Excitation, times: ArrayLike) -> list[Array]: ...
+def _regressor(regressor: _identify.Regressor) -> tuple[list[str], Array]: ...
+def _regressor_matrix(regressor: _identify.Regressor, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array: ...
+def _base_parameters(regressor: _identify.Regressor) -> tuple[list[int], list[int], Array, list[int], list[str]]: ...
+def _predict(robot: _identify.Robot, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array: ...
+def _validate(robot: _identify.Robot, data: _identify.Dataset) -> tuple[list[list[float]], list[Array]]: ...
+def _shoot(simulator: Simulator, data: _identify.Dataset, adjustable: Sequence[object], level: float, options: dict[str, Any]) -> tuple[Array, list[tuple[str, float, float, float, float]] | None, float, str, bool, int, Array]: ...
+def _foreign_function() -> object: ...
+def _foreign_name(of: Model | Simulator) -> str: ...
+def _loss(loss: tuple[str, float], s: ArrayLike) -> list[Array]: ...
+def _least_squares(residuals: Callable[[Array], ArrayLike], jacobian: Callable[[Array], ArrayLike], start: ArrayLike, manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None, loss: tuple[str, float], bounds: Sequence[ArrayLike | None], report: Report | None, options: dict[str, Any]) -> tuple[Any, ...]: ...
 def _command(arguments: Sequence[str]) -> int: ...
 def set_memory_limit(bytes: int | None) -> None:
     """Sets the bytes above which a result is refused with a MemoryError before any work; None for what the machine has."""
 def memory_limit() -> int:
     """Returns the bytes above which a result is refused with a MemoryError before any work."""
-def _check_grid(nx: int, ny: int) -> None:
-    """Refuses a grid of nx × ny heights that would not fit."""
-def _build_model(name: str, gravity: Sequence[float], base: str, independent_mimic_joints: bool, links: Sequence[_model.LinkSpec], joints: Sequence[_model.JointSpec], frames: Sequence[tuple[str, str, ArrayLike]]) -> Model:
-    """Builds a robot from links, joints and frames."""
-def _edited(model: Model, method: str, arguments: tuple[Any, ...]) -> Array:
-    """Calls a method of a robot that gives a changed one."""
-def _hardware(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None) -> tuple[list[str], Array]:
-    """Names and nominal values of the parameters."""
-def _hardware_model(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None, x: ArrayLike) -> Model:
-    """The robot with other values of the parameters."""
-def _hardware_jacobian(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None, x: ArrayLike) -> Array:
-    """Derivatives of all parameters of the model in those of the hardware."""
-def _load_model(format: str, text: str | None, path: Path | None, options: dict[str, Any]) -> Model:
-    """Loads a robot: `format` is "urdf", "sdf" or "mjcf", `text` the description, `path` the file that it is from, if it is from one.
-
-    A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
-    """
-def _random_state(model: Model, seed: int, bounds: tuple[Sequence[Sequence[float]], Sequence[Sequence[float]] | None, Sequence[Sequence[float]], Sequence[Sequence[float]], Sequence[float], Sequence[float]]) -> tuple[Array, Array]:
-    """A random (q, v) within bounds: position, roll-pitch-yaw, linear and angular velocity of the base, position and velocity of joints."""
-def _unit_joint_forces(model: Model, joint: str) -> Array:
-    """Joint forces tau of unit forces along the degrees of freedom of a joint, a row for each, (dof, nv)."""
-def _import_report(file: str, bases: Sequence[str], root_link: str, limited_joints: int, warnings: Sequence[tuple[str, str, int, str]], ignored: Sequence[tuple[str, str, int, str]]) -> ImportReport:
-    """Restores a pickled report: file, base, requested base, root link, joints with limits, warnings, unused lines."""
-def _sample(name: str, *arguments: int) -> Model:
-    """One of the robots that come with the library."""
-def _sample_urdf(name: str) -> str:
-    """The URDF of a robot that comes with the library."""
-def _simulator(class_: ArrayLike, model: ArrayLike, parts: dict[str, Any]) -> Array:
-    """Makes a simulator again."""
-def _rotation(question: str, x: Sequence[float]) -> list[float]:
-    """A question about rotations, by its name: numbers in, numbers out. Quaternions are (w, x, y, z), matrices row by row."""
-def _pose(question: str, x: Sequence[float]) -> list[float]:
-    """A question about a pose, by its name: quaternion and translation in, numbers out."""
+def _check_grid(nx: int, ny: int) -> None: ...
+def _build_model(name: str, gravity: Sequence[float], base: str, independent_mimic_joints: bool, links: Sequence[_model.LinkSpec], joints: Sequence[_model.JointSpec], frames: Sequence[tuple[str, str, ArrayLike]]) -> Model: ...
+def _edited(model: Model, method: str, arguments: tuple[Any, ...]) -> Array: ...
+def _hardware(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None) -> tuple[list[str], Array]: ...
+def _hardware_model(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None, x: ArrayLike) -> Model: ...
+def _hardware_jacobian(model: Model, links: Sequence[tuple[str, Sequence[str], str]] | None, x: ArrayLike) -> Array: ...
+def _load_model(format: str, text: str | None, path: Path | None, options: dict[str, Any]) -> Model: ...
+def _random_state(model: Model, seed: int, bounds: tuple[Sequence[Sequence[float]], Sequence[Sequence[float]] | None, Sequence[Sequence[float]], Sequence[Sequence[float]], Sequence[float], Sequence[float]]) -> tuple[Array, Array]: ...
+def _unit_joint_forces(model: Model, joint: str) -> Array: ...
+def _import_report(file: str, bases: Sequence[str], root_link: str, limited_joints: int, warnings: Sequence[tuple[str, str, int, str]], ignored: Sequence[tuple[str, str, int, str]]) -> ImportReport: ...
+def _sample(name: str, *arguments: int) -> Model: ...
+def _sample_urdf(name: str) -> str: ...
+def _simulator(class_: ArrayLike, model: ArrayLike, parts: dict[str, Any]) -> Array: ...
+def _rotation(question: str, x: Sequence[float]) -> list[float]: ...
+def _pose(question: str, x: Sequence[float]) -> list[float]: ...
 def set_threads(threads: int) -> None:
     """Sets the number of threads of batches, 0 for one for each core."""
 def threads() -> int:
     """Returns the number of threads of batches."""
-def _ddp(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, report: Report | None = None) -> tuple[Any, ...]:
-    """Solves a problem by differential dynamic programming: see `solution`, with the gains."""
-def _trajectory_cost(problem: _trajopt.Problem, states: ArrayLike | None, inputs: ArrayLike) -> tuple[float, float]:
-    """Cost and constraint violation of a trajectory."""
-def _position_bounds(simulator: Simulator) -> tuple[list[float], list[float]]:
-    """Barriers and bounds of a robot's limits: (lower, upper) of positions as states, and of efforts."""
-def _single_shooting(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, report: Report | None = None) -> tuple[Any, ...]:
-    """Minimises: see `solution`, with the variables."""
-def _shooting_at(problem: _trajopt.Problem, options: dict[str, Any], question: str, z: ArrayLike) -> Array:
-    """Value, gradient (n,), Hessian (n, n) or trajectory (x, u) at variables (n,)."""
-def _shooting_variables(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None) -> Array:
-    """The variables (n,) of a guess."""
-def _transcription(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, from_: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None, report: Report | None = None) -> tuple[Any, ...]:
-    """Solves a problem by direct transcription: see `solution`, with what the curve has besides the states at the nodes.
-
-    * `from` – curve of a former solution, in place of a guess
-    """
-def _curve_at(problem: _trajopt.Problem, points: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike], times: ArrayLike) -> tuple[Array, Array]:
-    """States (n, nx) and inputs (n, nu) of a curve at times (n,), s."""
-def _plot(title: str, axes: Sequence[str], size: tuple[int, int], is_logarithmic: bool, lines: Sequence[tuple[str, Sequence[tuple[float, float]]]]) -> Plot:
-    """Makes a plot again that was pickled."""
-def _recording(class_: type[Recording], text: str, models: Sequence[Model]) -> Recording:
-    """Makes a recording again that was pickled."""
-def _build_world(name: str, gravity: Sequence[float] | None, calls: Sequence[tuple[str, tuple[Any, ...], dict[str, Any]]]) -> Model:
-    """Builds a world from the calls that made it: what a pickled model is made again by."""
+def _ddp(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, report: Report | None = None) -> tuple[Any, ...]: ...
+def _trajectory_cost(problem: _trajopt.Problem, states: ArrayLike | None, inputs: ArrayLike) -> tuple[float, float]: ...
+def _position_bounds(simulator: Simulator) -> tuple[list[float], list[float]]: ...
+def _single_shooting(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, report: Report | None = None) -> tuple[Any, ...]: ...
+def _shooting_at(problem: _trajopt.Problem, options: dict[str, Any], question: str, z: ArrayLike) -> Array: ...
+def _shooting_variables(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None) -> Array: ...
+def _transcription(problem: _trajopt.Problem, options: dict[str, Any], guess: Guess | None = None, from_: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None, report: Report | None = None) -> tuple[Any, ...]: ...
+def _curve_at(problem: _trajopt.Problem, points: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike], times: ArrayLike) -> tuple[Array, Array]: ...
+def _plot(title: str, axes: Sequence[str], size: tuple[int, int], is_logarithmic: bool, lines: Sequence[tuple[str, Sequence[tuple[float, float]]]]) -> Plot: ...
+def _recording(class_: type[Recording], text: str, models: Sequence[Model]) -> Recording: ...
+def _world(name: str, gravity: Sequence[float] | None, calls: Sequence[tuple[str, tuple[Any, ...], dict[str, Any]]]) -> World: ...
+def _build_world(name: str, gravity: Sequence[float] | None, calls: Sequence[tuple[str, tuple[Any, ...], dict[str, Any]]]) -> Model: ...
 def carried_state(before: Model, after: Model, q: ArrayLike, v: ArrayLike) -> list[Array]:
     """The state (q, v) of one model in another, joint by joint of the same name: a world with other members, say.
 
@@ -216,52 +152,10 @@ def acceleration_to_representation(model: Model, q: ArrayLike, v: ArrayLike, a: 
     """Acceleration whose base part is in another representation, (..., nv). q (..., nq), v and a (..., nv)."""
 def acceleration_from_representation(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, representation: RepresentationName, *, out: Array | None = None) -> Array:
     """Acceleration of this library from one whose base part is in another representation, (..., nv). q (..., nq), v and a (..., nv)."""
-def _row_to_representation(model: Model, q: ArrayLike, row: ArrayLike, representation: RepresentationName, *, out: Array | None = None) -> Array:
-    """Row of a Jacobian for velocities whose base part is in another representation, (..., nv). q (..., nq), row (..., nv)."""
+def _row_to_representation(model: Model, q: ArrayLike, row: ArrayLike, representation: RepresentationName, *, out: Array | None = None) -> Array: ...
 def mass_matrix_to_representation(model: Model, q: ArrayLike, mass_matrix: ArrayLike, representation: RepresentationName, *, out: Array | None = None) -> Array:
     """Mass matrix for velocities whose base part is in another representation, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv)."""
-def _base_inverse_dynamics(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Joint forces, (..., nv). q (..., nq), v and a (..., nv)."""
-def _base_forward_dynamics(model: Model, q: ArrayLike, v: ArrayLike, tau: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Accelerations, (..., nv). q (..., nq), v and tau (..., nv)."""
-def _base_bias_forces(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Bias forces, (..., nv). q (..., nq), v (..., nv)."""
-def _base_gravity_forces(model: Model, q: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Gravity forces, (..., nv). q (..., nq)."""
-def _base_mass_matrix(model: Model, q: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Mass matrix, (..., nv, nv). q (..., nq)."""
-def _base_mass_matrix_inverse(model: Model, q: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Inverse of the mass matrix, (..., nv, nv). q (..., nq)."""
-def _base_coriolis_matrix(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Coriolis matrix, (..., nv, nv). q (..., nq), v (..., nv)."""
-def _base_frame_velocity(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName, base: str, *, out: Array | None = None) -> Array:
-    """Velocity of a frame, (..., 6). q (..., nq), v (..., nv)."""
-def _base_frame_acceleration(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, frame: str, representation: RepresentationName, base: str, *, out: Array | None = None) -> Array:
-    """Acceleration of a frame, (..., 6). q (..., nq), v and a (..., nv)."""
-def _base_frame_bias_acceleration(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName, base: str, *, out: Array | None = None) -> Array:
-    """Bias acceleration of a frame, (..., 6). q (..., nq), v (..., nv)."""
-def _base_frame_jacobian(model: Model, q: ArrayLike, frame: str, representation: RepresentationName, base: str, *, out: Array | None = None) -> Array:
-    """Jacobian of a frame, (..., 6, nv). q (..., nq)."""
-def _base_frame_jacobian_derivative(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName, base: str, *, out: Array | None = None) -> Array:
-    """Rate of the Jacobian of a frame, (..., 6, nv). q (..., nq), v (..., nv)."""
-def _base_momentum(model: Model, q: ArrayLike, v: ArrayLike, frame: MomentumFrameName, base: str, *, out: Array | None = None) -> Array:
-    """Momentum, (..., 6). q (..., nq), v (..., nv)."""
-def _base_momentum_matrix(model: Model, q: ArrayLike, frame: MomentumFrameName, base: str, *, out: Array | None = None) -> Array:
-    """Momentum matrix, (..., 6, nv). q (..., nq)."""
-def _base_centroidal_momentum_rate(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Rate of the centroidal momentum, (..., 6). q (..., nq), v and a (..., nv)."""
-def _base_centroidal_momentum_matrix_derivative(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Rate of the centroidal momentum matrix, (..., 6, nv). q (..., nq), v (..., nv)."""
-def _base_average_velocity_jacobian(model: Model, q: ArrayLike, frame: MomentumFrameName, base: str, *, out: Array | None = None) -> Array:
-    """Jacobian of the average velocity, (..., 6, nv). q (..., nq)."""
-def _base_center_of_mass_velocity(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Velocity of the centre of mass, (..., 3). q (..., nq), v (..., nv)."""
-def _base_center_of_mass_jacobian(model: Model, q: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Jacobian of the centre of mass, (..., 3, nv). q (..., nq)."""
-def _base_center_of_mass_acceleration(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """Acceleration of the centre of mass, (..., 3). q (..., nq), v and a (..., nv)."""
-def _base_state_tangents(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array:
-    """The maps of tangents of a state to another representation of the base and back, (..., 2, 2 nv, 2 nv). q (..., nq), v (..., nv)."""
+def _base_state_tangents(model: Model, q: ArrayLike, v: ArrayLike, base: str, *, out: Array | None = None) -> Array: ...
 def inverse_dynamics(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, external: ArrayLike | None = None, out: Array | None = None) -> Array:
     """Joint forces that produce the accelerations ``a``:  tau = M(q) a + h(q, v) - sum J' f.
 
@@ -290,10 +184,8 @@ def coriolis_matrix(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | No
 
     q (..., nq), v (..., nv). [Echeandia, Wensing 2021]
     """
-def _inverse_dynamics_derivatives(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, out: Array | None = None) -> Array:
-    """Derivatives of inverse dynamics in one array (..., 3, nv, nv): by q, v, a."""
-def _forward_dynamics_derivatives(model: Model, q: ArrayLike, v: ArrayLike, tau: ArrayLike, *, out: Array | None = None) -> Array:
-    """Derivatives of forward dynamics in one array (..., 3, nv, nv): by q, v, tau."""
+def _inverse_dynamics_derivatives(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, out: Array | None = None) -> Array: ...
+def _forward_dynamics_derivatives(model: Model, q: ArrayLike, v: ArrayLike, tau: ArrayLike, *, out: Array | None = None) -> Array: ...
 def kinetic_energy(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | None = None) -> Array:
     """Kinetic energy, (...), J. q (..., nq), v (..., nv)."""
 def potential_energy(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
@@ -308,8 +200,7 @@ def kinetic_energy_regressor(model: Model, q: ArrayLike, v: ArrayLike, *, out: A
     """Row y with T = y p, p the ten inertial parameters of each body, (..., 10 n_bodies). q (..., nq), v (..., nv)."""
 def potential_energy_regressor(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
     """Row y with U = y p, p the ten inertial parameters of each body, (..., 10 n_bodies). q (..., nq)."""
-def _frame_force(model: Model, q: ArrayLike, force: ArrayLike, frame: str, representation: RepresentationName, *, out: Array | None = None) -> Array:
-    """Forces on the bodies in their frames of a force on one frame or link, (..., n_bodies, 6). q (..., nq), force (..., 6)."""
+def _frame_force(model: Model, q: ArrayLike, force: ArrayLike, frame: str, representation: RepresentationName, *, out: Array | None = None) -> Array: ...
 def forward_kinematics(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
     """Poses of all frames in the world, in the order of ``model.frame_names``, (..., n_frames, 4, 4). q (..., nq)."""
 def frame_velocity(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body", *, out: Array | None = None) -> Array:
@@ -326,8 +217,7 @@ def frame_jacobian(model: Model, q: ArrayLike, frame: str, representation: Repre
     """Jacobian of a frame: its velocity is J v, (..., 6, nv). q (..., nq); representation "body", "mixed" or "inertial"."""
 def frame_jacobian_derivative(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body", *, out: Array | None = None) -> Array:
     """Rate of a frame's Jacobian along v, (..., 6, nv). q (..., nq), v (..., nv)."""
-def _frame_velocity_derivatives(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body", *, out: Array | None = None) -> Array:
-    """Derivatives of a frame's velocity in one array (..., 2, 6, nv): by q, v."""
+def _frame_velocity_derivatives(model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body", *, out: Array | None = None) -> Array: ...
 def frame_pose(model: Model, q: ArrayLike, frame: str, *, out: Array | None = None) -> Array:
     """Pose of a frame or link in the world as a matrix [[R, p], [0, 1]], (..., 4, 4). q (..., nq)."""
 def frame_placement_derivatives(model: Model, q: ArrayLike, frame: str, *, out: Array | None = None) -> Array:
@@ -346,8 +236,7 @@ def integrate(model: Model, q: ArrayLike, dv: ArrayLike, *, out: Array | None = 
     """Configuration q moved by the tangent vector dv, (..., nq). q (..., nq), dv (..., nv)."""
 def difference(model: Model, q0: ArrayLike, q1: ArrayLike, *, out: Array | None = None) -> Array:
     """Tangent vector that leads from q0 to q1, in the axes of the bodies at q0: (..., nv). q0 and q1 (..., nq). The shorter way about a turn."""
-def _deviation(model: Model, q: ArrayLike, v: ArrayLike, q0: ArrayLike, v0: ArrayLike, *, out: Array | None = None) -> Array:
-    """Deviation of a state from another, (..., 2 nv). q, q0 (..., nq), v, v0 (..., nv)."""
+def _deviation(model: Model, q: ArrayLike, v: ArrayLike, q0: ArrayLike, v0: ArrayLike, *, out: Array | None = None) -> Array: ...
 def center_of_mass(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
     """Centre of mass in the world, (..., 3), m. q (..., nq)."""
 def center_of_mass_velocity(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | None = None) -> Array:
@@ -366,8 +255,7 @@ def centroidal_momentum_rate(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayL
     """Rate of the centroidal momentum, (..., 6), N and N·m. q (..., nq), v and a (..., nv)."""
 def centroidal_momentum_matrix_derivative(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | None = None) -> Array:
     """Rate of the centroidal momentum matrix along v, (..., 6, nv). q (..., nq), v (..., nv)."""
-def _centroidal_momentum_derivatives(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | None = None) -> Array:
-    """Derivatives of the centroidal momentum in one array (..., 2, 6, nv): by q, v."""
+def _centroidal_momentum_derivatives(model: Model, q: ArrayLike, v: ArrayLike, *, out: Array | None = None) -> Array: ...
 def momentum(model: Model, q: ArrayLike, v: ArrayLike, frame: MomentumFrameName = "centroidal", *, out: Array | None = None) -> Array:
     """Momentum of all bodies in a frame ("centroidal", "world", "base"), [linear; angular], (..., 6). q (..., nq), v (..., nv)."""
 def momentum_matrix(model: Model, q: ArrayLike, frame: MomentumFrameName = "centroidal", *, out: Array | None = None) -> Array:
@@ -378,10 +266,8 @@ def average_velocity(model: Model, q: ArrayLike, v: ArrayLike, frame: MomentumFr
     """Velocity that the robot would have as one body of the same momentum, (..., 6). q (..., nq), v (..., nv)."""
 def average_velocity_jacobian(model: Model, q: ArrayLike, frame: MomentumFrameName = "centroidal", *, out: Array | None = None) -> Array:
     """Matrix of the average velocity, (..., 6, nv). q (..., nq)."""
-def _integrate_jacobian(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
-    """Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero."""
-def _difference_jacobian(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array:
-    """Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q."""
+def _integrate_jacobian(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array: ...
+def _difference_jacobian(model: Model, q: ArrayLike, *, out: Array | None = None) -> Array: ...
 def inverse_dynamics_second_derivatives(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, out: Array | None = None) -> Array:
     """Second derivatives of tau in (q, v, a), tangent: (..., nv, 3 nv, 3 nv). q (..., nq), v and a (..., nv)."""
 class BaseFunctions:
@@ -516,8 +402,7 @@ class CudaStates:
     def status(self) -> list[_sim.Status]:
         """The Status of each state, with the step at which its motion ended, counted from the last copy_from. Waits for the device."""
     def __len__(self) -> int: ...
-    def __dlpack_device__(self) -> tuple[Any, ...]:
-        """The kind and the number of the device, as DLPack counts."""
+    def __dlpack_device__(self) -> tuple[Any, ...]: ...
     def advance(self, u: Any | None = None, steps: int | None = None) -> None:
         """Takes `steps` steps of all states with an input that is held: u (nu, count), an array on the GPU of the simulator's precision, in C order
         (`actions.T.contiguous()` of a policy's (count, nu)); zero if it is left out.
@@ -528,8 +413,7 @@ class CudaStates:
         """
     def numbers(self) -> Array:
         """All numbers, (count, n): q, v, contact of each state, from the device."""
-    def __dlpack__(self, *, stream: Any | None = None, max_version: tuple[int, int] | None = None, dl_device: tuple[int, int] | None = None, copy: bool | None = None) -> Any:
-        """A copy for another package; see the class."""
+    def __dlpack__(self, *, stream: Any | None = None, max_version: tuple[int, int] | None = None, dl_device: tuple[int, int] | None = None, copy: bool | None = None) -> Any: ...
 @final
 class EngineCoordinates:
     @property
@@ -762,10 +646,8 @@ class NativeFunction:
     @property
     def n_outputs(self) -> int:
         """Number of entries of all outputs."""
-    def __call__(self, inputs: ArrayLike) -> Array:
-        """Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate."""
-    def __new__(cls, graph: Graph, name: str, compiler: _native.Compiler | None = None) -> NativeFunction:
-        """Compiles a Graph as a C function of a given name, or finds it in the cache. Raises an OSError with the reason if that fails. Ctrl-C ends the compiler."""
+    def __call__(self, inputs: ArrayLike) -> Array: ...
+    def __new__(cls, graph: Graph, name: str, compiler: _native.Compiler | None = None) -> NativeFunction: ...
 @final
 class Sensors:
     @property
@@ -902,16 +784,11 @@ class Simulator:
         """Remarks on a time step that is too long for springs, dampers, limits and soft contact near this pose, and for rotations if a velocity is given."""
     def contact_report(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None) -> _sim.ContactReport:
         """Report on contact in a state under an input: a ContactReport."""
-    def _contact_forces(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None, contact: ArrayLike | None) -> list[Array]:
-        """Forces on links (..., n_links, 7), on the points with the ground (..., n, 3), and the points between links (..., m, 22), of which those that a state has fewer than others
-        have the links -1.
-        """
-    def _pair_jacobians(self, q: ArrayLike, v: ArrayLike, points: ArrayLike, are_rates: bool) -> Array:
-        """Jacobians at points between links, or their rates, (..., m, 6, nv): points (..., m, 5) of links and position."""
+    def _contact_forces(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None, contact: ArrayLike | None) -> list[Array]: ...
+    def _pair_jacobians(self, q: ArrayLike, v: ArrayLike, points: ArrayLike, are_rates: bool) -> Array: ...
     def contact_frames(self, q: ArrayLike) -> Array:
         """Poses of the frames of all contact points, (..., n, 4, 4): the origin at the point, the axes of its link. q (..., nq)."""
-    def _contact_points(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Positions, velocities, normals and depths of all points of contact in one array, (..., n, 10)."""
+    def _contact_points(self, q: ArrayLike, v: ArrayLike) -> Array: ...
     def contact_jacobians(self, q: ArrayLike, representation: RepresentationName = "mixed") -> Array:
         """Jacobians of the frames of all contact points, (..., n, 6, nv). q (..., nq).
 
@@ -921,10 +798,8 @@ class Simulator:
         """Rates of the Jacobians of the frames of all contact points along v, (..., n, 6, nv). q (..., nq), v (..., nv)."""
     def links_in_contact(self, q: ArrayLike) -> NDArray[np.bool_]:
         """Whether a point of each link is below the ground, in the order of ``model.link_names``, (..., n_links) of bool. q (..., nq)."""
-    def _equilibrium(self, q: ArrayLike, u: ArrayLike | None = None, contact: ArrayLike | None = None) -> tuple[Any, ...]:
-        """Equilibrium near a guess: (q, contact, u, acceleration, iterations, status, found)."""
-    def _equilibrium_lqr(self, at: Sequence[ArrayLike], q: ArrayLike, r: ArrayLike) -> tuple[Any, ...]:
-        """Regulator about an equilibrium: (gain, eigenvalues of the loop, status, stabilised, bristles, dropped directions, names, eigenvalues)."""
+    def _equilibrium(self, q: ArrayLike, u: ArrayLike | None = None, contact: ArrayLike | None = None) -> tuple[Any, ...]: ...
+    def _equilibrium_lqr(self, at: Sequence[ArrayLike], q: ArrayLike, r: ArrayLike) -> tuple[Any, ...]: ...
     def vjp(self, q: ArrayLike, v: ArrayLike, u: ArrayLike, adjoint: ArrayLike, *, contact: ArrayLike | None = None, models: Sequence[Model] | None = None, parameters: bool = True) -> _sim.StepGradient:
         """Gradient of ⟨adjoint, next state⟩, the vector-Jacobian product of a step: a StepGradient (state, input, parameters, friction,
         simulator_parameters).
@@ -1013,12 +888,7 @@ class NativeSimulator:
     @property
     def simulator(self) -> Simulator:
         """The original simulator."""
-    def __new__(cls, simulator: Simulator, compiler: _native.Compiler | None = None) -> NativeSimulator:
-        """Compiles the step of a simulator, or finds it in the cache.
-
-        Raises an OSError with the reason if compilation fails, and a ValueError if a step depends on values by branches, as most contact does. Ctrl-C
-        ends the compiler.
-        """
+    def __new__(cls, simulator: Simulator, compiler: _native.Compiler | None = None) -> NativeSimulator: ...
     @staticmethod
     def or_own(simulator: Simulator, compiler: _native.Compiler | None = None) -> NativeSimulator:
         """As the constructor, with the library's own code if compilation fails; `reason` contains the cause."""
@@ -1030,10 +900,8 @@ class NativeSimulator:
         """Takes steps from one state and returns a Rollout, as Simulator.rollout, which also runs batches on vector registers."""
 @final
 class RecedingHorizon:
-    def _solution(self) -> tuple[Any, ...]:
-        """The plan as a tuple of numbers; see `dualbody.trajopt.plan`."""
-    def __new__(cls, problem: _trajopt.Problem, guess: Guess | None = None, **options: Unpack[DdpKeywords]) -> RecedingHorizon:
-        """problem: a Problem; the keywords are those of Ddp, max_iterations those of each step."""
+    def _solution(self) -> tuple[Any, ...]: ...
+    def __new__(cls, problem: _trajopt.Problem, guess: Guess | None = None, **options: Unpack[DdpKeywords]) -> RecedingHorizon: ...
     def control(self, q: ArrayLike, v: ArrayLike, contact: ArrayLike | None = None) -> Array:
         """Input (nu,) for the state (q, v)."""
     def set_costs(self, stage_cost: Iterable[_trajopt.Term], final_cost: Iterable[_trajopt.Term]) -> None:
@@ -1056,8 +924,7 @@ class Pictures:
     @property
     def warnings(self) -> list[str]:
         """Remarks on meshes that are not shown as they are."""
-    def __new__(cls, recording: Recording, width: int = 640, height: int = 480) -> Pictures:
-        """Pictures of the robots of a recording, with its objects and its camera. Meshes are read once."""
+    def __new__(cls, recording: Recording, width: int = 640, height: int = 480) -> Pictures: ...
     def of(self, *q: ArrayLike) -> NDArray[np.uint8]:
         """The picture of the robots at configurations q, one of each: (height, width, 3), uint8."""
 @final
@@ -1073,8 +940,7 @@ class Plot:
         """The plot as a text of SVG."""
     def save_svg(self, path: Path) -> None:
         """Writes the plot as SVG."""
-    def __new__(cls, title: str = "", *, x: str = "", y: str = "", size: tuple[int, int] | None = None, logarithmic: bool = False) -> Plot:
-        """An empty plot: title, names of the axes, size in pixels."""
+    def __new__(cls, title: str = "", *, x: str = "", y: str = "", size: tuple[int, int] | None = None, logarithmic: bool = False) -> Plot: ...
     def with_line(self, name: str, x: ArrayLike, y: ArrayLike) -> Plot:
         """The plot with an additional curve through the points (x, y)."""
 class Recording:
@@ -1123,8 +989,7 @@ class Recording:
     def from_rollout(model: Model, rollout: _sim.Rollout) -> Recording:
         """The recording of a rollout of one state (of a batch: of rollout[i])."""
     def __len__(self) -> int: ...
-    def __new__(cls, *models: Model) -> Self:
-        """An empty recording of robots."""
+    def __new__(cls, *models: Model) -> Self: ...
     @staticmethod
     def of_simulation(simulator: Simulator, rollout: _sim.Rollout) -> Recording:
         """The recording of a rollout with the ground, contacts and constraints of the simulator."""
@@ -1169,8 +1034,7 @@ class World:
         """Adds a cylinder about z; radius and full length in m."""
     def add_capsule(self, name: str, radius: float, length: float, **object: Unpack[ObjectKeywords]) -> None:
         """Adds a capsule about z; radius, and length between the half balls, in m."""
-    def __new__(cls, name: str = "world", *, gravity: Sequence[float] | None = None) -> World:
-        """An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members."""
+    def __new__(cls, name: str = "world", *, gravity: Sequence[float] | None = None) -> World: ...
     def add(self, model: Model, prefix: str = '', position: Sequence[float] = ..., quaternion: Sequence[float] = ..., on: str | None = None) -> None:
         """Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given."""
     def add_mesh(self, name: str, path: Path, scale: Sequence[float] = ..., **object: Unpack[ObjectKeywords]) -> None:

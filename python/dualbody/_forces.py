@@ -80,6 +80,8 @@ def _forced(
     """A simulator with an actuator for each coordinate of forces on frames by name, and the input with these forces."""
     import numpy as np
 
+    if not hasattr(forces, "values"):
+        raise TypeError(f"forces is of the type {type(forces).__name__}, expected {{frame: force}}")
     if not forces:
         return simulator, u
     given = [np.asarray(force, dtype=float) for force in forces.values()]

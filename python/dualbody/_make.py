@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._rollout import Rollout, RolloutGradient, Status
+from ._rollout import Rollout, Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,23 +24,6 @@ def _statuses(count: int, stopped: Stopped, is_batch: bool) -> Status | list[Sta
     for k, status in stopped:
         every[k] = Status(*status)
     return every if is_batch else every[0]
-
-
-def _rollout_slopes(
-        start: Array,
-    inputs: Array,
-    parameters: Array,
-    friction: Array,
-    simulator_parameters: Array,
-    count: int,
-    stopped: Stopped,
-    is_batch: bool,
-) -> RolloutGradient:
-    """The gradient of a rollout from its numbers."""
-    status = _statuses(count, stopped, is_batch)
-    return RolloutGradient(
-        start, inputs, parameters, friction, status, simulator_parameters=simulator_parameters
-    )
 
 
 def _rollout(
@@ -102,6 +85,8 @@ def _progress(progress: Any, sizes: tuple[int, int], controlled: bool, width: in
         return None
     steps, count = sizes
     groups = 1 if controlled else -(-count // width)
+    if not callable(progress) and progress is not True:
+        raise TypeError(f"progress is {progress!r}, expected True or a function of the number of steps")
     if callable(progress):
         return _Progress(progress, lambda: None, 1.0 / groups, steps)
     try:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from ._value import Value
+
 if TYPE_CHECKING:
     from typing import Literal
 
@@ -55,8 +57,8 @@ class Actuation:
     actuators: Mapping[str, Actuator] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Anchor:
+@dataclass(frozen=True, eq=False)
+class Anchor(Value):
     """An attachment frame: a pose (4, 4), or a translation (3,), m, relative to a frame or link, or to the world (None). It is relative to the link frame,
     not to the centre of mass."""
 
@@ -169,8 +171,8 @@ class TendonServo:
     force_range: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True)
-class ActuatorNetwork:
+@dataclass(frozen=True, eq=False)
+class ActuatorNetwork(Value):
     """A learned actuator: a multilayer perceptron from (errors u - q, then velocities v) at some ages, in steps, 0 is now, to a force, N·m or N. layers: pairs of
     weights (rows, columns) and offsets (rows,), with the softsign y / (1 + |y|) after each but the last, which has one row."""
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ._value import Value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,8 +77,8 @@ class Status(NamedTuple):
         return self.kind if self.step is None else f"{self.kind} at step {self.step}"
 
 
-@dataclass(frozen=True)
-class Rollout:
+@dataclass(frozen=True, eq=False)
+class Rollout(Value):
     """Trajectories. q (..., steps + 1, nq), v (..., steps + 1, nv), contact (..., steps + 1, n_contact), u (..., steps, nu).
 
     The arrays of the states are views of one array; states that a trajectory did not reach are NaN. status is a `Status`, or a list of them for a batch;
@@ -140,16 +142,8 @@ class Rollout:
         wrapped = tuple(range(n)[i] for i, n in zip(indices, shape, strict=True))
         k = int(np.ravel_multi_index(wrapped, shape))
         u = self.u if self.u.ndim == 2 else self.u[wrapped]
-        return Rollout(
-            self.q[wrapped],
-            self.v[wrapped],
-            u,
-            self.contact[wrapped],
-            self.status[k],
-            self.solver_failure[k],
-            self.time_step,
-            self.input_names,
-        )
+        parts = {name: getattr(self, name)[wrapped] for name in ("q", "v", "contact")}
+        return replace(self, **parts, u=u, status=self.status[k], solver_failure=self.solver_failure[k])
 
     def __len__(self) -> int:
         if not isinstance(self.status, list):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from . import _dualbody
+from ._value import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -102,8 +103,8 @@ class Plane(Terrain):
     normal: Vector3
 
 
-@dataclass(frozen=True)
-class HeightField(Terrain):
+@dataclass(frozen=True, eq=False)
+class HeightField(Terrain, Value):
     """Heights (m) on a grid: heights[i][j] at origin + (i, j) · spacing; a smooth spline between the nodes."""
 
     origin: tuple[float, float]
@@ -392,8 +393,8 @@ class Contacts:
     links: Sequence[str] | None = None
     laws: Mapping[str, SoftContact | RelaxedRigid | Rigid | Literal["rigid", "soft", "relaxed"]] = field(default_factory=dict)
     mesh_points: int = 64
-    smoothing: Smoothing | tuple[float, float | None] | None = None
-    solver: SolverOptions | tuple[float, int, float, int, int, bool] | None = None
+    smoothing: Smoothing | None = None
+    solver: SolverOptions | None = None
     collisions: Collisions | bool | None = None
     turning: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     #: The points themselves, as a simulator knows them: what travels with a pickled one.
@@ -402,10 +403,6 @@ class Contacts:
     def __post_init__(self) -> None:
         if isinstance(self.collisions, bool):
             object.__setattr__(self, "collisions", Collisions() if self.collisions else None)
-        for name in ("smoothing", "solver"):
-            value = getattr(self, name)
-            if dataclasses.is_dataclass(value) and not isinstance(value, type):
-                object.__setattr__(self, name, dataclasses.astuple(value))
 
     def _with_points(self, points: list[Any]) -> Contacts:
         return dataclasses.replace(self, points=points, links=None)

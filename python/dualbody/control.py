@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from . import _dualbody
+from ._value import Value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["ComputedTorque", "Equilibrium", "EquilibriumLqr", "FiniteHorizonLqr", "Lqr"]
 
 
-@dataclass(frozen=True)
-class Lqr:
+@dataclass(frozen=True, eq=False)
+class Lqr(Value):
     """Regulator u = -gain x with least cost: gain (nu, nx), cost_to_go (nx, nx), eigenvalues of the closed loop, the least stable first."""
 
     gain: Array
@@ -45,10 +46,10 @@ class Lqr:
 
     @staticmethod
     def _design(discrete: bool, a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, check: bool) -> Lqr:
-        gain, cost, pairs, residual, iterations, status, stabilized = _dualbody._lqr(discrete, a, b, q, r)
-        if check and not stabilized:
-            raise ValueError(f"{status} (check=False returns what was found)")
-        return Lqr(gain, cost, pairs[:, 0] + 1j * pairs[:, 1], residual, iterations, status, stabilized)
+        found = Lqr(*_dualbody._lqr(discrete, a, b, q, r))
+        if check and not found.is_stabilized:
+            raise ValueError(f"{found.status} (check=False returns what was found)")
+        return found
 
     def control(self, x: ArrayLike) -> Array:
         """Input -gain x, (..., nu), for deviations x (..., nx)."""
@@ -71,8 +72,8 @@ class Lqr:
         return f"Lqr(gain={self.gain.tolist()}, {self.status})"
 
 
-@dataclass(frozen=True)
-class FiniteHorizonLqr:
+@dataclass(frozen=True, eq=False)
+class FiniteHorizonLqr(Value):
     """Finite-horizon regulator: gains (stages, nu, nx), costs_to_go (stages + 1, nx, nx)."""
 
     gains: Array
@@ -93,8 +94,8 @@ class FiniteHorizonLqr:
         return u
 
 
-@dataclass(frozen=True)
-class Equilibrium:
+@dataclass(frozen=True, eq=False)
+class Equilibrium(Value):
     """An equilibrium: a pose q (nq,), contact (the state of soft contact, otherwise empty), and the input u (nu,) that holds the robot at rest.
 
     >>> import dualbody as db
@@ -137,19 +138,15 @@ class Equilibrium:
 
         Bristles of soft contact follow their points, and unreachable directions are dropped. Raises a ValueError if the reachable part cannot be
         stabilised or the dropped part is unstable; with check=False `status` reports it."""
-        out = self.simulator._equilibrium_lqr([self.q, self.contact, self.u], q, r)
-        gain, pairs, status, stabilized, bristles, directions, names, own = out
-        eigenvalues, dropped_eigenvalues = (x[:, 0] + 1j * x[:, 1] for x in (pairs, own))
-        if check and not stabilized:
-            worst = f"; dropped: {', '.join(names)}" if names else ""
-            raise ValueError(f"{status}{worst} (check=False returns what was found)")
-        return EquilibriumLqr(
-            self, gain, eigenvalues, status, stabilized, bristles, directions, names, dropped_eigenvalues
-        )
+        found = EquilibriumLqr(self, *self.simulator._equilibrium_lqr([self.q, self.contact, self.u], q, r))
+        if check and not found.is_stabilized:
+            worst = f"; dropped: {', '.join(found.dropped)}" if found.dropped else ""
+            raise ValueError(f"{found.status}{worst} (check=False returns what was found)")
+        return found
 
 
-@dataclass(frozen=True)
-class EquilibriumLqr:
+@dataclass(frozen=True, eq=False)
+class EquilibriumLqr(Value):
     """Regulator u = u₀ - gain (q ⊖ q₀, v - v₀) about an Equilibrium, for the part of the state that is reachable from the inputs: gain (nu, 2 nv)."""
 
     at: Equilibrium

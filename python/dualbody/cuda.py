@@ -30,6 +30,7 @@ import numpy as np
 
 from ._make import Stopped, _statuses
 from .sim import Status
+from ._value import Value
 
 
 def _load_nvrtc() -> None:
@@ -60,8 +61,8 @@ if TYPE_CHECKING:
 __all__ = ["Rollout", "Simulator", "States"]
 
 
-@dataclass(frozen=True)
-class Rollout:
+@dataclass(frozen=True, eq=False)
+class Rollout(Value):
     """Trajectories from a GPU. q (count, kept, nq), v (count, kept, nv), contact (count, kept, n_contact): the stored states, including the first, NaN
     after the end of a trajectory; last: (q, v, contact) of the last valid state of each, (count, ·); interval: between stored states, s. A `Status` of the
     kind "broken_condition" means that a step violated a condition of the recorded graph."""

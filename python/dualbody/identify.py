@@ -39,6 +39,7 @@ import numpy as np
 from . import _dualbody
 from ._convert import given
 from .view import Page
+from ._value import Value
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -81,8 +82,8 @@ QuantityName = Literal["position", "velocity", "acceleration", "force"]
 DryFriction = tuple[Literal["smooth", "sign"], float]
 
 
-@dataclass(frozen=True)
-class Channel:
+@dataclass(frozen=True, eq=False)
+class Channel(Value):
     """Samples of one quantity of one joint: (samples,), or (samples, n) for joints with several coordinates; NaN for a missing sample. unit: a name, or
     the SI value of one unit of the channel."""
 
@@ -95,8 +96,8 @@ class Channel:
         object.__setattr__(self, "values", np.asarray(self.values, np.float64))
 
 
-@dataclass(frozen=True)
-class Experiment:
+@dataclass(frozen=True, eq=False)
+class Experiment(Value):
     """A logged motion: channels on a common clock, with a rate (samples per second) or times (samples,), s; `passive` joints have no force."""
 
     name: str
@@ -159,8 +160,8 @@ class Preparation:
         )
 
 
-@dataclass(frozen=True)
-class Segment:
+@dataclass(frozen=True, eq=False)
+class Segment(Value):
     """A segment of motion without gaps: q (samples, nq), v and a (samples, nv), joint forces tau (samples, nv; N·m or N); start in s, rate in samples per
     second."""
 
@@ -191,8 +192,8 @@ class LeftOut(NamedTuple):
     samples: int
 
 
-@dataclass(frozen=True)
-class Dataset:
+@dataclass(frozen=True, eq=False)
+class Dataset(Value):
     """Prepared data."""
 
     segments: Sequence[Segment]
@@ -287,8 +288,8 @@ class Validation(NamedTuple):
     predicted: list[Array]
 
 
-@dataclass(frozen=True)
-class Robot:
+@dataclass(frozen=True, eq=False)
+class Robot(Value):
     """An identified robot: its model, the force of dry friction along each coordinate (nv,; N·m or N) and constant errors of the measured forces
     (nv,)."""
 
@@ -389,8 +390,8 @@ def estimate(regressor: Regressor, data: Dataset) -> Estimate:
     return Estimate(regressor, *_dualbody._estimate(regressor, data))
 
 
-@dataclass(frozen=True)
-class Excitation:
+@dataclass(frozen=True, eq=False)
+class Excitation(Value):
     """A periodic motion: q_i(t) = c_i + sum over k of a_ik sin(k w t) + b_ik cos(k w t); period in s, center (n,), coefficients (n, 2 · harmonics)
     as a_i1, b_i1, a_i2, ...; condition of the regressor over a period, and that of the random start."""
 

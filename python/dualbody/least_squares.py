@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from . import _dualbody
 from ._convert import given
+from ._value import Value
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -71,8 +72,8 @@ class Loss:
         return _dualbody._loss((self.kind, self.delta), s)[1]
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, eq=False)
+class Solution(Value):
     """The best point found, and the course of the run.
 
     x (n,); residuals (m,) there; cost ½ Σ ρ(r²); history: the cost of the start, then after each iteration; held: directions with an active bound;

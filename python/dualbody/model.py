@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from . import _dualbody
 from ._dualbody import ImportReport, Model
+from ._value import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,29 +61,29 @@ class Mimic(NamedTuple):
     offset: float = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shape:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Shape(Value):
     """A shape at a placement in its link, (4, 4) or (3,), m; color (red, green, blue, opacity)."""
 
     placement: ArrayLike = ORIGIN
     color: tuple[float, float, float, float] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Box(Shape):
     """Box of edges size, m."""
 
     size: Vector3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sphere(Shape):
     """Sphere, m."""
 
     radius: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cylinder(Shape):
     """Cylinder along z, m."""
 
@@ -90,7 +91,7 @@ class Cylinder(Shape):
     length: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Capsule(Shape):
     """Cylinder along z with hemispheres at its ends; length without the hemispheres, m."""
 
@@ -98,7 +99,7 @@ class Capsule(Shape):
     length: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh(Shape):
     """Mesh from a file."""
 
@@ -106,8 +107,8 @@ class Mesh(Shape):
     scale: Vector3 = (1.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True)
-class LinkSpec:
+@dataclass(frozen=True, eq=False)
+class LinkSpec(Value):
     """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), visual and collision shapes, and whether gravity acts on it."""
 
     name: str
@@ -145,8 +146,8 @@ class LinkSpec:
         return LinkSpec(name, mass, (0.0, 0.0, 0.0), inertia, (shape,), (shape,))
 
 
-@dataclass(frozen=True)
-class JointSpec:
+@dataclass(frozen=True, eq=False)
+class JointSpec(Value):
     """A joint from a parent link to a child link, at a placement in the parent: (4, 4), or (3,) for a translation, m."""
 
     name: str
@@ -232,28 +233,23 @@ class Hardware:
     model: Model
     links: Sequence[ScaledLink] | None = None
 
-    def _links(self) -> list[tuple[str, list[str], str]] | None:
-        if self.links is None:
-            return None
-        return [(link.name, list(link.dimensions), link.masses) for link in self.links]
-
     @property
     def names(self) -> list[str]:
         """Name of each parameter: link and quantity, as in "forearm: length"."""
-        return _dualbody._hardware(self.model, self._links())[0]
+        return _dualbody._hardware(self.model, self.links)[0]
 
     @property
     def nominal(self) -> Array:
         """Values of the parameters in the description, (n,)."""
-        return _dualbody._hardware(self.model, self._links())[1]
+        return _dualbody._hardware(self.model, self.links)[1]
 
     def scaled_model(self, x: ArrayLike) -> Model:
         """The robot with other values of the parameters, (n,), each positive."""
-        return _dualbody._hardware_model(self.model, self._links(), x)
+        return _dualbody._hardware_model(self.model, self.links, x)
 
     def parameter_jacobian(self, x: ArrayLike) -> Array:
         """Derivatives (parameters of the model, n) of all `Model.parameters` in the design parameters at x (n,).
 
         For a gradient g in the parameters of the model at x, the gradient in sizes and densities is J.T @ g.
         """
-        return _dualbody._hardware_jacobian(self.model, self._links(), x)
+        return _dualbody._hardware_jacobian(self.model, self.links, x)

@@ -7,7 +7,6 @@ not depend on the number of workers; with different robots, the size of shards c
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from ._dualbody import Model, Simulator, set_threads
 from .sim import Rollout, RolloutGradient, rollout_gradient
+from ._value import Value
 
 __all__ = ["Evolution", "Work", "each", "evolve", "generator", "gradients", "rollouts"]
 
@@ -204,8 +204,8 @@ def each(
     return _streamed(_apply, ((shared, item, threads) for item in items), in_flight, threads, retries)
 
 
-@dataclass(frozen=True)
-class Evolution:
+@dataclass(frozen=True, eq=False)
+class Evolution(Value):
     """Result of `evolve`: mean (p,) and spread (p,) of the parameters, best score of each generation."""
 
     mean: Array
@@ -248,21 +248,3 @@ def evolve(
         if history[-1] >= enough:
             break
     return Evolution(center, width, history)
-
-
-def efficiency(work: Work, count: int, workers: int, shard: int = 256) -> tuple[float, float, float]:
-    """Seconds of `count` states in this process on one thread, over Ray on so many workers of one thread, and the efficiency between them."""
-    import time
-
-    for _ in rollouts(work, workers * shard, shard=shard):
-        pass  # workers are there, and have imported what they need
-    begin = time.perf_counter()
-    for first in range(0, count, shard):
-        _run(work, 0, first, min(shard, count - first), None, 1)
-    alone = time.perf_counter() - begin
-    set_threads(0)
-    begin = time.perf_counter()
-    for _ in rollouts(work, count, shard=shard):
-        pass
-    together = time.perf_counter() - begin
-    return alone, together, alone / together / min(workers, os.cpu_count() or 1)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ._contact_forces import ContactForces, contact_forces, rollout_contact_forces
 from ._dualbody import BatchSimulator, NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
-from ._make import _progress, _rollout, _rollout_slopes
+from ._make import _progress, _rollout
 from ._points import ContactKinematics, contact_kinematics
 from ._rollout import (
     ContactReport,
@@ -95,7 +95,7 @@ def __getattr__(name: str) -> object:
 
 
 #: Functions that the compiled module calls.
-_CALLED = (_progress, _rollout, _rollout_slopes)
+_CALLED = (_progress, _rollout)
 
 
 def rollout_gradient(

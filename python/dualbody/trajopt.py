@@ -17,6 +17,7 @@ import numpy as np
 from . import _dualbody
 from ._convert import given
 from ._dualbody import RecedingHorizon
+from ._value import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,15 +89,15 @@ class Activation:
         return Activation("barrier", tuple(lower), tuple(upper))
 
 
-@dataclass(frozen=True)
-class StateError:
+@dataclass(frozen=True, eq=False)
+class StateError(Value):
     """Deviation of the state from a reference (nx,), from one for each stage (stages, nx), or from neutral (None)."""
 
     reference: ArrayLike | None = None
 
 
-@dataclass(frozen=True)
-class InputError:
+@dataclass(frozen=True, eq=False)
+class InputError(Value):
     """Deviation of the input from a reference (nu,), from one for each stage (stages, nu), or from zero (None)."""
 
     reference: ArrayLike | None = None
@@ -110,16 +111,16 @@ class FramePosition:
     target: Sequence[float]
 
 
-@dataclass(frozen=True)
-class FrameOrientation:
+@dataclass(frozen=True, eq=False)
+class FrameOrientation(Value):
     """Rotation of a frame from the axes of a pose (4, 4), rad."""
 
     frame: str
     target: ArrayLike
 
 
-@dataclass(frozen=True)
-class FramePose:
+@dataclass(frozen=True, eq=False)
+class FramePose(Value):
     """Displacement of a frame from a target pose (4, 4)."""
 
     frame: str
@@ -253,8 +254,8 @@ class Problem:
         return _dualbody._trajectory_cost(self, x, u)[1]
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, eq=False)
+class Solution(Value):
     """x (horizon + 1, nx), u (horizon, nu), gains (horizon, nu, ndx) of the feedback δu = gain δx, and the status of the solver."""
 
     x: Array
@@ -374,8 +375,8 @@ class SingleShooting(_Solver):
         return hessian
 
 
-@dataclass(frozen=True)
-class Curve:
+@dataclass(frozen=True, eq=False)
+class Curve(Value):
     """A trajectory in continuous time: on each interval the state is a cubic, the input a parabola.
 
     states (horizon + 1, nx) and inputs (horizon + 1, nu) at the nodes, middle_states (horizon, nx) and middle_inputs (horizon, nu) between them. At these

@@ -70,7 +70,7 @@ pub(crate) fn each_row<'py>(
     let all = || {
         (0..count).try_for_each(|k| one(&given[k * n..(k + 1) * n], &mut out[k * m..(k + 1) * m]))
     };
-    inputs.py().detach(all).or_raise()?;
+    (inputs.py()).detach(|| guarded(all))?.or_raise()?;
     Ok(array)
 }
 

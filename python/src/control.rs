@@ -11,12 +11,12 @@ use crate::arrays::{
     Array, empty, matrix, numbers, numbers_mut, read_matrix, read_matrix_of, read_vector,
     write_matrix,
 };
-use crate::errors::{guarded, value_error};
+use crate::errors::{guarded, shape_error};
 use crate::model::PyModel;
 use crate::python::functions;
 
 functions! {
-    /// Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues as (re, im), residual, iterations, status, stabilised).
+    /// Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues, residual, iterations, status, stabilised).
     fn _lqr(py: Python, discrete: bool, a, b, q, r) -> PyResult<Bound<'py, PyTuple>> {
         let (a, b) = (read_matrix("a", a)?, read_matrix("b", b)?);
         let (nx, nu) = (a.nrows(), b.ncols());
@@ -30,13 +30,7 @@ functions! {
                 false => Lqr::continuous(&a, &b, &q, &r),
             })
         })?;
-        let eigenvalues: Vec<f64> = lqr
-            .closed_loop_eigenvalues
-            .iter()
-            .flat_map(|z| [z.re, z.im])
-            .collect();
-        let eigenvalues =
-            PyArray1::from_vec(py, eigenvalues).reshape([lqr.closed_loop_eigenvalues.len(), 2])?;
+        let eigenvalues = PyArray1::from_slice(py, &lqr.closed_loop_eigenvalues);
         let stabilized = lqr.status == LqrStatus::Stabilized;
         let (gain, cost) = (matrix(py, &lqr.gain), matrix(py, &lqr.cost_to_go));
         let status = lqr.status.to_string();
@@ -54,12 +48,10 @@ functions! {
 }
 
 fn check_size(name: &str, given: (usize, usize), expected: (usize, usize)) -> PyResult<()> {
-    if given == expected {
-        return Ok(());
+    match given == expected {
+        true => Ok(()),
+        false => Err(shape_error(name, given, format_args!("{expected:?}"))),
     }
-    Err(value_error(format_args!(
-        "{name} has the shape {given:?}, expected {expected:?}"
-    )))
 }
 
 functions! {
@@ -75,11 +67,8 @@ functions! {
         let all = |name, value: &Bound<'py, PyAny>, rows: usize, columns: usize| {
             let array = numbers(name, value)?;
             if array.shape() != [stages, rows, columns] {
-                let shape = array.shape();
-                return Err(value_error(format_args!(
-                    "{name} has the shape {shape:?}, expected {:?}",
-                    [stages, rows, columns]
-                )));
+                let expected = format_args!("({stages}, {rows}, {columns})");
+                return Err(shape_error(name, array.shape(), expected));
             }
             // SAFETY: the array is in C order, and its numbers are copied at once.
             let x = unsafe { array.as_slice().unwrap_or(&[]) };

@@ -178,11 +178,20 @@ pub(crate) fn guarded<R>(work: impl FnOnce() -> R) -> PyResult<R> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| value_error(message(&*panic)))
 }
 
+/// [`guarded`] for what may fail by itself.
+pub(crate) fn caught<R>(work: impl FnOnce() -> PyResult<R>) -> PyResult<R> {
+    guarded(work).and_then(|out| out)
+}
+
+/// The text of a panic, without what the macro of an assertion adds to it.
 fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("the library panicked without a text")
-        .to_owned()
+    let text = text.unwrap_or("the library panicked without a text");
+    let own = text.strip_prefix("assertion `");
+    let own = own.and_then(|own| Some(own.split_once("` failed: ")?.1));
+    let own = own.map(|own| own.rsplit_once("\n  left:").map_or(own, |(own, _)| own));
+    own.unwrap_or(text).to_owned()
 }
 
 /// Keeps panics from printing: their texts travel in exceptions. Only panics of this extension module are concerned.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
 
 use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
-use crate::errors::{guarded, value_error};
+use crate::errors::value_error;
 use crate::options::read_options;
 use crate::python::functions;
 use crate::raised::Raised;
@@ -155,7 +155,7 @@ functions! {
             }
         };
         let solve = || solve_with(&mut functions, &start, &options, &mut tell);
-        let found = guarded(|| raised.stop.watch(solve))?;
+        let found = raised.stop.watch(solve);
         raised.check()?;
         numbers_of(residuals.py(), found)
     }

@@ -107,7 +107,7 @@ mod _dualbody {
     #[pymodule_export]
     use super::view::{_plot, _recording, PyLive, PyPictures, PyPlot, PyRecording};
     #[pymodule_export]
-    use super::world::{_build_world, PyWorld, carried_state};
+    use super::world::{_build_world, _world, PyWorld, carried_state};
 
     /// Runs the program `dualbody` with the arguments of a process; its exit status.
     #[pyfunction]

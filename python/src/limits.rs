@@ -38,8 +38,8 @@ functions! {
 /// * `count` – number of trajectories
 /// * `width` – entries of a state and an input
 pub(crate) fn check_trajectories(count: usize, steps: usize, width: usize) -> PyResult<()> {
-    let of_state = (width * size_of::<f64>())
-        .saturating_mul(COPIES)
+    let of_state = width
+        .saturating_mul(size_of::<f64>() * COPIES)
         .saturating_add(if count == 1 { STATE_OVERHEAD } else { 0 });
     let states = count.saturating_mul(steps.saturating_add(1));
     check(

@@ -51,7 +51,8 @@ macro_rules! functions {
 }
 pub(crate) use functions;
 
-/// A method or function, whose arguments are read one by one: those of Python go to the signature, all of them to the arguments in Rust.
+/// A method or function, whose arguments are read one by one: those of Python go to the signature, all of them to the arguments in Rust. A panic in it is an
+/// exception.
 macro_rules! item {
     ([$class:ident] [$($attribute:tt)*] $name:ident [$($out:tt)*] $body:block [$($signature:tt)*] [$($all:tt)*]) => {
         #[pymethods]
@@ -59,7 +60,9 @@ macro_rules! item {
         impl $class {
             $($attribute)*
             #[pyo3(signature = ($($signature)*))]
-            pub(crate) fn $name<'py>($($all)*) $($out)* $body
+            pub(crate) fn $name<'py>($($all)*) $($out)* {
+                crate::errors::caught(move || $body)
+            }
         }
     };
     ([] [$($attribute:tt)*] $name:ident [$($out:tt)*] $body:block [$($signature:tt)*] [$($all:tt)*]) => {
@@ -67,7 +70,9 @@ macro_rules! item {
         #[pyfunction]
         #[pyo3(signature = ($($signature)*))]
         #[allow(clippy::extra_unused_lifetimes, clippy::needless_lifetimes, reason = "all functions have the lifetime")]
-        pub(crate) fn $name<'py>($($all)*) $($out)* $body
+        pub(crate) fn $name<'py>($($all)*) $($out)* {
+            crate::errors::caught(move || $body)
+        }
     };
     ($c:tt $a:tt $n:ident $o:tt $b:block [$($s:tt)*] [$($all:tt)*] & $own:ident $(, $($rest:tt)*)?) => {
         crate::python::item!($c $a $n $o $b [$($s)*] [$($all)* & $own,] $($($rest)*)?);

@@ -1,5 +1,6 @@
 //! Threads of batches: a pool that is made again in a process that was forked, where the threads of its parent are missing.
 
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
@@ -7,6 +8,7 @@ use std::{io, thread};
 
 use dualbody::StopSignal;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::counts::whole;
@@ -20,6 +22,9 @@ static POOL: Mutex<Option<Pool>> = Mutex::new(None);
 /// optimisation. They are addresses; memory is what is used of them.
 const STACK: usize = 8 << 20;
 
+/// Most threads that may be asked for: each takes memory and time.
+const MOST: usize = 1024;
+
 #[derive(Clone)]
 struct Pool {
     process: u32,
@@ -30,8 +35,15 @@ struct Pool {
 /// Sets the number of threads of batches, 0 for one for each core.
 #[pyfunction]
 pub(crate) fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
-    WANTED.store(whole("threads", threads)?, Ordering::Relaxed);
-    Ok(())
+    match whole("threads", threads)? {
+        given if given > MOST => Err(value_error(format_args!(
+            "threads is {given}, expected at most {MOST}"
+        ))),
+        given => {
+            WANTED.store(given, Ordering::Relaxed);
+            Ok(())
+        }
+    }
 }
 
 /// Returns the number of threads of batches.
@@ -72,6 +84,21 @@ pub(crate) fn on_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) 
     py.detach(|| guarded(|| pool.install(work)))
 }
 
+/// Fewer items than this stay on the thread that asks for them.
+pub(crate) const FEW: usize = 4;
+
+/// Computes something for every item, on the pool if there are many; the interpreter lock is not needed.
+pub(crate) fn each<R: Send>(
+    count: usize,
+    one: impl Fn(usize) -> R + Send + Sync,
+) -> PyResult<Vec<R>> {
+    if count < FEW {
+        return guarded(|| (0..count).map(one).collect());
+    }
+    let pool = pool()?;
+    guarded(|| pool.install(|| (0..count).into_par_iter().map(one).collect()))
+}
+
 /// Runs short work on this thread and, of loops of the library, on others of the pool, without the interpreter lock.
 pub(crate) fn beside_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> PyResult<R> {
     let pool = pool()?;
@@ -99,13 +126,13 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    pub(crate) fn must_stop(&self) -> bool {
-        self.stop.is_set()
-    }
-
-    pub(crate) fn add(&self, done: usize) {
+    /// Counts a step, or ends the work if it is to stop: it unwinds to where panics are caught.
+    pub(crate) fn step(&self) {
         if self.counts {
-            self.done.fetch_add(done, Ordering::Relaxed);
+            self.done.fetch_add(1, Ordering::Relaxed);
+        }
+        if self.stop.is_set() {
+            resume_unwind(Box::new("stopped"));
         }
     }
 }

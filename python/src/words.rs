@@ -1,12 +1,13 @@
 //! Texts of the library in Python's words.
 
 /// What the library's messages name, and what that is called in Python; longer names before those that they begin with.
-const NAMES: [(&str, &str); 8] = [
+const NAMES: [(&str, &str); 9] = [
     ("Simulator::linearize", "Simulator.linearize"),
     (
         "Simulator::state makes a state with them",
         "Simulator.neutral_contact() makes them",
     ),
+    ("memory::set_limit", "set_memory_limit"),
     ("`System::robot`", "`model`"),
     ("`System::rate`", "`rate`"),
     ("`Compiler::new`", "compiler=Compiler(…)"),

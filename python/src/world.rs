@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::model::PyModel;
 use crate::options::set_options;
-use crate::python::{functions, getters, methods};
+use crate::python::{functions, getters, methods, of_package};
 
 /// Largest distance of a quaternion's norm from one.
 const NORM_TOLERANCE: f64 = 1e-6;
@@ -131,6 +131,12 @@ getters! { PyWorld {
 } }
 
 impl PyWorld {
+    /// Name, gravity and calls that make it again.
+    fn recipe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let calls = PyList::new(py, self.calls.iter().map(|(_, call)| call.clone_ref(py)))?;
+        (&self.name, self.gravity, calls).into_pyobject(py)
+    }
+
     /// Notes the call that made a member.
     fn note<'py>(
         &mut self,
@@ -162,9 +168,15 @@ impl PyWorld {
     /// Builds the model.
     fn build(&self, py: Python<'_>) -> PyResult<PyModel> {
         let model = guarded(|| self.world.build())?.or_raise()?;
-        let calls = PyList::new(py, self.calls.iter().map(|(_, call)| call.clone_ref(py)))?;
-        let recipe = (&self.name, self.gravity, calls).into_pyobject(py)?;
-        Ok(PyModel::new(model, ("_build_world", recipe)))
+        Ok(PyModel::new(model, ("_build_world", self.recipe(py)?)))
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let make = of_package!(py, "_dualbody", "_world");
+        Ok((make.clone(), self.recipe(py)?))
     }
 
     fn __repr__(&self) -> String {
@@ -175,9 +187,9 @@ impl PyWorld {
 methods! { PyWorld {
     /// An empty world; gravity in m/s², by default (0, 0, -9.81), acts on all members.
     #[new]
-    fn new(name: &str = "world", *, gravity: Option<[f64; 3]> = None) -> Self {
+    fn new(name: &str = "world", *, gravity: Option<[f64; 3]> = None) -> PyResult<Self> {
         let world = World::new(name);
-        Self {
+        Ok(Self {
             world: match gravity {
                 Some(gravity) => world.with_gravity(gravity),
                 None => world,
@@ -185,7 +197,7 @@ methods! { PyWorld {
             name: name.to_owned(),
             gravity,
             calls: Vec::new(),
-        }
+        })
     }
 
     /// Adds a robot with a prefix before all its names, at a pose of its root link in the world; fixed to the frame `on` of another member, if one is given.
@@ -247,19 +259,25 @@ objects! {
 }
 
 functions! {
-    /// Builds a world from the calls that made it: what a pickled model is made again by.
-    fn _build_world(
+    /// A world from the calls that made it: what a pickled one is made again by.
+    fn _world(
         py: Python, name: &str, gravity: Option<[f64; 3]>, calls: Vec<(String, Bound<'py, PyTuple>, Bound<'py, PyDict>)>
-    ) -> PyResult<PyModel> {
-        let world = Bound::new(py, PyWorld::new(name, gravity))?;
+    ) -> PyResult<Bound<'py, PyWorld>> {
+        let world = Bound::new(py, PyWorld::new(name, gravity)?)?;
         for (method, arguments, keywords) in calls {
             if !method.starts_with("add") {
                 return Err(type_error(format_args!("\"{method}\" adds no member")));
             }
             world.call_method(method.as_str(), arguments, Some(&keywords))?;
         }
-        let built = world.borrow();
-        built.build(py)
+        Ok(world)
+    }
+
+    /// Builds a world from the calls that made it: what a pickled model is made again by.
+    fn _build_world(
+        py: Python, name: &str, gravity: Option<[f64; 3]>, calls: Vec<(String, Bound<'py, PyTuple>, Bound<'py, PyDict>)>
+    ) -> PyResult<PyModel> {
+        _world(py, name, gravity, calls)?.borrow().build(py)
     }
 
     /// The state (q, v) of one model in another, joint by joint of the same name: a world with other members, say.

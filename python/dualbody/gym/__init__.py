@@ -9,6 +9,8 @@ without functions of Python.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -22,35 +24,16 @@ from .task import Balance, Task
 __all__ = ["Balance", "BatchEnv", "Draws", "SingleEnv", "Task", "cartpole", "push_block", "quadruped", "quadruped_model"]
 
 
-def _make_cartpole(render_mode: str | None = None) -> SingleEnv:
-    return SingleEnv(cartpole(), render_mode)
+def _one(task: Callable[[], Task | Balance], render_mode: str | None = None) -> SingleEnv:
+    return SingleEnv(task(), render_mode)
 
 
-def _make_cartpoles(num_envs: int = 1, **keywords: Any) -> BatchEnv:
-    return BatchEnv(cartpole(), num_envs, **keywords)
+def _many(task: Callable[[], Task | Balance], num_envs: int = 1, **keywords: Any) -> BatchEnv:
+    return BatchEnv(task(), num_envs, **keywords)
 
 
-def _make_quadruped(render_mode: str | None = None) -> SingleEnv:
-    return SingleEnv(quadruped(), render_mode)
-
-
-def _make_quadrupeds(num_envs: int = 1, **keywords: Any) -> BatchEnv:
-    return BatchEnv(quadruped(), num_envs, **keywords)
-
-
-def _make_push_block(render_mode: str | None = None) -> SingleEnv:
-    return SingleEnv(push_block(), render_mode)
-
-
-def _make_push_blocks(num_envs: int = 1, **keywords: Any) -> BatchEnv:
-    return BatchEnv(push_block(), num_envs, **keywords)
-
-
-_entries: list[tuple[str, Any, Any]] = [
-    ("CartPole", _make_cartpole, _make_cartpoles),
-    ("PushBlock", _make_push_block, _make_push_blocks),
-    ("Quadruped", _make_quadruped, _make_quadrupeds),
-]
-for _name, _one, _many in _entries:
+_TASKS: dict[str, Callable[[], Task | Balance]] = {"CartPole": cartpole, "PushBlock": push_block, "Quadruped": quadruped}
+for _name, _task in _TASKS.items():
     if f"dualbody/{_name}-v0" not in gymnasium.registry:
-        gymnasium.register(f"dualbody/{_name}-v0", entry_point=_one, vector_entry_point=_many)
+        _entries: dict[str, Any] = {"entry_point": partial(_one, _task), "vector_entry_point": partial(_many, _task)}
+        gymnasium.register(f"dualbody/{_name}-v0", **_entries)

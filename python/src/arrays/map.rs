@@ -1,8 +1,5 @@
 //! Functions of rows, of one state and of batches on lanes and cores.
 
-use std::cell::RefCell;
-use std::convert::Infallible;
-
 use dualbody::Model;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -11,7 +8,7 @@ use super::Array;
 use super::output::{numbers_mut, output};
 use super::rows::{Argument, Rows, View, common_batch};
 use crate::errors::{about_base, guarded};
-use crate::scratch::{Memory, find_or_make};
+use crate::scratch::{Memory, with_kept};
 use crate::threads::pool;
 use dualbody_python_table::Memory as Of;
 
@@ -171,17 +168,9 @@ fn shapes(
     Ok((batch.iter().product(), shape))
 }
 
-thread_local! {
-    static MEMORIES: RefCell<Vec<Memory>> = const { RefCell::new(Vec::new()) };
-}
-
-/// Runs work with this thread's memory for a model, which is made at the first call.
+/// Runs work with this thread's memory for a model.
 pub(crate) fn with_memory<R>((model, id): (&Model, u64), work: impl FnOnce(&mut Memory) -> R) -> R {
-    MEMORIES.with_borrow_mut(|all| {
-        let make = || Ok::<_, Infallible>(Memory::new(model, id));
-        let Ok(memory) = find_or_make(all, |memory| memory.id() == id, make);
-        work(memory)
-    })
+    with_kept(id, || Memory::new(model), work)
 }
 
 fn each_row(

@@ -1,6 +1,6 @@
 //! Arguments, row by row.
 
-use numpy::npyffi::NPY_TYPES;
+use numpy::npyffi::{NPY_TYPES, PyArray_CheckExact};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -52,10 +52,6 @@ impl<'py> Rows<'py> {
         })
     }
 
-    pub(crate) fn py(&self) -> Python<'py> {
-        self.array.py()
-    }
-
     pub(crate) fn into_array(self) -> Array<'py> {
         self.array
     }
@@ -71,7 +67,7 @@ impl<'py> Rows<'py> {
         unsafe { self.array.as_slice().unwrap_or(&[]) }
     }
 
-    pub(super) fn view(&self) -> View<'_> {
+    pub(crate) fn view(&self) -> View<'_> {
         View {
             numbers: self.as_slice(),
             width: self.width,
@@ -98,7 +94,7 @@ impl<'a> View<'a> {
         }
     }
 
-    pub(super) fn row(&self, k: usize) -> &'a [f64] {
+    pub(crate) fn row(&self, k: usize) -> &'a [f64] {
         let k = if self.single { 0 } else { k };
         &self.numbers[k * self.width..(k + 1) * self.width]
     }
@@ -132,12 +128,19 @@ fn wrong_shape(argument: &Argument<'_, '_>, shape: &[usize]) -> PyErr {
 #[inline]
 pub(crate) fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Some(array) = of_f64(value)
+        && is_plain(array)
         && array.is_c_contiguous()
         && array.is_aligned()
     {
         return Ok(array.clone());
     }
     converted(name, value)
+}
+
+/// Whether an array is of no subclass: those of masked arrays, for example, mean more than their numbers.
+fn is_plain(array: &Array<'_>) -> bool {
+    // SAFETY: the array is alive.
+    unsafe { PyArray_CheckExact(array.py(), array.as_ptr()) != 0 }
 }
 
 /// The argument as an array of `float64` in the order of bytes of this machine. Reads what the array says of itself: to make a type of element

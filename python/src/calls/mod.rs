@@ -110,6 +110,11 @@ impl<'a> Call<'a> {
         })
     }
 
+    /// Whether it is one of a step; else of a rollout, or of an entry of the table.
+    fn is_step(&self) -> bool {
+        self.function == "step"
+    }
+
     /// Calls the function; the interpreter lock is not needed.
     pub(crate) fn run(&self, arrays: &[&[f64]], out: &mut [&mut [f64]]) -> PyResult<()> {
         let signature = Signature::of(self)?;
@@ -139,11 +144,8 @@ impl<'a> Call<'a> {
             arrays,
             widths: &widths,
         };
-        match (self.function, self.of) {
-            ("step", Of::Simulator(own)) => steps::step(self, own, &signature, &rows, &found, out),
-            ("rollout", Of::Simulator(own)) => {
-                steps::rollout(self, own, &signature, &rows, &found, out)
-            }
+        match (signature.entry, self.of) {
+            (None, Of::Simulator(own)) => steps::run(self, own, &signature, &rows, &found, out),
             _ => entries::call(self, &signature, &rows, &found, out),
         }
     }

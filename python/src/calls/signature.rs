@@ -91,8 +91,15 @@ impl Signature {
 }
 
 functions! {
-    /// Shapes of the inputs and results of one row of a function.
-    fn _signature(of, function: &str, given: usize, has_parameters: bool, steps: usize) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
+    /// Shapes of the inputs and results of one row of a function, whose arguments by name are checked if they are given.
+    fn _signature(
+        of, function: &str, given: usize, has_parameters: bool, steps: usize, names: Option<Vec<String>> = None
+    ) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
+        let checked = names.is_some();
+        let names = names.unwrap_or_default();
+        if let Some(name) = names.iter().find(|name| name.contains('\n')) {
+            return Err(value_error(format_args!("{name:?} has a line break, as no name here may")));
+        }
         let call = Call {
             of: Of::read(of)?,
             kind: Kind::Value,
@@ -103,9 +110,13 @@ functions! {
             count: 0,
             directions: 0,
             steps,
-            names: Vec::new(),
+            names: names.iter().map(String::as_str).collect(),
         };
         let signature = Signature::of(&call)?;
+        if let Some(entry) = signature.entry.filter(|_| checked) {
+            let model = call.of.robot().0.model();
+            entry.prepared(model, &call.names).map(|_| ())?;
+        }
         Ok((signature.inputs, signature.outputs))
     }
 }

@@ -1,16 +1,16 @@
 //! Steps and rollouts with their derivatives.
 
+use dualbody::error::StructureMismatch;
 use dualbody::linearize::{RolloutGradientOptions, StepGradient, VjpScratch, WantedParameters};
 use dualbody::{Linearization, Model, Simulator, State};
 use nalgebra::{DMatrix, DVector};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use super::{Call, Kind, Rows, Signature};
-use crate::arrays::in_rows;
+use crate::arrays::{View, in_rows};
 use crate::errors::{OrRaise, guarded};
-use crate::simulator::{PySimulator, Slice, Weighted, check_finite, diverged};
-use crate::threads::pool;
+use crate::simulator::{PySimulator, States, Weighted, check_finite, diverged, pull_step};
+use crate::threads::each;
 
 /// Weighted sums of a step whose derivatives are found one by one; for more of them its Jacobians are.
 const FEW: usize = 2;
@@ -36,7 +36,7 @@ impl<'a> Steps<'a> {
         rows: &'a Rows<'a>,
     ) -> PyResult<Self> {
         let parameters = signature.inputs.len() - usize::from(call.has_parameters);
-        check_finite("u", rows.arrays[2])?;
+        check_finite(signature.names[2], rows.arrays[2])?;
         let mut out = Self {
             call,
             own,
@@ -46,35 +46,31 @@ impl<'a> Steps<'a> {
             robots: None,
             states: Vec::new(),
         };
-        out.states = (0..call.count)
-            .map(|k| out.state(k))
-            .collect::<PyResult<_>>()?;
+        out.states = own.states(out.given(), call.count)?;
         if call.has_parameters {
-            let all = guarded(|| {
-                (0..call.count)
-                    .map(|k| out.changed(k))
-                    .collect::<Result<Vec<_>, _>>()
-            })?;
+            let changed = || (0..call.count).map(|k| out.changed(k)).collect();
+            let all: Result<_, StructureMismatch> = guarded(changed)?;
             out.robots = Some(all.or_raise()?);
         }
         Ok(out)
     }
 
-    fn changed(&self, k: usize) -> Result<Simulator, dualbody::error::StructureMismatch> {
+    /// States and inputs.
+    fn given(&self) -> States<'a> {
+        let view = |i: usize| View::of_batch(self.rows.arrays[i], self.rows.widths[i]);
+        States {
+            q: view(0),
+            v: view(1),
+            u: Some(view(2)),
+            contact: self.has_contact.then(|| view(3)),
+            is_batch: self.call.count > 1,
+        }
+    }
+
+    fn changed(&self, k: usize) -> Result<Simulator, StructureMismatch> {
         let model = self.own.simulator.model();
         let model = model.with_parameters(self.rows.row(self.parameters, k));
         self.own.simulator.with_model(model)
-    }
-
-    fn state(&self, k: usize) -> PyResult<State> {
-        let simulator = &self.own.simulator;
-        let state = simulator.state(self.rows.row(0, k), self.rows.row(1, k));
-        let state = match self.has_contact {
-            true => self.own.with_beside(state, self.rows.row(3, k)),
-            false => state,
-        };
-        state.check(simulator.model()).or_raise()?;
-        Ok(state)
     }
 
     fn robot(&self, k: usize) -> &Simulator {
@@ -85,16 +81,6 @@ impl<'a> Steps<'a> {
 
     fn model(&self, k: usize) -> &Model {
         self.robot(k).model()
-    }
-
-    fn slice(&self) -> Slice<'_> {
-        Slice {
-            q: self.rows.arrays[0],
-            v: self.rows.arrays[1],
-            u: self.rows.arrays[2],
-            contact: self.has_contact.then(|| self.rows.arrays[3]),
-            count: self.call.count,
-        }
     }
 
     /// The part after the inputs: changes of inputs, or weights of results.
@@ -140,33 +126,16 @@ impl<'a> Steps<'a> {
         let of = |k: usize| k * self.call.count / states.len().max(1);
         let u = |k: usize| &inputs[k * nu..(k + 1) * nu];
         let linear = match &self.robots {
-            None => self.own.linearize_states(states, inputs)?,
-            Some(_) => self.each(states.len(), |k| {
-                self.robot(of(k)).linearize(&states[k], u(k))
-            })?,
-        };
-        let by_parameters =
-            match self.call.active.contains(&self.parameters) && self.call.has_parameters {
-                true => self.each(states.len(), |k| {
-                    Some(by_parameters(self.robot(of(k)), &states[k], u(k)))
-                })?,
-                false => vec![None; states.len()],
-            };
-        Ok(linear.into_iter().zip(by_parameters).collect())
-    }
-
-    fn each<R: Send>(
-        &self,
-        count: usize,
-        one: impl Fn(usize) -> R + Sync + Send,
-    ) -> PyResult<Vec<R>> {
-        match count {
-            1 => guarded(|| vec![one(0)]),
-            _ => {
-                let pool = pool()?;
-                guarded(|| pool.install(|| (0..count).into_par_iter().map(one).collect()))
+            None => self.own.linearize_states(states, inputs, None)?,
+            Some(_) => {
+                let one = |k: usize| self.robot(of(k)).linearize(&states[k], u(k));
+                each(states.len(), one)?
             }
-        }
+        };
+        let changes = self.call.has_parameters && self.call.active.contains(&self.parameters);
+        let one = |k: usize| changes.then(|| by_parameters(self.robot(of(k)), &states[k], u(k)));
+        let by_parameters = each(states.len(), one)?;
+        Ok(linear.into_iter().zip(by_parameters).collect())
     }
 
     /// Change of a step: A δx + B δu + P δp.
@@ -230,49 +199,12 @@ fn by_parameters(simulator: &Simulator, state: &State, u: &[f64]) -> DMatrix<f64
     let mut unit = vec![0.0; n];
     for i in 0..n {
         unit[i] = 1.0;
-        let mut all = StepGradient::zeros(simulator).with_model_parameters_only(simulator);
-        simulator.vjp_into(state, u, &unit, &mut scratch, &mut all);
-        let row = all.parameters.rows(0, count);
-        out.row_mut(i).copy_from(&row.transpose());
+        let wanted = WantedParameters::Model;
+        let all = pull_step(simulator, wanted, (state, u), &unit, &mut scratch);
+        out.row_mut(i).copy_from(&all.parameters.transpose());
         unit[i] = 0.0;
     }
     out
-}
-
-/// A step, its changes or derivatives.
-pub(super) fn step(
-    call: &Call<'_>,
-    own: &PySimulator,
-    signature: &Signature,
-    rows: &Rows<'_>,
-    found: &[usize],
-    out: &mut [&mut [f64]],
-) -> PyResult<()> {
-    let steps = Steps::new(call, own, signature, rows)?;
-    if call.kind == Kind::Value && steps.robots.is_none() {
-        return own.step_slice(&steps.slice(), out);
-    }
-    let next = steps.each(call.count, |k| {
-        steps.robot(k).step(&steps.states[k], rows.row(2, k))
-    })?;
-    if let Some(k) = next.iter().position(|state| !state.is_finite()) {
-        return Err(diverged((call.count > 1).then_some(k)));
-    }
-    let needs = call.kind == Kind::Push
-        || (call.kind == Kind::Pull && call.directions > FEW && !call.has_parameters);
-    let linear = match needs {
-        true => steps.linear(&steps.states, rows.arrays[2])?,
-        false => Vec::new(),
-    };
-    let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
-        match call.kind {
-            Kind::Value => write_trajectory(&next[k..=k], steps.has_contact, out),
-            Kind::Push => steps.push(k, &next[k..=k], &linear[k..=k], out),
-            Kind::Pull => steps.pull_step(k, &next[k], linear.get(k).map(|pair| &pair.0), out),
-        }
-        Ok(())
-    };
-    in_rows(call.count, found, out, one)?
 }
 
 impl Steps<'_> {
@@ -308,20 +240,18 @@ impl Steps<'_> {
             adjoint
                 .rows_mut(2 * nv, by_contact.len())
                 .copy_from_slice(by_contact);
-            let mut all = StepGradient::zeros(simulator);
-            all = match self.call.has_parameters {
-                true => all.with_model_parameters_only(simulator),
-                false => all.without_parameters(),
-            };
-            match (linear, &mut scratch) {
-                (None, Some(scratch)) => {
-                    simulator.vjp_into(&self.states[k], u, adjoint.as_slice(), scratch, &mut all)
-                }
+            let all = match (linear, &mut scratch) {
                 (Some(linear), _) => {
-                    (all.state, all.input) = (linear.a.tr_mul(&adjoint), linear.b.tr_mul(&adjoint))
+                    let mut all = StepGradient::zeros(simulator).without_parameters();
+                    (all.state, all.input) = (linear.a.tr_mul(&adjoint), linear.b.tr_mul(&adjoint));
+                    all
                 }
-                (None, None) => {}
-            }
+                (None, Some(scratch)) => {
+                    let (at, adjoint) = ((&self.states[k], u), adjoint.as_slice());
+                    pull_step(simulator, self.wanted(), at, adjoint, scratch)
+                }
+                (None, None) => continue,
+            };
             let slopes = Derivatives {
                 start: &all.state,
                 inputs: all.input.as_slice(),
@@ -381,33 +311,29 @@ impl Steps<'_> {
         }
     }
 
-    fn pull_rollout(&self, k: usize, out: &mut [f64]) {
-        let (simulator, steps, nu) = (self.robot(k), self.call.steps, self.own.simulator.nu());
-        let parameters = match self.call.has_parameters {
+    fn wanted(&self) -> WantedParameters {
+        match self.call.has_parameters {
             true => WantedParameters::Model,
             false => WantedParameters::None,
-        };
+        }
+    }
+
+    fn pull_rollout(&self, k: usize, out: &mut [f64]) {
         let options = RolloutGradientOptions {
-            parameters,
+            parameters: self.wanted(),
             ..RolloutGradientOptions::default()
         };
-        let inputs = self.rows.row(2, k);
-        let inputs: Vec<_> = (0..steps)
-            .map(|t| DVector::from_column_slice(&inputs[t * nu..(t + 1) * nu]))
-            .collect();
         for d in 0..self.call.directions {
             let [q, v, contact] = self.weights(k, d);
-            let contact = self.has_contact.then_some(contact);
             let cost = Weighted {
-                steps,
+                steps: self.call.steps,
                 q: Some(q),
                 v: Some(v),
-                contact,
+                contact: self.has_contact.then_some(contact),
                 u: None,
             };
-            let start = std::slice::from_ref(&self.states[k]);
-            let all = simulator.rollout_gradients(start, &[&inputs], &cost, &options);
-            let [all] = &all[..] else { continue };
+            let (start, inputs) = (&self.states[k], self.rows.row(2, k));
+            let all = cost.pull(self.robot(k), start, inputs, &options);
             let by_inputs: Vec<f64> = all.inputs.iter().flat_map(|u| u.iter().copied()).collect();
             let slopes = Derivatives {
                 start: &all.start,
@@ -417,10 +343,36 @@ impl Steps<'_> {
             self.write_slopes(k, d, &slopes, out);
         }
     }
+
+    /// The states of the results of a row: that after a step, or all those of a rollout.
+    fn results(&self, k: usize) -> Vec<State> {
+        match self.call.is_step() {
+            true => vec![self.robot(k).step(&self.states[k], self.rows.row(2, k))],
+            false => self.trajectory(k),
+        }
+    }
+
+    /// Jacobians of all steps, row after row, where the call needs them.
+    fn linear_steps(
+        &self,
+        results: &[Vec<State>],
+    ) -> PyResult<Vec<(Linearization, Option<DMatrix<f64>>)>> {
+        let (call, inputs) = (self.call, self.rows.arrays[2]);
+        let is_wide = call.directions > FEW && !call.has_parameters;
+        match (call.kind, call.is_step()) {
+            (Kind::Push, false) => {
+                let before = results.iter().flat_map(|all| all[..call.steps].to_vec());
+                self.linear(&before.collect::<Vec<_>>(), inputs)
+            }
+            (Kind::Push, true) => self.linear(&self.states, inputs),
+            (Kind::Pull, true) if is_wide => self.linear(&self.states, inputs),
+            _ => Ok(Vec::new()),
+        }
+    }
 }
 
-/// A rollout, its changes or derivatives.
-pub(super) fn rollout(
+/// Steps or rollouts, their changes or derivatives.
+pub(super) fn run(
     call: &Call<'_>,
     own: &PySimulator,
     signature: &Signature,
@@ -428,36 +380,37 @@ pub(super) fn rollout(
     found: &[usize],
     out: &mut [&mut [f64]],
 ) -> PyResult<()> {
-    let steps = Steps::new(call, own, signature, rows)?;
-    match call.kind {
-        Kind::Value if steps.robots.is_none() => {
-            own.rollout_slice(&steps.states, rows.arrays[2], call.steps, out)
-        }
-        Kind::Value => in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
-            write_trajectory(&steps.trajectory(k), steps.has_contact, out);
-            Ok(())
-        })?,
-        Kind::Push => {
-            let all = steps.each(call.count, |k| steps.trajectory(k))?;
-            let before: Vec<State> = all
-                .iter()
-                .flat_map(|states| states[..call.steps].to_vec())
-                .collect();
-            let linear = match before.is_empty() {
-                true => Vec::new(),
-                false => steps.linear(&before, rows.arrays[2])?,
-            };
-            in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
-                let own = &linear[k * call.steps..(k + 1) * call.steps];
-                steps.push(k, &all[k], own, out);
-                Ok(())
-            })?
-        }
-        Kind::Pull => in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
-            steps.pull_rollout(k, out);
-            Ok(())
-        })?,
+    let (steps, is_step) = (Steps::new(call, own, signature, rows)?, call.is_step());
+    if call.kind == Kind::Value && steps.robots.is_none() {
+        return match (is_step, call.count) {
+            (true, 1) => own.step_one(steps.given(), out, |memory| own.step_in(memory)),
+            (true, count) => own.step_batch(&steps.given(), count, None, out),
+            _ => own.rollout_slice(&steps.states, rows.arrays[2], call.steps, out),
+        };
     }
+    let results = match call.kind == Kind::Pull && !is_step {
+        true => Vec::new(),
+        false => each(call.count, |k| steps.results(k))?,
+    };
+    let is_lost = |all: &Vec<State>| is_step && !all[0].is_finite();
+    if let Some(k) = results.iter().position(is_lost) {
+        return Err(diverged((call.count > 1).then_some(k)));
+    }
+    let linear = steps.linear_steps(&results)?;
+    let n = linear.len() / call.count.max(1);
+    in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
+        let linear = &linear[k * n..(k + 1) * n];
+        match (call.kind, is_step) {
+            (Kind::Value, _) => write_trajectory(&results[k], steps.has_contact, out),
+            (Kind::Push, _) => steps.push(k, &results[k], linear, out),
+            (Kind::Pull, true) => {
+                let linear = linear.first().map(|(linear, _)| linear);
+                steps.pull_step(k, &results[k][0], linear, out);
+            }
+            (Kind::Pull, false) => steps.pull_rollout(k, out),
+        }
+        Ok(())
+    })?
 }
 
 /// Writes all q, then all v, then all states of contact if they are wanted.

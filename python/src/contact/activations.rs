@@ -26,7 +26,7 @@ pub(super) fn add(mut simulator: Simulator, parts: &Bound<'_, PyAny>) -> PyResul
             "",
         )?;
         let own = activation_of(&value)?;
-        simulator = guarded(|| simulator.with_activation(&input, own))?.or_raise()?;
+        simulator = simulator.with_activation(&input, own).or_raise()?;
     }
     Ok(simulator)
 }
@@ -39,7 +39,7 @@ fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
             let hint = " (or \"none\", \"filter\", \"explicit_filter\", \"integrator\")";
             check_kind("dynamics", &dynamics, "sim", &["ActuatorNetwork"], hint)?;
             let network = network_of(&dynamics)?;
-            guarded(|| Activation::function(network, &[]))?
+            Activation::function(network, &[])
         }
         Some("none") => Activation::delay(0),
         Some("integrator") => Activation::integrator(),
@@ -58,12 +58,12 @@ fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
         }
     };
     let delay: usize = value.getattr("delay")?.extract()?;
-    own = guarded(|| own.with_delay(delay))?;
+    own = own.with_delay(delay);
     if let Some((lower, upper)) = value.getattr("input_range")?.extract()? {
-        own = guarded(|| own.with_input_range(lower, upper))?;
+        own = own.with_input_range(lower, upper);
     }
     if let Some((lower, upper)) = value.getattr("range")?.extract()? {
-        own = guarded(|| own.with_range(lower, upper))?;
+        own = own.with_range(lower, upper);
     }
     Ok(if value.getattr("early")?.extract()? {
         own.early()

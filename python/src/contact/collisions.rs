@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::law::law_of;
-use crate::errors::{OrRaise, guarded, type_error, value_error};
+use crate::errors::{OrRaise, type_error, value_error};
 use crate::kinds::{check_kind, fields};
 use crate::model::{PyModel, is_text};
 use crate::python::functions;
@@ -46,7 +46,7 @@ pub(super) fn with_collisions(
     for (link, surface) in by_link(&collisions, "surfaces", "Surface", surface)? {
         options = options.with_surface(&link, surface);
     }
-    guarded(|| contacts.with_collisions(model, law, &options))?.or_raise()
+    contacts.with_collisions(model, law, &options).or_raise()
 }
 
 /// Values of a class for links, by name.
@@ -129,7 +129,9 @@ pub(super) fn with_turning(
             let link: String = link.extract()?;
             let (torsional, rolling) = own.extract()?;
             let turning = TurningFriction { torsional, rolling };
-            guarded(|| contacts.with_turning_friction(model, &link, turning))?.or_raise()
+            contacts
+                .with_turning_friction(model, &link, turning)
+                .or_raise()
         })
 }
 
@@ -145,11 +147,11 @@ functions! {
     fn _srdf(model: &Bound<'py, PyModel>, description, prefix: &str) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
         let (m, options) = (&*model.get().model, CollisionOptions::default());
         let read = match description.extract::<String>() {
-            Ok(text) if is_text(&text) => guarded(|| options.with_srdf_str(m, prefix, &text))?,
+            Ok(text) if is_text(&text) => options.with_srdf_str(m, prefix, &text),
             _ => {
                 let path = description.extract::<PathBuf>();
                 let path = path.map_err(|_| type_error("description is no text and no path"))?;
-                guarded(|| options.with_srdf_file(m, prefix, path))?
+                options.with_srdf_file(m, prefix, path)
             }
         };
         let (options, rest) = read.or_raise()?;

@@ -25,7 +25,7 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
             "relaxed" => Ok(ContactLaw::RelaxedRigid(RelaxedRigid::default())),
             "soft" => {
                 let (points, depth) = SOFT;
-                let soft = guarded(|| SoftContact::estimate(model.total_mass(), points, depth))?;
+                let soft = SoftContact::estimate(model.total_mass(), points, depth);
                 Ok(ContactLaw::Soft(soft))
             }
             _ => Err(value_error(format_args!(
@@ -67,7 +67,7 @@ fn relaxed(value: &Bound<'_, PyAny>) -> PyResult<RelaxedRigid> {
         least,
         largest,
         width,
-        sigmoid: guarded(|| Sigmoid::new(midpoint, power))?,
+        sigmoid: Sigmoid::new(midpoint, power),
     };
     Ok(
         fields!(value => RelaxedRigid { friction, reference: reference, impedance: impedance, friction_impedance_ratio }),
@@ -93,7 +93,7 @@ functions! {
     /// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
     fn _estimate_soft_contact(mass: f64, points, depth: f64) -> PyResult<(f64, [f64; 4])> {
         let points = whole("points", points)?;
-        let own = guarded(|| SoftContact::estimate(mass, points, depth))?;
+        let own = SoftContact::estimate(mass, points, depth);
         Ok((own.friction, numbers_of(&own.normal)))
     }
 

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::law::normal_of;
-use crate::errors::{OrRaise, guarded, value_error};
+use crate::errors::{OrRaise, value_error};
 use crate::kinds::check_kind;
 
 pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Actuation> {
@@ -39,7 +39,9 @@ pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<
         let of = format_args!("actuators[\"{joint}\"]");
         check_kind(of, &actuator, "sim", &["Actuator"], "")?;
         let actuator = actuator_of(&actuator)?;
-        actuation = guarded(|| actuation.with_actuator(model, &joint, actuator))?.or_raise()?;
+        actuation = actuation
+            .with_actuator(model, &joint, actuator)
+            .or_raise()?;
     }
     Ok(actuation)
 }

@@ -1,6 +1,5 @@
 //! Distances between links.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use dualbody::contact::{LinkShapes, NearestError};
@@ -10,19 +9,12 @@ use crate::arrays::{Array, Rows, argument, in_rows, numbers_mut, room};
 use crate::errors::{OrRaise, Raise, value_error};
 use crate::model::PyModel;
 use crate::python::functions;
-use crate::scratch::find_or_make;
+use crate::scratch::with_kept;
 
-thread_local! {
-    /// Shapes of models, with the identities of these: to read meshes takes long.
-    static SHAPES: RefCell<Vec<(u64, Arc<LinkShapes>)>> = const { RefCell::new(Vec::new()) };
-}
-
-fn shapes_of(own: &PyModel) -> PyResult<Arc<LinkShapes>> {
-    SHAPES.with_borrow_mut(|all| {
-        let make = || Ok::<_, PyErr>((own.id, Arc::new(LinkShapes::new(&own.model))));
-        let (_, shapes) = find_or_make(all, |(id, _)| *id == own.id, make)?;
-        Ok(shapes.clone())
-    })
+/// Shapes of a model, which are kept: to read meshes takes long.
+fn shapes_of(own: &PyModel) -> Arc<LinkShapes> {
+    let make = || Arc::new(LinkShapes::new(&own.model));
+    with_kept(own.id, make, |shapes| shapes.clone())
 }
 
 impl Raise for NearestError {
@@ -41,7 +33,7 @@ functions! {
     /// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first.
     fn _nearest(model: &Bound<'py, PyModel>, q, first: &str, second: &str) -> PyResult<Arrays<'py>> {
         let (py, own) = (model.py(), model.get());
-        let (m, shapes) = (&*own.model, shapes_of(own)?);
+        let (m, shapes) = (&*own.model, shapes_of(own));
         let q = Rows::read(&argument("q", q, &[m.nq()]))?;
         let tails: [&[usize]; 4] = [&[], &[2, 3], &[3], &[m.nv()]];
         let arrays = tails.map(|tail| room(py, &[q.batch(), tail].concat()));

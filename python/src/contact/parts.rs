@@ -35,18 +35,18 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
         "Ball" => Constraint::ball(anchors()?),
         "Distance" => {
             let (anchors, length) = (anchors()?, number("length")?);
-            guarded(|| Constraint::distance(anchors, length))?
+            Constraint::distance(anchors, length)
         }
         "Tendon" => {
             let joints = coefficients_of(value)?;
             let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
             let length = number("length")?;
-            guarded(|| Constraint::tendon(model, &joints, length))?.or_raise()?
+            Constraint::tendon(model, &joints, length).or_raise()?
         }
         _ => {
             let (one, other): (String, String) = value.getattr("joints")?.extract()?;
             let (ratio, offset) = (number("ratio")?, number("offset")?);
-            guarded(|| Constraint::coupler(model, [&one, &other], ratio, offset))?.or_raise()?
+            Constraint::coupler(model, [&one, &other], ratio, offset).or_raise()?
         }
     };
     let given = |name: &str| value.getattr(name);
@@ -112,27 +112,27 @@ pub(crate) fn with_parts(
     let all = list(parts, "constraints", &kinds, |c| constraint_of(&model, c))?;
     if !all.is_empty() {
         let all = [simulator.constraints(), &all].concat();
-        simulator = guarded(|| simulator.with_constraints(all))?;
+        simulator = simulator.with_constraints(all);
     }
     let all = list(parts, "external_forces", &["ExternalForce"], |f| {
         external_force_of(&model, f)
     })?;
     if !all.is_empty() {
-        simulator = guarded(|| simulator.with_external_forces(all))?;
+        simulator = simulator.with_external_forces(all);
     }
     let all = list(parts, "frame_actuators", &["FrameActuator"], |a| {
         frame_actuator_of(&model, a)
     })?;
     if !all.is_empty() {
         let all = [simulator.frame_actuators(), &all].concat();
-        simulator = guarded(|| simulator.with_frame_actuators(all))?;
+        simulator = simulator.with_frame_actuators(all);
     }
     let all = list(parts, "tendon_servos", &["TendonServo"], |t| {
         tendon_servo_of(&model, t)
     })?;
     if !all.is_empty() {
         let all = [simulator.tendon_servos(), &all].concat();
-        simulator = guarded(|| simulator.with_tendon_servos(all))?;
+        simulator = simulator.with_tendon_servos(all);
     }
     super::activations::add(simulator, parts)
 }
@@ -143,7 +143,7 @@ fn tendon_servo_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<TendonSe
     let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
     let missing = || PyValueError::new_err(format!("the tendon \"{name}\" has no servo"));
     let servo = servo_of(value)?.ok_or_else(missing)?;
-    let made = guarded(|| TendonServo::new(model, name.clone(), &joints, servo))?.or_raise()?;
+    let made = TendonServo::new(model, name.clone(), &joints, servo).or_raise()?;
     match value.getattr("effort")?.extract()? {
         Some(effort) => guarded(|| made.with_effort(effort)),
         None => Ok(made),

@@ -12,9 +12,9 @@ use pyo3::types::PyDict;
 use super::collisions::{with_collisions, with_turning};
 use super::law::law_of;
 use super::terrain::terrain_of;
-use crate::counts::{whole, whole_of};
+use crate::counts::whole_of;
 use crate::errors::{OrRaise, guarded};
-use crate::kinds::check_kind;
+use crate::kinds::{check_kind, fields};
 
 /// A point of contact: link, body, centre, kind, parameters of the kind.
 pub(crate) type Point = (usize, usize, [f64; 3], String, Vec<f64>);
@@ -67,7 +67,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             let options = ContactOptions {
                 mesh_points: whole_of(value, "mesh_points")?,
             };
-            guarded(|| Contacts::with_options(model, terrain, law, &options))?.or_raise()?
+            Contacts::with_options(model, terrain, law, &options).or_raise()?
         }
         Some(points) => {
             let options = ContactOptions::default();
@@ -86,40 +86,33 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     for (link, law) in value.getattr("laws")?.cast::<PyDict>()? {
         let link: String = link.extract()?;
         let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
-        contacts = guarded(|| contacts.with_law(model, &link, law))?.or_raise()?;
+        contacts = contacts.with_law(model, &link, law).or_raise()?;
     }
     contacts = with_turning(contacts, model, value)?;
     contacts = with_collisions(contacts, model, value)?;
-    if let Some((kappa, reach)) = value
-        .getattr("smoothing")?
-        .extract::<Option<(f64, Option<f64>)>>()?
-    {
-        let smoothing = guarded(|| {
-            let smoothing = Smoothing::new(kappa);
-            reach.map_or(smoothing, |reach| smoothing.with_reach(reach))
-        })?;
-        contacts = contacts.with_smoothing(smoothing);
+    let smoothing = value.getattr("smoothing")?;
+    if !smoothing.is_none() {
+        check_kind("smoothing", &smoothing, "contact", &["Smoothing"], "")?;
+        let kappa = smoothing.getattr("kappa")?.extract()?;
+        let mut own = Smoothing::new(kappa);
+        if let Some(reach) = smoothing.getattr("reach")?.extract()? {
+            own = own.with_reach(reach);
+        }
+        contacts = contacts.with_smoothing(own);
     }
-    type Solver<'py> = (
-        f64,
-        Bound<'py, PyAny>,
-        f64,
-        Bound<'py, PyAny>,
-        Bound<'py, PyAny>,
-        bool,
-    );
-    if let Some((tolerance, iterations, acceptable, points_per_link, points, warm_start)) =
-        value.getattr("solver")?.extract::<Option<Solver<'_>>>()?
-    {
-        let options = SolverOptions {
+    let solver = value.getattr("solver")?;
+    if !solver.is_none() {
+        check_kind("solver", &solver, "contact", &["SolverOptions"], "")?;
+        let count = |name: &str| whole_of(&solver, name);
+        let options = fields!(solver => SolverOptions {
             tolerance,
-            iterations: whole("iterations", &iterations)?,
+            iterations: count("iterations")?,
             acceptable,
-            points_per_link: whole("points_per_link", &points_per_link)?,
-            points: whole("points", &points)?,
+            points_per_link: count("points_per_link")?,
+            points: count("points")?,
             warm_start,
-        };
-        contacts = guarded(|| contacts.with_solver_options(options))?;
+        });
+        contacts = contacts.with_solver_options(options);
     }
     contacts.check_memory().or_raise()?;
     Ok(contacts)

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 
 use super::regressor::regressor_of;
 use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
-use crate::errors::{OrRaise, guarded};
+use crate::errors::OrRaise;
 use crate::options::read_options;
 use crate::python::functions;
 use crate::threads::on_pool_stopped;
@@ -44,7 +44,7 @@ functions! {
         };
         let out = [(); 3].map(|()| empty(py, &[times.len(), n]));
         for (k, &time) in times.iter().enumerate() {
-            let at = guarded(|| motion.at(time))?;
+            let at = motion.at(time);
             for (out, x) in out.iter().zip([&at.q, &at.v, &at.a]) {
                 numbers_mut(out)[k * n..(k + 1) * n].copy_from_slice(x.as_slice());
             }

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use super::frame::Frame;
 use super::registry::{Used, find};
 use crate::calls::{Call, Of};
+use crate::errors::caught;
 
 /// Makes the call that a frame describes.
 pub(super) fn call(frame: &Frame<'_>) -> Result<(), String> {
@@ -16,7 +17,7 @@ pub(super) fn call(frame: &Frame<'_>) -> Result<(), String> {
     let arguments = frame.arguments()?;
     let numbers: Vec<&[f64]> = arguments.iter().map(|x| &**x).collect();
     let run = |out: &mut [&mut [f64]]| {
-        let done = Call::read(of, text).and_then(|call| call.run(&numbers, out));
+        let done = caught(|| Call::read(of, text)?.run(&numbers, out));
         // The text without the name of the exception.
         done.map_err(|error| Python::attach(|py| error.value(py).to_string()))
     };

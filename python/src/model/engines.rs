@@ -138,7 +138,7 @@ impl PyEngineCoordinates {
             (name, array.as_any(), vec![rows, m.nv()]),
         ];
         self.map(q.py(), &all, &[rows, m.nv()], |coordinates, x, out| {
-            let matrix = DMatrix::from_row_slice(rows, x[1].len() / rows.max(1), x[1]);
+            let matrix = DMatrix::from_row_slice(rows, m.nv(), x[1]);
             write_matrix(&one(coordinates, x[0], &matrix), out);
         })
     }

@@ -1,24 +1,23 @@
 //! Sensors: what they read in a step, with C and D; noise.
 
 mod noise;
-mod of_file;
 mod spec;
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use dualbody::linearize::SensorLinearization;
 use dualbody::sim::{SensorScratch, Sensors};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
-use rayon::prelude::*;
 
-use crate::arrays::{Array, checked_output, empty, numbers_mut, room, write_matrix};
+use crate::arrays::{Array, numbers_mut, room, write_matrix};
 use crate::errors::{guarded, value_error};
 use crate::model::PyModel;
 use crate::python::{getters, methods, of_package, slice};
-use crate::simulator::{Given, PySimulator};
-use crate::threads::on_pool;
+use crate::scratch::with_kept;
+use crate::simulator::PySimulator;
+use crate::threads::each;
 pub(crate) use noise::PyNoisySensors;
 
 /// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
@@ -30,8 +29,6 @@ pub(crate) struct PySensors {
     model: Py<PyModel>,
     /// The arguments that made it.
     given: Py<PyDict>,
-    /// Memory of the last call for one state, with the simulator that it is for.
-    memory: Mutex<Option<(u64, SensorScratch<f64>)>>,
 }
 
 getters! { PySensors {
@@ -58,7 +55,6 @@ impl PySensors {
             sensors: Arc::new(made),
             given: sensors.copy()?.unbind(),
             model,
-            memory: Mutex::new(None),
         })
     }
 
@@ -102,15 +98,12 @@ methods! { PySensors {
     fn read(&self, simulator: &Bound<'py, PySimulator>, q, v, u = None, *, contact = None, out = None) -> PyResult<Array<'py>> {
         let own = simulator.get();
         let given = own.read(q, v, u, contact)?;
-        let shape = [given.batch.as_slice(), &[self.sensors.len()]].concat();
-        let array = match out {
-            Some(out) => checked_output("out", out, &shape)?,
-            None => empty(q.py(), &shape),
-        };
-        match given.batch.is_empty() {
-            true => self.read_one(own, &given, numbers_mut(&array))?,
-            false => self.read_batch(q.py(), own, &given, numbers_mut(&array))?,
-        }
+        let simulator = &own.simulator;
+        let array = own.rows(q.py(), &given, self.sensors.len(), out, |_, memory, row| {
+            let (state, u) = (&memory.state, &memory.u);
+            let read = |scratch: &mut _| self.sensors.read_into(simulator, state, u, scratch, row);
+            with_kept(own.id, || SensorScratch::new(simulator), read);
+        })?;
         match numbers_mut(&array).iter().position(|y| !y.is_finite()) {
             None => Ok(array),
             Some(k) => Err(self.not_finite(k)),
@@ -126,8 +119,7 @@ methods! { PySensors {
         let (states, inputs) = (own.states(&given, count)?, own.inputs(&given, count)?);
         let (sensors, of, nu) = (&*self.sensors, &*own.simulator, own.simulator.nu());
         let one = |k: usize| sensors.linearize(of, &states[k], &inputs[k * nu..(k + 1) * nu]);
-        let all: Vec<SensorLinearization> =
-            on_pool(py, || (0..count).into_par_iter().map(one).collect())?;
+        let all: Vec<SensorLinearization> = py.detach(|| each(count, one))?;
         let (n, len) = (of.n_tangent(), sensors.len());
         let array = |rows: usize, columns: usize| {
             room(py, &[given.batch.as_slice(), &[rows, columns]].concat())
@@ -153,48 +145,6 @@ methods! { PySensors {
 } }
 
 impl PySensors {
-    fn read_one(&self, own: &PySimulator, given: &Given<'_>, out: &mut [f64]) -> PyResult<()> {
-        let state = &own.states(given, 1)?[0];
-        let u = own.inputs(given, 1)?;
-        let kept = self.memory.try_lock().ok().and_then(|mut kept| kept.take());
-        let kept = kept.filter(|(id, _)| *id == own.id);
-        let mut memory = match kept {
-            Some((_, memory)) => memory,
-            None => guarded(|| SensorScratch::new(&own.simulator))?,
-        };
-        guarded(|| {
-            let simulator = &own.simulator;
-            self.sensors
-                .read_into(simulator, state, &u, &mut memory, out);
-        })?;
-        if let Ok(mut kept) = self.memory.try_lock() {
-            *kept = Some((own.id, memory));
-        }
-        Ok(())
-    }
-
-    fn read_batch(
-        &self,
-        py: Python<'_>,
-        own: &PySimulator,
-        given: &Given<'_>,
-        out: &mut [f64],
-    ) -> PyResult<()> {
-        let (count, nu) = (given.count(), own.simulator.nu());
-        let (states, inputs) = (own.states(given, count)?, own.inputs(given, count)?);
-        let (sensors, simulator) = (&*self.sensors, &*own.simulator);
-        let rows = out.par_chunks_exact_mut(sensors.len().max(1)).enumerate();
-        on_pool(py, || {
-            rows.for_each_init(
-                || SensorScratch::new(simulator),
-                |memory, (k, row)| {
-                    let u = &inputs[k * nu..(k + 1) * nu];
-                    sensors.read_into(simulator, &states[k], u, memory, row);
-                },
-            );
-        })
-    }
-
     fn not_finite(&self, k: usize) -> PyErr {
         let (names, len) = (self.sensors.names(), self.sensors.len());
         let (state, name) = (k / len, names[k % len]);

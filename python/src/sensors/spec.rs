@@ -1,132 +1,219 @@
-//! Reads sensors and their noise from small classes of Python.
+//! Sensors and their noise as the small classes of Python: read, and written for sensors of a file.
 
 use dualbody::Model;
+use dualbody::model::{FrameId, JointId};
 use dualbody::sim::{ScanAngles, Sensor, SensorNoise};
 use dualbody::spatial::Representation;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::dynamics::named;
 use crate::errors::{OrRaise, value_error};
 use crate::kinds::check_kind;
+use crate::model::PyModel;
+use crate::python::of_package;
+use crate::words::snake;
 
-/// The kinds, of the field of the same name.
-const KINDS: [&str; 17] = [
-    "joint_position",
-    "joint_velocity",
-    "joint_force",
-    "gyro",
-    "accelerometer",
-    "magnetometer",
-    "frame_pose",
-    "frame_velocity",
-    "frame_acceleration",
-    "wrench",
-    "touch",
-    "contact_force",
-    "range_finder",
-    "lidar",
-    "center_of_mass",
-    "center_of_mass_velocity",
-    "momentum",
-];
+/// A `sim.Sensor` of a robot, by its name.
+struct Given<'a, 'py> {
+    model: &'a Model,
+    name: &'a str,
+    value: &'a Bound<'py, PyAny>,
+}
+
+/// What a sensor is on.
+trait Place: Sized {
+    fn find(model: &Model, name: &str) -> PyResult<Self>;
+    fn name(self, model: &Model) -> &str;
+}
+
+impl Place for JointId {
+    fn find(model: &Model, name: &str) -> PyResult<Self> {
+        model.find_joint(name).or_raise()
+    }
+
+    fn name(self, model: &Model) -> &str {
+        &model.joints()[self.0].name
+    }
+}
+
+impl Place for FrameId {
+    fn find(model: &Model, name: &str) -> PyResult<Self> {
+        model.find_frame(name).or_raise()
+    }
+
+    fn name(self, model: &Model) -> &str {
+        &model.frames()[self.0].name
+    }
+}
+
+/// A field of a sensor, under one name in Rust and in Python.
+trait Field: Sized {
+    fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self>;
+    fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()>;
+}
+
+macro_rules! numbers {
+    ($($kind:ty),*) => { $(impl Field for $kind {
+        fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
+            given.value.getattr(field)?.extract()
+        }
+
+        fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()> {
+            out.set_item(field, self)
+        }
+    })* };
+}
+numbers!(f64, [f64; 3]);
+
+impl Field for Representation {
+    fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
+        named(
+            given.model,
+            &given.value.getattr(field)?.extract::<String>()?,
+        )
+    }
+
+    fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()> {
+        out.set_item(field, snake(self))
+    }
+}
+
+impl Field for ScanAngles {
+    fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
+        let wrong = |_| {
+            value_error(format_args!(
+                "sensors[\"{}\"]: {field} is not a number of rays, the first and the last angle, like (640, -1.5, 1.5)",
+                given.name
+            ))
+        };
+        let (count, first, last) = given.value.getattr(field)?.extract().map_err(wrong)?;
+        Ok(Self { count, first, last })
+    }
+
+    fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()> {
+        out.set_item(field, (self.count, self.first, self.last))
+    }
+}
+
+impl Given<'_, '_> {
+    /// The joint or frame that the sensor is on.
+    fn place<P: Place>(&self) -> PyResult<P> {
+        let on: Option<String> = self.value.getattr("on")?.extract()?;
+        let missing = || {
+            value_error(format_args!(
+                "sensors[\"{}\"] is on nothing: on= names its joint, link or frame",
+                self.name
+            ))
+        };
+        P::find(self.model, &on.ok_or_else(missing)?)
+    }
+}
+
+/// All kinds, by name: those on a joint, link or frame, those with fields besides, those on nothing.
+macro_rules! kinds {
+    (
+        on { $($on:literal: $place:ident),* }
+        with { $($with:literal: $of:ident { $($field:ident),* }),* }
+        alone { $($alone:literal: $whole:ident),* }
+    ) => {
+        const KINDS: &[&str] = &[$($on,)* $($with,)* $($alone),*];
+
+        /// The sensor of a kind; `None` if there is no such kind.
+        fn of_kind(kind: &str, given: &Given<'_, '_>) -> PyResult<Option<Sensor>> {
+            Ok(Some(match kind {
+                $($on => Sensor::$place(given.place()?),)*
+                $($with => Sensor::$of { frame: given.place()?, $($field: Field::read(given, stringify!($field))?),* },)*
+                $($alone => Sensor::$whole,)*
+                _ => return Ok(None),
+            }))
+        }
+
+        /// Kind and place of a sensor, and its fields; `None` for one that Python does not have.
+        fn parts<'m>(sensor: &Sensor, model: &'m Model, out: &Bound<'_, PyDict>) -> PyResult<Option<(&'static str, Option<&'m str>)>> {
+            Ok(Some(match *sensor {
+                $(Sensor::$place(place) => ($on, Some(place.name(model))),)*
+                $(Sensor::$of { frame, $($field),* } => {
+                    $($field.write(stringify!($field), out)?;)*
+                    ($with, Some(frame.name(model)))
+                })*
+                $(Sensor::$whole => ($alone, None),)*
+                _ => return Ok(None),
+            }))
+        }
+    };
+}
+kinds! {
+    on {
+        "joint_position": JointPosition, "joint_velocity": JointVelocity, "joint_force": JointForce, "gyro": Gyro, "accelerometer": Accelerometer,
+        "frame_pose": FramePose, "wrench": Wrench, "touch": Touch, "contact_force": ContactForce
+    }
+    with {
+        "magnetometer": Magnetometer { field },
+        "frame_velocity": FrameVelocity { representation },
+        "frame_acceleration": FrameAcceleration { representation },
+        "range_finder": RangeFinder { direction, range },
+        "lidar": Lidar { horizontal, vertical, range }
+    }
+    alone { "center_of_mass": CenterOfMass, "center_of_mass_velocity": CenterOfMassVelocity, "momentum": Momentum }
+}
 
 /// A sensor of a model.
 pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Sensor> {
-    check_kind(
-        format_args!("sensors[\"{name}\"]"),
-        value,
-        "sim",
-        &["Sensor"],
-        "",
-    )?;
+    let place = format_args!("sensors[\"{name}\"]");
+    check_kind(place, value, "sim", &["Sensor"], "")?;
     let kind: String = value.getattr("kind")?.extract()?;
-    let on: Option<String> = value.getattr("on")?.extract()?;
-    let missing = || {
+    let given = Given { model, name, value };
+    of_kind(&kind, &given)?.ok_or_else(|| {
         value_error(format_args!(
-            "sensors[\"{name}\"] is on nothing: on= names its joint, link or frame"
+            "sensors[\"{name}\"] is of the kind \"{kind}\", expected one of {}",
+            KINDS.join(", ")
         ))
-    };
-    let place = || on.as_deref().ok_or_else(missing);
-    let joint = || model.find_joint(place()?).or_raise();
-    let frame = || model.find_frame(place()?).or_raise();
-    let representation = || {
-        let given: String = value.getattr("representation")?.extract()?;
-        named::<Representation>(model, &given)
-    };
-    Ok(match kind.as_str() {
-        "joint_position" => Sensor::JointPosition(joint()?),
-        "joint_velocity" => Sensor::JointVelocity(joint()?),
-        "joint_force" => Sensor::JointForce(joint()?),
-        "gyro" => Sensor::Gyro(frame()?),
-        "accelerometer" => Sensor::Accelerometer(frame()?),
-        "magnetometer" => Sensor::Magnetometer {
-            frame: frame()?,
-            field: value.getattr("field")?.extract()?,
-        },
-        "frame_pose" => Sensor::FramePose(frame()?),
-        "frame_velocity" => Sensor::FrameVelocity {
-            frame: frame()?,
-            representation: representation()?,
-        },
-        "frame_acceleration" => Sensor::FrameAcceleration {
-            frame: frame()?,
-            representation: representation()?,
-        },
-        "wrench" => Sensor::Wrench(frame()?),
-        "touch" => Sensor::Touch(frame()?),
-        "contact_force" => Sensor::ContactForce(frame()?),
-        "range_finder" => Sensor::RangeFinder {
-            frame: frame()?,
-            direction: value.getattr("direction")?.extract()?,
-            range: value.getattr("range")?.extract()?,
-        },
-        "lidar" => Sensor::Lidar {
-            frame: frame()?,
-            horizontal: angles(name, value, "horizontal")?,
-            vertical: angles(name, value, "vertical")?,
-            range: value.getattr("range")?.extract()?,
-        },
-        "center_of_mass" => Sensor::CenterOfMass,
-        "center_of_mass_velocity" => Sensor::CenterOfMassVelocity,
-        "momentum" => Sensor::Momentum,
-        _ => {
-            return Err(value_error(format_args!(
-                "sensors[\"{name}\"] is of the kind \"{kind}\", expected one of {}",
-                KINDS.join(", ")
-            )));
+    })
+}
+
+/// Imperfections, whose fields have one name in Rust and in Python.
+macro_rules! noise {
+    ($($field:ident),*) => {
+        /// The imperfections of a sensor.
+        pub(super) fn noise(name: &str, value: &Bound<'_, PyAny>) -> PyResult<SensorNoise> {
+            check_kind(format_args!("noise[\"{name}\"]"), value, "sim", &["SensorNoise"], "")?;
+            Ok(crate::kinds::fields!(value => SensorNoise { $($field),* }))
         }
-    })
-}
 
-/// Angles of the rays of a lidar: their number, the first and the last.
-fn angles(name: &str, value: &Bound<'_, PyAny>, field: &str) -> PyResult<ScanAngles> {
-    let given: Result<(u32, f64, f64), _> = value.getattr(field)?.extract();
-    let (count, first, last) = given.map_err(|_| {
-        value_error(format_args!(
-            "sensors[\"{name}\"]: {field} is not a number of rays, the first and the last angle, like (640, -1.5, 1.5)"
-        ))
-    })?;
-    Ok(ScanAngles { count, first, last })
+        /// Imperfections as the class of Python.
+        fn written_noise<'py>(py: Python<'py>, noise: &SensorNoise) -> PyResult<Bound<'py, PyAny>> {
+            let fields = PyDict::new(py);
+            $(fields.set_item(stringify!($field), noise.$field)?;)*
+            of_package!(py, "sim", "SensorNoise").call((), Some(&fields))
+        }
+    };
 }
+noise!(
+    offset, white, bias, bias_walk, resolution, limit, period, delay
+);
 
-/// The imperfections of a sensor.
-pub(super) fn noise(name: &str, value: &Bound<'_, PyAny>) -> PyResult<SensorNoise> {
-    check_kind(
-        format_args!("noise[\"{name}\"]"),
-        value,
-        "sim",
-        &["SensorNoise"],
-        "",
-    )?;
-    let number = |field: &str| value.getattr(field)?.extract();
-    Ok(SensorNoise {
-        offset: number("offset")?,
-        white: number("white")?,
-        bias: number("bias")?,
-        bias_walk: number("bias_walk")?,
-        resolution: number("resolution")?,
-        limit: number("limit")?,
-        period: number("period")?,
-        delay: number("delay")?,
-    })
+#[pymethods]
+impl PyModel {
+    /// Sensors of the file: {name: (sim.Sensor, sim.SensorNoise)}, those that are modelled; empty for a robot that was built in code.
+    #[getter]
+    fn sensors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        let report = self.report.as_ref().map(|report| &report.get().report);
+        for own in report.map_or(&[][..], |report| &report.sensors) {
+            let Some(sensor) = &own.sensor else {
+                continue;
+            };
+            let fields = PyDict::new(py);
+            let missing = || {
+                value_error(format_args!(
+                    "a sensor of the file is of a kind that Python does not have: {sensor:?}"
+                ))
+            };
+            let place = parts(sensor, &self.model, &fields)?.ok_or_else(missing)?;
+            let sensor = of_package!(py, "sim", "Sensor").call(place, Some(&fields))?;
+            out.set_item(&own.name, (sensor, written_noise(py, &own.noise)?))?;
+        }
+        Ok(out)
+    }
 }

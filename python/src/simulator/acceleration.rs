@@ -1,15 +1,12 @@
 //! Accelerations at a moment.
 
-use dualbody::sim::StepScratch;
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
 
 use super::forces::with_forces;
-use super::given::Given;
-use super::gradient::each;
 use super::handle::PySimulator;
 use super::memory::check_batch;
-use crate::arrays::{Array, checked_output, empty, numbers_mut};
+use crate::arrays::{Array, numbers_mut};
 use crate::model::PyModel;
 use crate::python::methods;
 
@@ -36,58 +33,18 @@ methods! { PySimulator {
         let own = this.get();
         let given = own.read(q, v, u, contact)?;
         check_batch(&given.batch, models.is_some())?;
-        let shape = [given.batch.as_slice(), &[own.sizes().1]].concat();
-        let array = match out {
-            Some(out) => checked_output("out", out, &shape)?,
-            None => empty(q.py(), &shape),
-        };
-        match given.batch.is_empty() {
-            true => own.accelerate_one(&given, &array)?,
-            false => own.accelerate_batch(q.py(), &given, models.as_deref(), &array)?,
+        let variants = own.variants(models.as_deref(), given.count())?;
+        let (simulator, nv) = (&*own.simulator, own.sizes().1);
+        let array = own.rows(q.py(), &given, nv, out, |k, memory, row| {
+            let (state, u, scratch) = (&memory.state, &memory.u, &mut memory.scratch);
+            match &variants {
+                Some(all) => row.copy_from_slice(all[k].acceleration(state, u).as_slice()),
+                None => row.copy_from_slice(simulator.acceleration_into(state, u, scratch)),
+            }
+        })?;
+        match numbers_mut(&array).iter().position(|a| !a.is_finite()) {
+            None => Ok(array),
+            Some(k) => Err(not_finite((!given.batch.is_empty()).then(|| k / nv))),
         }
-        Ok(array)
     }
 } }
-
-impl PySimulator {
-    fn accelerate_one(&self, given: &Given<'_>, out: &Array<'_>) -> PyResult<()> {
-        let is_finite = self.with_memory(given, |memory| {
-            let (state, u, scratch) = (&memory.state, &memory.u, &mut memory.scratch);
-            let a = self.simulator.acceleration_into(state, u, scratch);
-            numbers_mut(out).copy_from_slice(a);
-            a.iter().all(|a| a.is_finite())
-        })?;
-        match is_finite {
-            true => Ok(()),
-            false => Err(not_finite(None)),
-        }
-    }
-
-    fn accelerate_batch(
-        &self,
-        py: Python<'_>,
-        given: &Given<'_>,
-        models: Option<&[Py<PyModel>]>,
-        out: &Array<'_>,
-    ) -> PyResult<()> {
-        let (count, (_, nv, nu, _)) = (given.count(), self.sizes());
-        let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let variants = self.variants(models, count)?;
-        let own = &*self.simulator;
-        let input = |k: usize| &inputs[k * nu..(k + 1) * nu];
-        let one = |scratch: &mut StepScratch<f64>, k: usize| match &variants {
-            Some(all) => all[k].acceleration(&states[k], input(k)).data.into(),
-            None => own
-                .acceleration_into(&states[k], input(k), scratch)
-                .to_vec(),
-        };
-        let all: Vec<Vec<f64>> = each(py, count, || StepScratch::new(own), one)?;
-        let is_not_finite = |a: &Vec<f64>| a.iter().any(|a| !a.is_finite());
-        if let Some(k) = all.iter().position(is_not_finite) {
-            return Err(not_finite(Some(k)));
-        }
-        let rows = numbers_mut(out).chunks_exact_mut(nv.max(1)).zip(&all);
-        rows.for_each(|(row, a)| row.copy_from_slice(a));
-        Ok(())
-    }
-}

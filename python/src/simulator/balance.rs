@@ -213,11 +213,13 @@ methods! { PyBalance {
     }
 
     /// The first state (nq,), (nv,), and the number of actions of its episode so far.
-    fn first(&self, py: Python) -> Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)> {
-        let all = self.all.as_ref().filter(|all| all.states().len() > 0)?;
+    fn first(&self, py: Python) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)>> {
+        let Some(all) = self.all.as_ref().filter(|all| all.states().len() > 0) else {
+            return Ok(None);
+        };
         let state = all.states().state(0);
         let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
-        Some((q, v, all.length(0)))
+        Ok(Some((q, v, all.length(0))))
     }
 } }
 

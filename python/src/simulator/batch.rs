@@ -30,10 +30,7 @@ impl PySimulator {
         let run = move |watch: Option<&Watch>| {
             let rollout = batch.simulator.rollout(initial, steps, |moment, _, u| {
                 if let Some(watch) = watch {
-                    watch.add(1);
-                    if watch.must_stop() {
-                        return u.fill(dualbody::Lanes([f64::NAN; WIDTH]));
-                    }
+                    watch.step();
                 }
                 if !matches!(inputs, Inputs::None) {
                     for (j, u) in u.iter_mut().enumerate() {

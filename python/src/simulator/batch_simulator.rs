@@ -7,7 +7,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::given::{check_finite, of_row};
+use super::given::{States, check_finite};
 use super::handle::PySimulator;
 use super::memory::threads_for;
 use super::spread::Spread;
@@ -109,16 +109,16 @@ methods! { PyBatchSimulator {
         }
         let is_set = |i: &usize| mask.as_ref().is_none_or(|mask| mask[*i]);
         let mut state: State = own.simulator.neutral_state();
-        let read = |i: usize, state: &mut State| {
-            let found = own.read_state(&given, i, state);
-            found.map_err(|error| of_row(i, error, q.py()))
+        let given = States {
+            is_batch: true,
+            ..States::from(&given)
         };
         // All are read before the first one is set.
         (0..n)
             .filter(is_set)
-            .try_for_each(|i| read(i, &mut state))?;
+            .try_for_each(|i| own.read_state(&given, i, &mut state))?;
         for i in (0..n).filter(is_set) {
-            read(i, &mut state)?;
+            own.read_state(&given, i, &mut state)?;
             self.states.set(i, &state);
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! Poses that can be held, and regulators about them.
 
 use dualbody::control::{Equilibrium, EquilibriumStatus};
-use nalgebra::{Complex, DVector};
-use numpy::PyArrayMethods;
+use nalgebra::DVector;
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -53,20 +53,14 @@ methods! { PySimulator {
         let dropped = &found.dropped;
         (
             matrix(py, &found.gain),
-            pairs(py, &found.lqr.closed_loop_eigenvalues)?,
+            PyArray1::from_slice(py, &found.lqr.closed_loop_eigenvalues),
             found.lqr.status.to_string(),
             found.is_stabilized(),
             dropped.bristles.clone(),
             matrix(py, &dropped.directions),
             dropped.names.clone(),
-            pairs(py, &dropped.eigenvalues)?,
+            PyArray1::from_slice(py, &dropped.eigenvalues),
         )
             .into_pyobject(py)
     }
 } }
-
-/// Complex numbers as (re, im), one in each row.
-fn pairs<'py>(py: Python<'py>, values: &[Complex<f64>]) -> PyResult<Bound<'py, PyAny>> {
-    let numbers = values.iter().flat_map(|z| [z.re, z.im]).collect();
-    Ok(vector(py, numbers).reshape([values.len(), 2])?.into_any())
-}

@@ -4,10 +4,10 @@ use dualbody::State;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
-use crate::arrays::{Rows, argument, common_batch, vector};
+use crate::arrays::{Rows, View, argument, common_batch, vector};
 use crate::errors::{OrRaise, about_base, value_error};
 
-/// A state, or a batch of them, with an input.
+/// A state, or a batch of them, with an input: arrays of NumPy.
 pub(crate) struct Given<'py> {
     pub(crate) q: Rows<'py>,
     pub(crate) v: Rows<'py>,
@@ -16,26 +16,52 @@ pub(crate) struct Given<'py> {
     pub(crate) batch: Vec<usize>,
 }
 
+/// The rows of a state and an input, or of a batch of them.
+#[derive(Clone, Copy)]
+pub(crate) struct States<'a> {
+    pub(crate) q: View<'a>,
+    pub(crate) v: View<'a>,
+    /// Zero if left out.
+    pub(crate) u: Option<View<'a>>,
+    /// State of contact, then activations; neutral if left out.
+    pub(crate) contact: Option<View<'a>>,
+    /// Whether errors name the index of a state.
+    pub(crate) is_batch: bool,
+}
+
 impl Given<'_> {
     pub(crate) fn count(&self) -> usize {
         self.batch.iter().product()
     }
 }
 
+impl<'a> From<&'a Given<'_>> for States<'a> {
+    fn from(given: &'a Given<'_>) -> Self {
+        Self {
+            q: given.q.view(),
+            v: given.v.view(),
+            u: given.u.as_ref().map(Rows::view),
+            contact: given.contact.as_ref().map(Rows::view),
+            is_batch: !given.batch.is_empty(),
+        }
+    }
+}
+
+impl States<'_> {
+    /// The error of a state, with its index in a batch.
+    #[cold]
+    pub(super) fn named(&self, k: usize, error: PyErr) -> PyErr {
+        if !self.is_batch {
+            return error;
+        }
+        let text = Python::attach(|py| error.value(py).to_string());
+        value_error(format_args!("state {k} of the batch: {text}"))
+    }
+}
+
 pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
     let k = if rows.batch().is_empty() { 0 } else { k };
     &rows.as_slice()[k * width..(k + 1) * width]
-}
-
-/// Sets the numbers beside q and v: the state of contact, then activations.
-pub(super) fn set_beside(state: &mut State, numbers: &[f64]) {
-    let own = state.contact.iter_mut().chain(&mut state.activation);
-    own.zip(numbers).for_each(|(own, &given)| *own = given);
-}
-
-/// The error of a state of a batch, with its index.
-pub(super) fn of_row(k: usize, error: PyErr, py: Python<'_>) -> PyErr {
-    value_error(format_args!("state {k} of the batch: {}", error.value(py)))
 }
 
 pub(crate) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
@@ -83,54 +109,45 @@ impl PySimulator {
         Ok(Given { batch, ..given })
     }
 
-    /// Reads a state of a batch, checked, into memory whose state of contact is neutral.
-    pub(super) fn read_state(&self, given: &Given<'_>, k: usize, out: &mut State) -> PyResult<()> {
-        let (nq, nv, _, nc) = self.sizes();
-        out.q.copy_from_slice(row(&given.q, k, nq));
-        out.v.copy_from_slice(row(&given.v, k, nv));
-        if let Some(contact) = &given.contact {
-            set_beside(out, row(contact, k, nc));
+    /// Reads the k-th state, checked.
+    pub(super) fn read_state(&self, given: &States<'_>, k: usize, out: &mut State) -> PyResult<()> {
+        out.q.copy_from_slice(given.q.row(k));
+        out.v.copy_from_slice(given.v.row(k));
+        let beside = out.contact.iter_mut().chain(&mut out.activation);
+        match given.contact {
+            Some(all) => beside.zip(all.row(k)).for_each(|(out, &x)| *out = x),
+            None => beside.for_each(|out| *out = 0.0),
         }
-        out.check(self.simulator.model()).or_raise()
+        let checked = out.check(self.simulator.model()).or_raise();
+        checked.map_err(|error| given.named(k, error))
     }
 
-    /// A state of a batch, checked.
-    pub(super) fn state(&self, given: &Given<'_>, k: usize) -> PyResult<State> {
-        let mut state = self.simulator.neutral_state();
-        self.read_state(given, k, &mut state)?;
-        Ok(state)
-    }
-
-    pub(crate) fn states(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<State>> {
-        let named = |k: usize| {
-            let state = self.state(given, k);
-            match given.batch.is_empty() {
-                true => state,
-                false => state.map_err(|error| of_row(k, error, given.q.py())),
-            }
-        };
-        (0..count).map(named).collect()
+    pub(crate) fn states<'a>(
+        &self,
+        given: impl Into<States<'a>>,
+        count: usize,
+    ) -> PyResult<Vec<State>> {
+        let (given, mut state) = (given.into(), self.simulator.neutral_state());
+        let one = |k| (self.read_state(&given, k, &mut state)).map(|()| state.clone());
+        (0..count).map(one).collect()
     }
 
     /// The inputs of all states, one after the other.
-    pub(crate) fn inputs(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<f64>> {
-        let nu = self.simulator.nu();
-        let Some(u) = &given.u else {
+    pub(crate) fn inputs<'a>(
+        &self,
+        given: impl Into<States<'a>>,
+        count: usize,
+    ) -> PyResult<Vec<f64>> {
+        let (given, nu) = (given.into(), self.simulator.nu());
+        let Some(u) = given.u else {
             return Ok(vec![0.0; count * nu]);
         };
-        if let Some(k) = u.as_slice().iter().position(|x| !x.is_finite()) {
-            let (k, x) = (k / nu, &u.as_slice()[k - k % nu..][..nu]);
-            let error = check_finite("u", x);
-            return match u.batch().is_empty() {
-                true => error.map(|()| Vec::new()),
-                false => error
-                    .map_err(|error| of_row(k, error, u.py()))
-                    .map(|()| Vec::new()),
-            };
+        let mut all = Vec::with_capacity(count * nu);
+        for k in 0..count {
+            check_finite("u", u.row(k)).map_err(|error| given.named(k, error))?;
+            all.extend_from_slice(u.row(k));
         }
-        Ok((0..count)
-            .flat_map(|k| row(u, k, nu).iter().copied())
-            .collect())
+        Ok(all)
     }
 
     /// One state, not a batch.

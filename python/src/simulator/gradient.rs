@@ -2,43 +2,44 @@
 
 use std::ops::Range;
 
-use dualbody::linearize::{StepGradient, VjpScratch};
+use dualbody::linearize::{StepGradient, VjpScratch, WantedParameters};
 use dualbody::sim::SimulatorParameterGroup;
+use dualbody::{Simulator, State};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use super::given::{check_finite, row};
 use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, Rows, argument, common_batch, empty, numbers_mut};
-use crate::errors::guarded;
 use crate::model::PyModel;
 use crate::python::{methods, of_package};
-use crate::threads::on_pool;
+use crate::scratch::with_kept;
+use crate::threads::each;
 
-/// Gradients of fewer states than this are taken on the thread that asks for them.
-const FEW: usize = 4;
-
-/// Computes something for every state, on cores if there are many.
-pub(super) fn each<M, R: Send>(
-    py: Python<'_>,
-    count: usize,
-    memory: impl Fn() -> M + Send + Sync,
-    one: impl Fn(&mut M, usize) -> R + Send + Sync,
-) -> PyResult<Vec<R>> {
-    if count < FEW {
-        return guarded(|| {
-            let mut memory = memory();
-            (0..count).map(|k| one(&mut memory, k)).collect()
-        });
-    }
-    let all = || {
-        (0..count)
-            .into_par_iter()
-            .map_init(&memory, |memory, k| one(memory, k))
-            .collect()
+/// Gradient of ⟨adjoint, next state⟩ of a step.
+pub(crate) fn pull_step(
+    own: &Simulator,
+    wanted: WantedParameters,
+    (state, u): (&State, &[f64]),
+    adjoint: &[f64],
+    scratch: &mut VjpScratch,
+) -> StepGradient {
+    let all = StepGradient::zeros(own);
+    let mut out = match wanted {
+        WantedParameters::None => all.without_parameters(),
+        WantedParameters::Model => all.with_model_parameters_only(own),
+        WantedParameters::All => all,
     };
-    on_pool(py, all)
+    own.vjp_into(state, u, adjoint, scratch, &mut out);
+    out
+}
+
+/// All parameters, or none.
+pub(super) fn wanted(parameters: bool) -> WantedParameters {
+    match parameters {
+        true => WantedParameters::All,
+        false => WantedParameters::None,
+    }
 }
 
 /// An array of the shape (batch, tail) from its rows.
@@ -77,22 +78,17 @@ methods! { PySimulator {
         check_batch(&batch, models.is_some())?;
         let variants = self.variants(models.as_deref(), count)?;
         let weights: Vec<&[f64]> = (0..count).map(|k| row(&adjoint, k, n)).collect();
-        let one = |scratch: &mut VjpScratch, k: usize| {
-            let mut out = StepGradient::zeros(own);
-            if !parameters {
-                out = out.without_parameters();
-            }
-            let u = &inputs[k * nu..(k + 1) * nu];
+        let one = |k: usize| {
+            let at = (&states[k], &inputs[k * nu..(k + 1) * nu]);
+            let pull = |own: &Simulator, scratch: &mut VjpScratch| {
+                pull_step(own, wanted(parameters), at, weights[k], scratch)
+            };
             match &variants {
-                None => own.vjp_into(&states[k], u, weights[k], scratch, &mut out),
-                Some(all) => {
-                    let (own, mut scratch) = (&all[k], VjpScratch::new(&all[k]));
-                    own.vjp_into(&states[k], u, weights[k], &mut scratch, &mut out);
-                }
+                None => with_kept(self.id, || VjpScratch::new(own), |kept| pull(own, kept)),
+                Some(all) => pull(&all[k], &mut VjpScratch::new(&all[k])),
             }
-            out
         };
-        let all = each(py, count, || VjpScratch::new(own), one)?;
+        let all = py.detach(|| each(count, one))?;
         let slopes: Vec<&[f64]> = all.iter().map(|g| g.parameters.as_slice()).collect();
         let [model, friction, simulator] = self.parameters_of(py, &batch, parameters, &slopes);
         let arrays = (

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
-use crate::errors::{OrRaise, choice, guarded, value_error, warn};
+use crate::errors::{OrRaise, choice, value_error, warn};
 use crate::model::{PyModel, next_id, scene_of, simulator_of};
 use crate::python::{functions, getters, methods, of_package};
 
@@ -53,33 +53,33 @@ fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     let get = |name: &str| parts.as_any().get_item(name);
     let scene = get("_scene")?;
     let mut simulator = match scene.is_none() {
-        true => guarded(|| Simulator::new(model.clone()))?,
+        true => Simulator::new(model.clone()),
         false => of_scene(model, &scene)?,
     };
     if let Some(time_step) = get("time_step")?.extract()? {
-        simulator = guarded(|| simulator.with_time_step(time_step))?;
+        simulator = simulator.with_time_step(time_step);
     }
     if let Some(bound) = get("divergence_bound")?.extract()? {
-        simulator = guarded(|| simulator.with_divergence_bound(bound))?;
+        simulator = simulator.with_divergence_bound(bound);
     }
     if let Some(integrator) = get("integrator")?.extract::<Option<String>>()? {
         let integrator = choice("integrator", &integrator, &INTEGRATORS)?;
-        simulator = guarded(|| simulator.with_integrator(integrator))?;
+        simulator = simulator.with_integrator(integrator);
     }
     if let Some(names) = get("actuated")?.extract::<Option<Vec<String>>>()? {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        simulator = guarded(|| simulator.with_actuated_joints(&names))?.or_raise()?;
+        simulator = simulator.with_actuated_joints(&names).or_raise()?;
     }
     let actuation = get("actuation")?;
     if !actuation.is_none() {
         let actuation = actuation_of(model, &actuation)?;
-        simulator = guarded(|| simulator.with_actuation(actuation))?;
+        simulator = simulator.with_actuation(actuation);
     }
     let contacts = get("contacts")?;
     if !contacts.is_none() {
         let contacts = contacts_of(model, &contacts)?;
         warn_of_shapes(parts.py(), model, &contacts)?;
-        simulator = guarded(|| simulator.with_contacts(contacts))?;
+        simulator = simulator.with_contacts(contacts);
     }
     with_parts(simulator, parts.as_any())
 }
@@ -257,7 +257,7 @@ methods! { PySimulator {
         if let Some(parameters) = parameters {
             let count = simulator.parameters().len();
             let x = read_vector("parameters", &parameters, Some(count))?;
-            simulator = guarded(|| simulator.with_parameters(&x))?;
+            simulator = simulator.with_parameters(&x);
             let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
             own = Bound::new(py, PyModel::with_parameters(model, of_model.as_any())?)?;
             parts.set_item("parameters", vector(py, x))?;
@@ -343,11 +343,5 @@ impl PySimulator {
             self.simulator.nu(),
             self.simulator.n_contact() + self.simulator.n_activation(),
         )
-    }
-
-    /// The state with the numbers beside q and v: the state of contact, then activations.
-    pub(crate) fn with_beside(&self, state: State, numbers: &[f64]) -> State {
-        let (contact, activation) = numbers.split_at(self.simulator.n_contact());
-        (state.with_contact(contact.to_vec().into())).with_activation(activation.to_vec().into())
     }
 }

@@ -5,12 +5,14 @@ use dualbody::{Linearization, State};
 use pyo3::prelude::*;
 
 use super::given::Given;
-use super::gradient::each;
 use super::handle::PySimulator;
 use super::memory::check_batch;
 use crate::arrays::{Array, numbers_mut, room, write_matrix};
+use crate::errors::guarded;
 use crate::model::PyModel;
 use crate::python::{methods, of_package};
+use crate::scratch::with_kept;
+use crate::threads::each;
 
 /// Arrays of A and B, one pair for each state of a batch.
 pub(crate) struct Jacobians<'py> {
@@ -63,11 +65,12 @@ methods! { PySimulator {
     fn linearize_rate(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let given = self.read(q, v, u, contact)?;
         let own = &*self.simulator;
-        let one = |scratch: &mut RateScratch, state: &State, u: &[f64], out: &mut Linearization| {
-            own.linearize_rate_into(state, u, scratch, out);
+        let one = |state: &State, u: &[f64], out: &mut Linearization| {
+            let rate = |scratch: &mut _| own.linearize_rate_into(state, u, scratch, out);
+            with_kept(self.id, || RateScratch::new(own), rate);
         };
         self.jacobians(q.py(), &given, |out| {
-            self.linearize_each(q.py(), &given, out, || RateScratch::new(own), one)
+            self.linearize_each(q.py(), &given, out, one)
         })
     }
 } }
@@ -104,36 +107,47 @@ impl PySimulator {
         out: &Jacobians<'_>,
     ) -> PyResult<()> {
         let count = given.count();
-        if count == 0 {
-            return Ok(());
-        }
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let all = self.on_batch(py, count, models, |batch| batch.linearize(&states, &inputs))?;
+        let all = py.detach(|| self.linearize_states(&states, &inputs, models))?;
         out.write_all(&all);
         Ok(())
     }
 
+    /// Jacobians of the steps of some states; the interpreter lock is not needed.
+    pub(crate) fn linearize_states(
+        &self,
+        states: &[State],
+        inputs: &[f64],
+        models: Option<&[Py<PyModel>]>,
+    ) -> PyResult<Vec<Linearization>> {
+        match states {
+            [] => Ok(Vec::new()),
+            [state] if models.is_none() => {
+                guarded(|| vec![self.simulator.linearize(state, inputs)])
+            }
+            _ => self.on_batch(states.len(), models, |batch| {
+                batch.simulator.linearize(states, inputs)
+            }),
+        }
+    }
+
     /// Jacobians of one state, or of those of a batch on the pool.
-    ///
-    /// * `new` – working memory of a thread
-    pub(super) fn linearize_each<S>(
+    pub(super) fn linearize_each(
         &self,
         py: Python<'_>,
         given: &Given<'_>,
         out: &Jacobians<'_>,
-        new: impl Fn() -> S + Send + Sync,
-        one: impl Fn(&mut S, &State, &[f64], &mut Linearization) + Send + Sync,
+        one: impl Fn(&State, &[f64], &mut Linearization) + Send + Sync,
     ) -> PyResult<()> {
         let (own, count) = (&*self.simulator, given.count());
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
-        let one = |memory: &mut S, k: usize| {
+        let one = |k: usize| {
             let mut linear = Linearization::zeros(own);
             let u = &inputs[k * own.nu()..(k + 1) * own.nu()];
-            one(memory, &states[k], u, &mut linear);
+            one(&states[k], u, &mut linear);
             linear
         };
-        let all = each(py, count, new, one)?;
-        out.write_all(&all);
+        out.write_all(&py.detach(|| each(count, one))?);
         Ok(())
     }
 }

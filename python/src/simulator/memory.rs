@@ -1,88 +1,99 @@
 //! Working memory of steps.
 
-use std::cell::RefCell;
-
 use dualbody::linearize::LinearizeScratch;
 use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::{Linearization, Model, Simulator, State};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
-use super::given::{Given, check_finite, row, set_beside};
+use super::given::{Given, States, check_finite};
 use super::handle::{Batch, PySimulator};
-use crate::arrays::WIDTH;
+use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::PyModel;
-use crate::scratch::find_or_make;
-use crate::threads::{on_pool, pool};
+use crate::scratch::with_kept;
+use crate::threads::{FEW, pool};
 
 /// Working memory of a thread for a simulator.
-pub(super) struct StepMemory {
-    pub(super) id: u64,
+pub(crate) struct StepMemory {
     pub(super) scratch: StepScratch<f64>,
-    pub(super) state: State,
+    pub(crate) state: State,
     pub(super) next: State,
-    pub(super) u: Vec<f64>,
+    pub(crate) u: Vec<f64>,
     pub(super) linear: Option<(LinearizeScratch, Linearization)>,
-}
-
-thread_local! {
-    static MEMORIES: RefCell<Vec<StepMemory>> = const { RefCell::new(Vec::new()) };
-}
-
-/// Numbers of one state, with its input.
-pub(super) struct One<'a> {
-    pub(super) q: &'a [f64],
-    pub(super) v: &'a [f64],
-    pub(super) u: Option<&'a [f64]>,
-    pub(super) contact: Option<&'a [f64]>,
 }
 
 impl PySimulator {
     /// Runs work with this thread's memory for one state, in which state and input are set.
-    pub(super) fn with_memory<R>(
+    pub(super) fn with_memory<'a, R>(
         &self,
-        given: &Given<'_>,
+        given: impl Into<States<'a>>,
         work: impl FnOnce(&mut StepMemory) -> R,
     ) -> PyResult<R> {
-        let (nq, nv, nu, nc) = self.sizes();
-        let given = One {
-            q: row(&given.q, 0, nq),
-            v: row(&given.v, 0, nv),
-            u: given.u.as_ref().map(|u| row(u, 0, nu)),
-            contact: given.contact.as_ref().map(|contact| row(contact, 0, nc)),
-        };
-        self.with_memory_of(&given, work)
+        self.with_memory_at(&given.into(), 0, work)
     }
 
-    /// [`Self::with_memory`] for numbers.
-    pub(super) fn with_memory_of<R>(
+    /// [`Self::with_memory`] for the k-th state.
+    fn with_memory_at<R>(
         &self,
-        given: &One<'_>,
+        given: &States<'_>,
+        k: usize,
         work: impl FnOnce(&mut StepMemory) -> R,
     ) -> PyResult<R> {
-        MEMORIES.with_borrow_mut(|all| {
-            let is_meant = |memory: &StepMemory| memory.id == self.id;
-            let memory = find_or_make(all, is_meant, || guarded(|| self.memory()))?;
-            let state = &mut memory.state;
-            state.q.as_mut_slice().copy_from_slice(given.q);
-            state.v.as_mut_slice().copy_from_slice(given.v);
-            if let Some(contact) = given.contact {
-                set_beside(state, contact);
-            }
+        let with = |memory: &mut StepMemory| {
+            self.read_state(given, k, &mut memory.state)?;
             match given.u {
-                Some(u) => memory.u.copy_from_slice(u),
+                Some(u) => memory.u.copy_from_slice(u.row(k)),
                 None => memory.u.fill(0.0),
             }
-            check_finite("u", &memory.u)?;
-            memory.state.check(self.simulator.model()).or_raise()?;
-            guarded(|| work(memory))
-        })
+            check_finite("u", &memory.u).map_err(|error| given.named(k, error))?;
+            Ok(work(memory))
+        };
+        guarded(|| with_kept(self.id, || self.memory(), with))?
     }
 
-    pub(super) fn memory(&self) -> StepMemory {
+    /// A row of numbers for each state of a call, each written with memory in which state and input are set; many on the pool.
+    pub(crate) fn rows<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Given<'py>,
+        width: usize,
+        out: Option<&Bound<'py, PyAny>>,
+        write: impl Fn(usize, &mut StepMemory, &mut [f64]) + Send + Sync,
+    ) -> PyResult<Array<'py>> {
+        let shape = [given.batch.as_slice(), &[width]].concat();
+        let array = match out {
+            Some(out) => checked_output("out", out, &shape)?,
+            None => empty(py, &shape),
+        };
+        let (states, count, width) = (States::from(given), given.count(), width.max(1));
+        let one = |(k, row): (usize, &mut [f64])| {
+            self.with_memory_at(&states, k, |memory| write(k, memory, row))
+        };
+        // The output may be an argument, which other states are still read from.
+        let mut apart = match out.is_some() && count > 1 {
+            true => vec![0.0; numbers_mut(&array).len()],
+            false => Vec::new(),
+        };
+        let numbers = match apart.is_empty() {
+            true => numbers_mut(&array),
+            false => &mut apart,
+        };
+        if count < FEW {
+            numbers.chunks_mut(width).enumerate().try_for_each(one)?;
+        } else {
+            let (pool, rows) = (pool()?, numbers.par_chunks_mut(width).enumerate());
+            py.detach(|| pool.install(|| rows.try_for_each(one)))?;
+        }
+        if !apart.is_empty() {
+            numbers_mut(&array).copy_from_slice(&apart);
+        }
+        Ok(array)
+    }
+
+    fn memory(&self) -> StepMemory {
         let state = self.simulator.neutral_state();
         StepMemory {
-            id: self.id,
             scratch: StepScratch::new(&self.simulator),
             next: state.clone(),
             state,
@@ -106,60 +117,51 @@ impl PySimulator {
         all.or_raise().map(Some)
     }
 
-    /// Runs work with the memory for batches of a length, on the pool; each state has a robot of its own if there are `models`.
+    /// Runs work with the memory for batches of a length, on the pool; each state has a robot of its own if there are `models`. The interpreter lock is
+    /// not needed.
     pub(super) fn on_batch<R: Send>(
         &self,
-        py: Python<'_>,
         length: usize,
         models: Option<&[Py<PyModel>]>,
-        work: impl FnOnce(&mut BatchSimulator) -> R + Send,
+        work: impl FnOnce(&mut Batch) -> R + Send,
     ) -> PyResult<R> {
-        let mut batch = self.take_batch(py, length, models)?;
-        let (out, batch) = on_pool(py, move || (work(&mut batch.simulator), batch))?;
+        let (pool, mut batch) = (pool()?, self.take_batch(length, models)?);
+        let out = guarded(|| pool.install(|| work(&mut batch)))?;
         self.put_batch(batch);
         Ok(out)
     }
 
-    /// The memory for batches of a length, each state with a robot of its own if there are `models`.
+    /// The memory for batches of a length, each state with a robot of its own if there are `models`; the interpreter lock is not needed.
     pub(crate) fn take_batch(
         &self,
-        py: Python<'_>,
         length: usize,
         models: Option<&[Py<PyModel>]>,
     ) -> PyResult<Batch> {
-        if let Some(models) = models {
-            check_count(models, length)?;
-            let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
-            let made = on_pool(py, || BatchSimulator::of_variants(&self.simulator, models))?;
-            let simulator = made.or_raise()?.with_threads(threads_for(length)?);
-            return Ok(Batch {
-                simulator,
-                states: None,
-                is_kept: false,
-            });
-        }
-        py.detach(|| self.kept_batch(length))
-    }
-
-    /// The memory for batches of a length; the interpreter lock is not needed.
-    pub(super) fn kept_batch(&self, length: usize) -> PyResult<Batch> {
-        let threads = threads_for(length)?;
-        let kept = self
-            .batch
-            .try_lock()
-            .ok()
-            .and_then(|mut batch| batch.take());
-        let fits =
-            |batch: &Batch| batch.simulator.len() == length && batch.simulator.threads() == threads;
-        if let Some(batch) = kept.filter(fits) {
-            return Ok(batch);
-        }
-        let (pool, simulator) = (pool()?, (*self.simulator).clone());
-        let make = || BatchSimulator::new(simulator, length).with_threads(threads);
+        let (pool, threads) = (pool()?, threads_for(length)?);
+        let simulator = match models {
+            Some(models) => {
+                check_count(models, length)?;
+                let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
+                let make = || BatchSimulator::of_variants(&self.simulator, models);
+                guarded(|| pool.install(make))?.or_raise()?
+            }
+            None => {
+                let kept = self.batch.try_lock().ok();
+                let kept = kept.and_then(|mut batch| batch.take());
+                let fits = |batch: &Batch| {
+                    batch.simulator.len() == length && batch.simulator.threads() == threads
+                };
+                if let Some(batch) = kept.filter(fits) {
+                    return Ok(batch);
+                }
+                let simulator = (*self.simulator).clone();
+                guarded(|| pool.install(|| BatchSimulator::new(simulator, length)))?
+            }
+        };
         Ok(Batch {
-            simulator: guarded(|| pool.install(make))?,
+            simulator: simulator.with_threads(threads),
             states: None,
-            is_kept: true,
+            is_kept: models.is_none(),
         })
     }
 

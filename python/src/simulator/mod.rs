@@ -9,7 +9,6 @@
 //! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
-//! | `slices` | steps and rollouts of sequences that are not arrays of NumPy |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
@@ -33,7 +32,6 @@ mod questions;
 mod rollout;
 mod rollout_gradient;
 mod single;
-mod slices;
 mod spread;
 mod step;
 mod trajectories;
@@ -43,15 +41,17 @@ pub(crate) use balance::PyBalance;
 pub(crate) use batch_simulator::PyBatchSimulator;
 pub(crate) use contact_frames::entries;
 #[cfg(feature = "cuda")]
+pub(crate) use given::Given;
+#[cfg(feature = "cuda")]
 pub(crate) use given::row;
-pub(crate) use given::{Given, check_finite};
+pub(crate) use given::{States, check_finite};
+pub(crate) use gradient::pull_step;
 #[cfg(feature = "cuda")]
 pub(crate) use gradient::stack;
 pub(crate) use handle::{_simulator, PySimulator};
 #[cfg(feature = "cuda")]
 pub(crate) use inputs::read_inputs;
 pub(crate) use native::PyNativeSimulator;
-pub(crate) use slices::Slice;
 pub(crate) use step::diverged;
 #[cfg(feature = "cuda")]
 pub(crate) use trajectories::{Status, status_of};

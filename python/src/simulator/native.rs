@@ -1,23 +1,22 @@
 //! Simulators whose steps are compiled.
 
-use std::sync::{Mutex, PoisonError};
-
 use dualbody::State;
 use dualbody_native::{NativeScratch, NativeSimulator};
 use dualbody_python_trace as trace;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::given::Given;
+use super::given::States;
 use super::handle::PySimulator;
 use super::memory::StepMemory;
 use super::rollout::Asked;
 use super::single::Control;
-use super::step::{diverged, write_state};
-use crate::arrays::Array;
+use super::step::{diverged, write_row};
 use crate::compiler::compiler_of;
 use crate::errors::{OrRaise, guarded, value_error};
+use crate::model::next_id;
 use crate::python::{getters, methods, of_package};
+use crate::scratch::with_kept;
 use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -30,8 +29,8 @@ pub(crate) struct PyNativeSimulator {
     simulator: Py<PySimulator>,
     /// The compiler, if not the default one.
     compiler: Option<Py<PyAny>>,
-    /// Memory that no call uses now.
-    memories: Mutex<Vec<NativeScratch>>,
+    /// The number by which its memory is known.
+    id: u64,
 }
 
 getters! { PyNativeSimulator {
@@ -91,8 +90,9 @@ methods! { PyNativeSimulator {
             let (state, next) = (&memory.state, &mut memory.next);
             self.with_memory(|own| self.native.step_into(state, &memory.u, own, next));
         };
-        own.take_step(py, &given, out, one, |arrays| {
-            self.step_batch(py, &given, arrays)
+        let (many, count) = (States::from(&given), given.count());
+        own.take_step(py, &given, out, one, |out| {
+            self.step_batch(&many, count, out)
         })
     }
 
@@ -101,15 +101,9 @@ methods! { PyNativeSimulator {
         let own = self.simulator.get();
         let given = own.read(q, v, u, contact)?;
         own.jacobians(q.py(), &given, |out| {
-            own.linearize_each(
-                q.py(),
-                &given,
-                out,
-                || (),
-                |(), state, u, linear| {
-                    self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
-                },
-            )
+            own.linearize_each(q.py(), &given, out, |state, u, linear| {
+                self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
+            })
         })
     }
 
@@ -142,29 +136,23 @@ impl PyNativeSimulator {
             native,
             simulator: simulator.clone().unbind(),
             compiler: compiler.map(|own| own.clone().unbind()),
-            memories: Mutex::default(),
+            id: next_id(),
         }
     }
 
-    /// Runs work with memory that no other call uses.
     fn with_memory<R>(&self, work: impl FnOnce(&mut NativeScratch) -> R) -> R {
-        let lock = || self.memories.lock().unwrap_or_else(PoisonError::into_inner);
-        let free = lock().pop();
-        let mut memory = free.unwrap_or_else(|| NativeScratch::new(&self.native));
-        let out = work(&mut memory);
-        lock().push(memory);
-        out
+        with_kept(self.id, || NativeScratch::new(&self.native), work)
     }
 
-    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
-        let (own, count) = (self.simulator.get(), given.count());
-        let (mut states, inputs) = (own.states(given, count)?, own.inputs(given, count)?);
-        py.detach(|| guarded(|| self.native.step_states(&mut states, &inputs)))?;
+    fn step_batch(&self, given: &States<'_>, count: usize, out: &mut [&mut [f64]]) -> PyResult<()> {
+        let own = self.simulator.get();
+        let (mut states, inputs) = (own.states(*given, count)?, own.inputs(*given, count)?);
+        guarded(|| self.native.step_states(&mut states, &inputs))?;
         if let Some(k) = states.iter().position(|state| !state.is_finite()) {
             return Err(diverged(Some(k)));
         }
         for (k, state) in states.iter().enumerate() {
-            write_state(state, k, out);
+            write_row(state, k, out, |&x| x);
         }
         Ok(())
     }

@@ -42,7 +42,7 @@ methods! { PySimulator {
             return asked.one(this, &states[0], progress, roll);
         }
         let bar = asked.bar(py, progress, count)?;
-        let taken = own.take_batch(py, count, models.as_deref())?;
+        let taken = py.detach(|| own.take_batch(count, models.as_deref()))?;
         let (bar, steps) = (bar.as_ref(), asked.steps);
         let found = match asked.control {
             Some(control) => {
@@ -57,6 +57,47 @@ methods! { PySimulator {
         asked.finish(this, batch, states[0].len(), found, bar)
     }
 } }
+
+impl PySimulator {
+    /// All q, v, and states of contact if there is room for them, of rollouts.
+    pub(crate) fn rollout_slice(
+        &self,
+        states: &[State],
+        inputs: &[f64],
+        steps: usize,
+        out: &mut [&mut [f64]],
+    ) -> PyResult<()> {
+        let given = Inputs::Given {
+            numbers: inputs,
+            shared: false,
+        };
+        let (nq, nv, nu, nc) = self.sizes();
+        let all = Python::attach(|py| -> PyResult<Vec<f64>> {
+            match states {
+                [] => Ok(Vec::new()),
+                [one] => {
+                    let roll =
+                        |control: &mut Control<'_>| self.simulator.rollout(one, steps, control);
+                    Ok(roll_with_inputs(py, &given, nu, steps, None, roll)?.states)
+                }
+                all => {
+                    let batch = self.take_batch(all.len(), None)?;
+                    Ok(self.roll_batch(py, batch, all, steps, &given, None)?.states)
+                }
+            }
+        })?;
+        let rows = all
+            .chunks((nq + nv + nc).max(1))
+            .take(states.len() * (steps + 1));
+        for (k, row) in rows.enumerate() {
+            let parts = [&row[..nq], &row[nq..nq + nv], &row[nq + nv..]];
+            for (out, x) in out.iter_mut().zip(parts) {
+                out[k * x.len()..(k + 1) * x.len()].copy_from_slice(x);
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Options of a rollout besides its states.
 pub(super) struct Asked<'a, 'py> {

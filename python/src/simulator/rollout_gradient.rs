@@ -1,12 +1,11 @@
 //! Gradients through rollouts.
 
-use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions, WantedParameters};
+use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions};
 use dualbody::sim::RolloutStatus;
-use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::given::{check_finite, row};
-use super::gradient::{each, stack};
+use super::gradient::{stack, wanted};
 use super::handle::PySimulator;
 use super::inputs::read_inputs;
 use super::memory::check_batch;
@@ -16,6 +15,7 @@ use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::value_error;
 use crate::model::PyModel;
 use crate::python::{methods, of_package};
+use crate::threads::each;
 
 /// Weights of a trajectory of a batch, of so many numbers each.
 fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {
@@ -39,14 +39,11 @@ fn options_of(
     parameters: bool,
     checkpoints: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RolloutGradientOptions> {
-    let mut options = RolloutGradientOptions::default();
-    if let Some(checkpoints) = checkpoints {
-        options.checkpoints = checkpoints_of(checkpoints)?;
-    }
-    if !parameters {
-        options.parameters = WantedParameters::None;
-    }
-    Ok(options)
+    let own = RolloutGradientOptions::default();
+    Ok(RolloutGradientOptions {
+        parameters: wanted(parameters),
+        checkpoints: checkpoints.map_or(Ok(own.checkpoints), checkpoints_of)?,
+    })
 }
 
 methods! { PySimulator {
@@ -101,11 +98,8 @@ methods! { PySimulator {
         };
         let all: Vec<_> = (0..count).map(rows_of).collect();
         let options = options_of(parameters, checkpoints)?;
-        let one = |(): &mut (), k: usize| {
+        let one = |k: usize| {
             let [q, v, contact, u, inputs] = all[k];
-            let inputs = inputs.unwrap_or(&[]);
-            let vectors =
-                (0..steps).map(|k| DVector::from_column_slice(&inputs[k * nu..(k + 1) * nu]));
             let cost = Weighted {
                 steps,
                 q,
@@ -114,12 +108,9 @@ methods! { PySimulator {
                 u,
             };
             let own = variants.as_ref().map_or(own, |all| &all[k]);
-            let inputs = [vectors.collect::<Vec<_>>()];
-            let start = std::slice::from_ref(&states[k]);
-            own.rollout_gradients(start, &inputs, &cost, &options)
-                .swap_remove(0)
+            cost.pull(own, &states[k], inputs.unwrap_or(&[]), &options)
         };
-        let all = each(py, count, || (), one)?;
+        let all = py.detach(|| each(count, one))?;
         self.rollout_slopes(py, &batch, steps, parameters, &all)
     }
 } }
@@ -144,16 +135,17 @@ impl PySimulator {
             .filter(|&k| !matches!(all[k].status, RolloutStatus::Completed))
             .map(|k| (k, status_of(all[k].status)))
             .collect();
-        let arrays = (
+        let status = of_package!(py, "_make", "_statuses");
+        let status = status.call1((all.len(), stopped, !batch.is_empty()))?;
+        let fields = (
             stack(py, batch, &[n], all.iter().map(|g| g.start.as_slice())),
             stack(py, batch, &[steps, nu], inputs.iter().map(Vec::as_slice)),
             model,
             friction,
+            status,
+            py.None(),
             simulator,
-            all.len(),
-            stopped,
-            !batch.is_empty(),
         );
-        of_package!(py, "sim", "_rollout_slopes").call1(arrays)
+        of_package!(py, "sim", "RolloutGradient").call1(fields)
     }
 }

@@ -1,6 +1,7 @@
 //! Rollouts of one state, by whatever takes its steps.
 
 use std::cell::Cell;
+use std::panic::resume_unwind;
 
 use dualbody::State;
 use dualbody::sim::Rollout;
@@ -37,12 +38,7 @@ pub(super) fn roll_with_inputs(
             }
             k += 1;
             if let Some(watch) = watch {
-                watch.add(1);
-                if watch.must_stop()
-                    && let Some(u) = u.first_mut()
-                {
-                    *u = f64::NAN;
-                }
+                watch.step();
             }
         });
         Trajectories::single(&rollout, steps)
@@ -76,14 +72,14 @@ pub(super) fn roll_controlled(
         match given.and(shown) {
             Ok(()) => inputs[k * nu..(k + 1) * nu].copy_from_slice(u),
             Err(error) => {
-                raised.get_or_insert(error);
-                u.fill(f64::NAN);
+                raised = Some(error);
+                resume_unwind(Box::new("an exception")); // also where there is no input to say it by
             }
         }
     };
-    let rollout = guarded(|| roll(&mut ask))?;
+    let rollout = guarded(|| roll(&mut ask));
     match raised {
         Some(error) => Err(error),
-        None => Ok((Trajectories::single(&rollout, steps), inputs)),
+        None => Ok((Trajectories::single(&rollout?, steps), inputs)),
     }
 }

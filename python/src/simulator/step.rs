@@ -8,20 +8,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::forces::with_forces;
-use super::given::{Given, of_row};
-use super::handle::{Batch, PySimulator};
+use super::given::{Given, States};
+use super::handle::PySimulator;
 use super::memory::{StepMemory, check_batch};
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
 use crate::model::PyModel;
 use crate::python::methods;
-use crate::threads::on_pool;
-
-/// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
-pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
-    let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
-    write_row(state, k, &mut out, |&x| x);
-}
 
 /// Writes the numbers of a state as the k-th row of q, v and the numbers beside them. An empty output is left out.
 pub(super) fn write_row<T: Scalar>(
@@ -85,47 +78,56 @@ methods! { PySimulator {
         let own = this.get();
         let given = own.read(q, v, u, contact)?;
         check_batch(&given.batch, models.is_some())?;
-        let one = |memory: &mut StepMemory| {
-            let (state, next) = (&memory.state, &mut memory.next);
-            let scratch = &mut memory.scratch;
-            own.simulator.step_into(state, &memory.u, scratch, next);
-        };
-        let many =
-            |arrays: &[Array<'py>]| own.step_batch(q.py(), &given, models.as_deref(), arrays);
-        own.take_step(q.py(), &given, out, one, many)
+        let (many, count) = (States::from(&given), given.count());
+        own.take_step(
+            q.py(),
+            &given,
+            out,
+            |memory| own.step_in(memory),
+            |out| own.step_batch(&many, count, models.as_deref(), out),
+        )
     }
 } }
 
 impl PySimulator {
+    /// Takes the step of the state in the memory.
+    pub(crate) fn step_in(&self, memory: &mut StepMemory) {
+        let (state, next) = (&memory.state, &mut memory.next);
+        let scratch = &mut memory.scratch;
+        self.simulator.step_into(state, &memory.u, scratch, next);
+    }
+
     /// The next state, or those of a batch.
     ///
     /// * `one` – takes a step in the memory
-    /// * `many` – takes those of a batch, and writes them
+    /// * `many` – takes those of a batch without the interpreter lock, and writes them
     pub(super) fn take_step<'py>(
         &self,
         py: Python<'py>,
         given: &Given<'py>,
         out: Option<&Bound<'py, PyTuple>>,
         one: impl FnOnce(&mut StepMemory),
-        many: impl FnOnce(&[Array<'py>]) -> PyResult<()>,
+        many: impl FnOnce(&mut [&mut [f64]]) -> PyResult<()> + Send,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let arrays = self.outputs(py, given, out)?;
+        let mut numbers: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
         match given.batch.is_empty() {
-            true => self.step_one(given, &arrays, one)?,
-            false => many(&arrays)?,
+            true => self.step_one(given, &mut numbers, one)?,
+            false => py.detach(|| many(&mut numbers))?,
         }
         PyTuple::new(py, arrays)
     }
 
-    fn step_one(
+    /// Writes the next state of one.
+    pub(crate) fn step_one<'a>(
         &self,
-        given: &Given<'_>,
-        out: &[Array<'_>],
+        given: impl Into<States<'a>>,
+        out: &mut [&mut [f64]],
         step: impl FnOnce(&mut StepMemory),
     ) -> PyResult<()> {
         let is_finite = self.with_memory(given, |memory| {
             step(memory);
-            write_state(&memory.next, 0, out);
+            write_row(&memory.next, 0, out, |&x| x);
             memory.next.is_finite()
         })?;
         match is_finite {
@@ -134,49 +136,34 @@ impl PySimulator {
         }
     }
 
-    fn step_batch(
+    /// Writes the next states of a batch; the interpreter lock is not needed.
+    pub(crate) fn step_batch(
         &self,
-        py: Python<'_>,
-        given: &Given<'_>,
+        given: &States<'_>,
+        count: usize,
         models: Option<&[Py<PyModel>]>,
-        out: &[Array<'_>],
+        out: &mut [&mut [f64]],
     ) -> PyResult<()> {
-        let count = given.count();
         if count == 0 {
             return Ok(());
         }
-        let inputs = self.inputs(given, count)?;
-        let mut batch = self.take_batch(py, count, models)?;
-        self.put_states(given, count, &mut batch)?;
-        let batch = on_pool(py, move || {
-            if let Some(states) = &mut batch.states {
-                batch.simulator.step(states, &inputs);
+        let (inputs, mut state) = (self.inputs(*given, count)?, self.simulator.neutral_state());
+        let stopped = self.on_batch(count, models, |batch| {
+            let make = || batch.simulator.states(&vec![state.clone(); count]);
+            let states = batch.states.get_or_insert_with(make);
+            for k in 0..count {
+                self.read_state(given, k, &mut state)?;
+                states.set(k, &state);
             }
-            batch
-        })?;
-        let stopped = batch.states.as_ref().and_then(|next| {
-            let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
+            batch.simulator.step(states, &inputs);
+            let stopped = |i: &usize| !matches!(states.status(*i), RolloutStatus::Completed);
             let first = (0..count).find(stopped);
             if first.is_none() {
-                write_states(next, out);
+                write_parts(states, out);
             }
-            first
-        });
-        self.put_batch(batch);
+            Ok::<_, PyErr>(first)
+        })??;
         stopped.map_or(Ok(()), |i| Err(diverged(Some(i))))
-    }
-
-    /// Puts the states of a batch into its memory.
-    fn put_states(&self, given: &Given<'_>, count: usize, batch: &mut Batch) -> PyResult<()> {
-        let mut state = self.simulator.neutral_state();
-        let make = || batch.simulator.states(&vec![state.clone(); count]);
-        let states = batch.states.get_or_insert_with(make);
-        for k in 0..count {
-            self.read_state(given, k, &mut state)
-                .map_err(|error| of_row(k, error, given.q.py()))?;
-            states.set(k, &state);
-        }
-        Ok(())
     }
 
     /// Arrays for the next state: those of the caller, or new ones.
@@ -203,8 +190,16 @@ impl PySimulator {
             )));
         }
         let arrays = widths[..count].iter().zip(out.iter());
-        arrays
+        let arrays: Vec<Array<'py>> = arrays
             .map(|(&(name, n), array)| checked_output(name, &array, &shape(n)))
-            .collect()
+            .collect::<PyResult<_>>()?;
+        for (k, own) in arrays.iter().enumerate() {
+            let own = numbers_mut(own).as_ptr_range();
+            let mut others = (arrays[..k].iter()).map(|other| numbers_mut(other).as_ptr_range());
+            if others.any(|other| own.start < other.end && other.start < own.end) {
+                return Err(value_error(format_args!("out[{k}] overlaps another one")));
+            }
+        }
+        Ok(arrays)
     }
 }

@@ -1,7 +1,8 @@
 //! Costs that are linear in states and inputs.
 
-use dualbody::linearize::RolloutCost;
-use dualbody::{Scalar, State};
+use dualbody::linearize::{RolloutCost, RolloutGradient, RolloutGradientOptions};
+use dualbody::{Scalar, Simulator, State};
+use nalgebra::DVector;
 
 /// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost.
 pub(crate) struct Weighted<'a> {
@@ -25,6 +26,22 @@ fn weighted<'x, T: Scalar>(
 }
 
 impl Weighted<'_> {
+    /// Its gradient over a rollout with inputs, row after row.
+    pub(crate) fn pull(
+        &self,
+        simulator: &Simulator,
+        start: &State,
+        inputs: &[f64],
+        options: &RolloutGradientOptions,
+    ) -> RolloutGradient {
+        let nu = simulator.nu();
+        let input = |k: usize| DVector::from_column_slice(&inputs[k * nu..(k + 1) * nu]);
+        let inputs: Vec<_> = (0..self.steps).map(input).collect();
+        let start = std::slice::from_ref(start);
+        let mut all = simulator.rollout_gradients(start, &[inputs], self, options);
+        all.swap_remove(0)
+    }
+
     fn state<T: Scalar>(&self, step: usize, state: &State<T>) -> T {
         weighted(self.q, step, state.q.iter())
             + weighted(self.v, step, state.v.iter())

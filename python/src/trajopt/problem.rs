@@ -14,7 +14,7 @@ use crate::errors::{guarded, value_error};
 use crate::limits::check_trajectories;
 use crate::python::functions;
 use crate::raised::Raised;
-use crate::simulator::PySimulator;
+use crate::simulator::{PySimulator, check_finite};
 
 struct AddTerm(Cost, f64, Activation, Option<(usize, usize)>);
 
@@ -110,9 +110,11 @@ fn problem_with(
     let horizon: usize = whole_of(value, "horizon")?;
     let (nx, nu) = (System::nx(&dynamics), System::nu(&dynamics));
     let start = read_vector("start", &value.getattr("start")?, Some(nx))?;
+    check_finite("start", &start)?;
     // Jacobians and Hessians of each stage.
-    check_trajectories(2, horizon, 3 * (nx + nu) * (nx + nu))?;
-    let mut problem = guarded(|| Problem::new(dynamics, horizon, &start))?;
+    let n = nx.saturating_add(nu);
+    check_trajectories(2, horizon, n.saturating_mul(n).saturating_mul(3))?;
+    let mut problem = Problem::new(dynamics, horizon, &start);
     let cost = |problem: &Problem, name| cost_of(problem.dynamics(), &value.getattr(name)?, raised);
     let (stage, last) = (cost(&problem, "stage_cost")?, cost(&problem, "final_cost")?);
     problem = problem.with_stage_cost(stage).with_final_cost(last);
@@ -121,7 +123,7 @@ fn problem_with(
         let nu = Some(problem.dynamics().nu());
         let bound = |k: usize| read_vector("input_bounds", &bounds.get_item(k)?, nu);
         let (lower, upper) = (bound(0)?, bound(1)?);
-        problem = guarded(|| problem.with_input_bounds(&lower, &upper))?;
+        problem = problem.with_input_bounds(&lower, &upper);
     }
     for constraint in value.getattr("constraints")?.try_iter()? {
         let constraint = constraint_of(problem.dynamics(), &constraint?, raised)?;
@@ -174,12 +176,13 @@ pub(super) fn rows(
 functions! {
     /// Cost and constraint violation of a trajectory.
     fn _trajectory_cost(problem, states: Bound<'py, PyAny>, inputs: Bound<'py, PyAny>) -> PyResult<(f64, f64)> {
-        let raised = Raised::default();
+        let (py, raised) = (problem.py(), Raised::default());
         let problem = problem_of(problem, &raised)?;
         let trajectory = guess_of(&problem, Some((states, inputs)))?;
-        let found = guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))?;
+        let both = || (trajectory.cost(&problem), trajectory.violation(&problem));
+        let found = py.detach(|| guarded(both));
         raised.check()?;
-        Ok(found)
+        found
     }
 }
 

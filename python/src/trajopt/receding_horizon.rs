@@ -1,8 +1,9 @@
 //! Model-predictive control.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use dualbody::trajopt::RecedingHorizon;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -25,7 +26,7 @@ pub(crate) struct PyRecedingHorizon {
 impl PyRecedingHorizon {
     /// The plan as a tuple of numbers; see `dualbody.trajopt.plan`.
     fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let controller = self.lock();
+        let controller = self.lock()?;
         let (dynamics, found) = (controller.problem().dynamics(), controller.solution());
         solution(py, dynamics, found, gains(py, dynamics, &found.own))
     }
@@ -49,7 +50,7 @@ methods! { PyRecedingHorizon {
 
     /// Input (nu,) for the state (q, v).
     fn control(&self, q, v, contact = None) -> PyResult<Bound<'py, PyAny>> {
-        let mut controller = self.lock();
+        let mut controller = self.lock()?;
         let dynamics = controller.problem().dynamics();
         let model = dynamics.robot().expect("the model of a simulator");
         let mut x = read_vector("q", q, Some(model.nq()))?;
@@ -64,14 +65,17 @@ methods! { PyRecedingHorizon {
                 x[k]
             )));
         }
-        let u = guarded(|| controller.control(&x).to_vec())?;
+        // Threads of the solver may call functions of Python.
+        let own = &mut *controller;
+        let u = (q.py()).detach(|| guarded(|| own.control(&x).to_vec()));
         self.raised.check()?;
+        let u = u?;
         Ok(crate::arrays::vector(q.py(), u).into_any())
     }
 
     /// Replaces the costs.
     fn set_costs(&self, stage_cost, final_cost) -> PyResult<()> {
-        let mut controller = self.lock();
+        let mut controller = self.lock()?;
         let dynamics = controller.problem().dynamics();
         let (stage, last) = (
             cost_of(dynamics, stage_cost, &self.raised)?,
@@ -86,9 +90,14 @@ methods! { PyRecedingHorizon {
 } }
 
 impl PyRecedingHorizon {
-    fn lock(&self) -> MutexGuard<'_, RecedingHorizon> {
-        self.controller
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+    /// Does not wait: who has the controller may wait for the interpreter lock, or be a function of Python that this very call asks.
+    fn lock(&self) -> PyResult<MutexGuard<'_, RecedingHorizon>> {
+        match self.controller.try_lock() {
+            Ok(own) => Ok(own),
+            Err(TryLockError::Poisoned(own)) => Ok(own.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the controller is in use by another call, which is not finished",
+            )),
+        }
     }
 }

@@ -58,13 +58,13 @@ pub(super) fn with_residual<U: Use>(
         }
         ("InputError", _) => match references(value, dynamics.nu())?.as_deref() {
             None => then.with(InputError::to_zero(dynamics)),
-            Some([one]) => then.with(guarded(|| InputError::to(one))?),
-            Some(all) => then.with(guarded(|| InputError::along(all))?),
+            Some([one]) => then.with(InputError::to(one)),
+            Some(all) => then.with(InputError::along(all)),
         },
         ("StateError", model) => match references(value, dynamics.nx())?.as_deref() {
             None => then.with(StateError::to(&rest(dynamics, model))),
-            Some([one]) => then.with(guarded(|| StateError::to(one))?),
-            Some(all) => then.with(guarded(|| StateError::along(all))?),
+            Some([one]) => then.with(StateError::to(one)),
+            Some(all) => then.with(StateError::along(all)),
         },
         (kind, Some(model)) => with_robot_residual(model, kind, value, then),
         (other, None) => Err(value_error(format_args!(

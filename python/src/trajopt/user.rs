@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix_of, read_vector};
 use crate::counts::whole_of;
+use crate::errors::value_error;
+use crate::limits::check_array;
 use crate::raised::Raised;
 
 /// Two functions of (x, u): values, and their Jacobians in state and input.
@@ -81,6 +83,9 @@ pub(super) struct UserSystem {
 impl UserSystem {
     pub(super) fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
         let (nx, nu): (usize, usize) = (whole_of(value, "nx")?, whole_of(value, "nu")?);
+        if nx == 0 {
+            return Err(value_error("nx is 0: dynamics have a state"));
+        }
         Ok(Self {
             step: Functions {
                 value: value.getattr("step")?.unbind(),
@@ -137,10 +142,12 @@ impl UserResidual {
         sizes: [usize; 2],
         raised: &Raised,
     ) -> PyResult<Self> {
+        let (dim, [ndx, nu]) = (whole_of(value, "dim")?, sizes);
+        check_array("Jacobians of a residual", &[dim, ndx + nu])?;
         Ok(Self(Functions {
             value: value.getattr("value")?.unbind(),
             jacobians: value.getattr("jacobians")?.unbind(),
-            sizes: [whole_of(value, "dim")?, sizes[0], sizes[1]],
+            sizes: [dim, ndx, nu],
             raised: raised.clone(),
         }))
     }

@@ -71,7 +71,7 @@ pub fn shape_of(robot: Robot<'_, f64>, name: &str) -> Shape {
         "force" => shape![6],
         "mass_matrix" => shape![m.nv(), m.nv()],
         "u" => shape![robot.simulator().nu()],
-        "contact" => shape![robot.simulator().n_contact()],
+        "contact" => shape![robot.simulator().n_contact() + robot.simulator().n_activation()],
         _ => shape![m.nv()],
     }
 }

@@ -66,11 +66,15 @@ rows! {
     }
 }
 
-/// The state of (q, v, u, contact); that of contact is neutral where none is given.
+/// The state of (q, v, u, contact); contact has the activations behind it, and is neutral where none is given.
 pub fn state<T: Scalar>(simulator: &Simulator<T>, x: &[&[T]]) -> State<T> {
     let state = simulator.state(x[0], x[1]);
     match x.get(3) {
-        Some(contact) => state.with_contact(DVector::from_column_slice(contact)),
+        Some(numbers) => {
+            let (contact, activation) = numbers.split_at(simulator.n_contact());
+            let state = state.with_contact(DVector::from_column_slice(contact));
+            state.with_activation(DVector::from_column_slice(activation))
+        }
         None => state,
     }
 }
