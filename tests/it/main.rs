@@ -68,6 +68,7 @@ mod many_points;
 mod mesh_contact;
 mod mjcf;
 mod mjcf_activations;
+mod mjcf_height_fields;
 mod mjcf_sensors;
 mod moments;
 mod named_forces;

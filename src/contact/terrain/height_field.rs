@@ -13,7 +13,7 @@ use crate::scalar::{Over, Scalar};
 ///
 /// # References
 /// [de Boor 1978, chapter IV]; [Unser 1999] for the two passes from heights to coefficients.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct HeightField<P = f64> {
     /// Position of the first node, m.
     origin: [f64; 2],

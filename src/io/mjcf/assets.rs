@@ -10,6 +10,7 @@ use std::rc::Rc;
 use super::compiler::Compiler;
 use super::defaults::Classes;
 use super::entry::Entry;
+use super::height_field::HeightAsset;
 use super::mesh_inertia::{self, Volumes};
 use super::orientation::pose_named;
 use super::tree::Node;
@@ -67,6 +68,7 @@ pub(super) struct Settings<'s, 't> {
 pub(super) struct Assets {
     meshes: HashMap<String, Result<MeshAsset, String>>,
     colors: HashMap<String, [f64; 4]>,
+    heights: HashMap<String, Result<HeightAsset, String>>,
 }
 
 impl Assets {
@@ -81,6 +83,7 @@ impl Assets {
         for node in root.all("asset").flat_map(Node::children) {
             match node.tag() {
                 "mesh" => out.mesh(node, settings, &mut finder)?,
+                "hfield" => out.height_field(node, settings, &mut finder)?,
                 "material" => out.material(node, settings.classes)?,
                 _ => {}
             }
@@ -105,11 +108,7 @@ impl Assets {
     ) -> Result<(), LoadError> {
         let entry = Entry::new(node, settings.classes, 0, &["mesh"])?;
         let file = entry.text("file");
-        let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
-        let name = entry
-            .text("name")
-            .or(stem)
-            .ok_or_else(|| entry.missing("name"))?;
+        let name = name_of(&entry, file)?;
         let Some(file) = file else {
             let reason = "has no file: vertices in the description are not read";
             self.meshes.insert(name.into(), Err(reason.into()));
@@ -131,6 +130,27 @@ impl Assets {
         Ok(())
     }
 
+    fn height_field<'t>(
+        &mut self,
+        node: Node<'t>,
+        settings: Settings<'_, 't>,
+        finder: &mut MeshFinder,
+    ) -> Result<(), LoadError> {
+        let entry = Entry::new(node, settings.classes, 0, &["hfield"])?;
+        let file = entry.text("file");
+        let name = name_of(&entry, file)?;
+        let path = file.and_then(|file| finder.find(&path_of(file, settings.compiler)));
+        let heights = HeightAsset::read(&entry, path.as_deref())?;
+        self.heights.insert(name.into(), heights);
+        Ok(())
+    }
+
+    /// The height field of a name; `None` if there is none, or the reason why it cannot be used.
+    pub(super) fn heights_of(&self, name: &str) -> Option<Result<&HeightAsset, &str>> {
+        let found = self.heights.get(name)?;
+        Some(found.as_ref().map_err(String::as_str))
+    }
+
     /// The mesh of a name; `None` if there is none, or the reason why it cannot be used.
     pub(super) fn mesh_of(&self, name: &str) -> Option<Result<&MeshAsset, &str>> {
         let found = self.meshes.get(name)?;
@@ -141,6 +161,13 @@ impl Assets {
     pub(super) fn color(&self, material: &str) -> Option<[f64; 4]> {
         self.colors.get(material).copied()
     }
+}
+
+/// The name of an asset: otherwise that of its file.
+fn name_of<'t>(entry: &Entry<'t, '_>, file: Option<&'t str>) -> Result<&'t str, LoadError> {
+    let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
+    let name = entry.text("name").or(stem);
+    name.ok_or_else(|| entry.missing("name"))
 }
 
 /// The path of a mesh from the folder of the description.

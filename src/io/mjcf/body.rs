@@ -15,6 +15,7 @@ use super::scene::MjcfGeom;
 use super::site::{self, Site};
 use super::tree::Node;
 use super::walk::{Part, Walk};
+use crate::contact::HeightField;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::names::Names;
@@ -47,8 +48,10 @@ pub(super) struct BodyEntry {
 #[derive(Debug)]
 pub(super) struct Bodies {
     pub(super) entries: Vec<BodyEntry>,
-    /// The first plane on the world, with its pose.
+    /// The first plane or height field on the world, with its pose.
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
+    /// Its heights, if it is a height field.
+    pub(super) heights: Option<HeightField>,
     /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
     pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
 }
@@ -62,6 +65,7 @@ pub(super) fn read<'t, 'c>(
     let mut bodies = Bodies {
         entries: Vec::new(),
         ground: None,
+        heights: None,
         unmodelled: [const { None }; 2],
     };
     let root = sources[0].root;
@@ -272,7 +276,7 @@ impl Bodies {
         }
     }
 
-    /// A plane is the ground; other shapes are not supported.
+    /// A plane or a height field is the ground; other shapes are not supported.
     fn other_shape(
         &mut self,
         geom: &Geom,
@@ -285,8 +289,18 @@ impl Bodies {
             Shape::Plane if index == 0 && self.ground.is_none() => {
                 self.ground = Some((placement, geom.contact.clone()));
             }
-            Shape::Plane => {
-                let reason = "only the first plane of the world is used, as the ground";
+            Shape::Heights(heights) if index == 0 && self.ground.is_none() => {
+                match heights.at(&placement) {
+                    Ok(heights) => {
+                        self.ground = Some((placement, geom.contact.clone()));
+                        self.heights = Some(heights);
+                    }
+                    Err(reason) => context.ignore(place, reason),
+                }
+            }
+            Shape::Plane | Shape::Heights(_) => {
+                let reason =
+                    "only the first plane or height field of the world is used, as the ground";
                 context.ignore(place, reason);
             }
             Shape::Ellipsoid(_) => {

@@ -8,6 +8,7 @@ use super::assets::{Assets, MeshAsset};
 use super::compiler::Compiler;
 use super::contact;
 use super::entry::Entry;
+use super::height_field::HeightAsset;
 use super::orientation::{direction, from_z, pose};
 use super::scene::MjcfGeom;
 use super::solids::{self, Distribution};
@@ -29,6 +30,7 @@ pub(super) enum Shape {
     /// Half axes, m.
     Ellipsoid([f64; 3]),
     Plane,
+    Heights(HeightAsset),
     /// An unsupported one, with the reason.
     None(String),
 }
@@ -182,7 +184,7 @@ fn shape(
     };
     Ok(match kind {
         Kind::Plane => Shape::Plane,
-        Kind::HeightField => Shape::None("height fields are not read".into()),
+        Kind::HeightField => return height_field(entry, assets),
         Kind::Distance => Shape::None("signed distance fields are not read".into()),
         Kind::Mesh => return mesh(entry, assets),
         Kind::Sphere => Shape::Simple(Geometry::Sphere {
@@ -201,6 +203,16 @@ fn shape(
         }),
         Kind::Ellipsoid => Shape::Ellipsoid([positive(0)?, across()?, along(2)?]),
     })
+}
+
+fn height_field(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
+    let name = entry.text("hfield");
+    let name = name.ok_or_else(|| entry.missing("hfield"))?;
+    match assets.heights_of(name) {
+        Some(Ok(heights)) => Ok(Shape::Heights(heights.clone())),
+        Some(Err(reason)) => Ok(Shape::None(format!("the height field \"{name}\" {reason}"))),
+        None => Err(entry.malformed("hfield", "there is no height field of that name")),
+    }
 }
 
 fn mesh(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
@@ -259,7 +271,7 @@ impl Geom {
             Shape::Ellipsoid(half) if is_shell => Some(solids::ellipsoid_shell(*half)),
             Shape::Ellipsoid(half) => Some(solids::ellipsoid(*half)),
             Shape::Mesh(mesh) => return self.mesh_inertia(mesh),
-            Shape::Plane | Shape::None(_) => None,
+            Shape::Plane | Shape::Heights(_) | Shape::None(_) => None,
         };
         let own = distribution.map(|Distribution { measure, moments }| {
             let mass = mass.unwrap_or(density * measure);

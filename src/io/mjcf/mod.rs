@@ -13,7 +13,7 @@
 //! | site | frame |
 //! | geom of group 0 to 2 | visual |
 //! | geom with `contype` or `conaffinity` | collision |
-//! | plane of the world | the ground of [`MjcfContacts`] |
+//! | first plane or height field of the world | the ground of [`MjcfContacts`] |
 //! | `gravcomp` between 0 and 1 | a second link, `BODY::balanced`, without weight |
 //!
 //! # References
@@ -31,6 +31,7 @@ mod documents;
 mod entry;
 mod equality;
 mod geom;
+mod height_field;
 mod include;
 mod inertial;
 mod joint;

@@ -81,6 +81,7 @@ impl MjcfContacts {
             }));
         }
         self.ground.clone_from(&bodies.ground);
+        self.heights.clone_from(&bodies.heights);
         self
     }
 }

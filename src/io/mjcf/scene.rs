@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use crate::constraint::Constraint;
+use crate::contact::HeightField;
 use crate::io::sensors::{self, ImportedSensor};
 use crate::model::Model;
 use crate::sim::{Activation, Integrator, Sensors, Servo, State};
@@ -79,8 +80,11 @@ pub enum MjcfTransmission {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfContacts {
-    /// Pose of the first fixed plane in the world: its z axis is the normal.
+    /// Pose of the first plane or height field that is fixed to the world: the z axis of a plane is the normal.
     pub ground: Option<(Transform<f64>, MjcfGeom)>,
+    /// Its heights over the world, if it is a height field. Between the points they follow a smooth surface, and beyond the border they continue, see
+    /// [`HeightField`]; those of `MuJoCo` are triangles, and end there.
+    pub heights: Option<HeightField>,
     /// Geoms with contact, in the order of the bodies of the file.
     pub geoms: Vec<MjcfGeom>,
     /// Pairs of bodies without contact: those of the file, and bodies connected by several joints.

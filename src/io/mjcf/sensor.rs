@@ -48,7 +48,8 @@ pub(super) fn read(
         }
     };
     if kind == "rangefinder" && sensor.is_some() {
-        let reason = "sees geoms with contact and planes as ground, not geoms that are only shown, ellipsoids and height fields";
+        let reason =
+            "sees geoms with contact and the ground, not geoms that are only shown and ellipsoids";
         context.warn(&entry.node.place(), reason);
     }
     if kind == "touch" && sensor.is_some() {

@@ -23,7 +23,9 @@ impl MjcfScene {
     pub(super) fn touching(&self) -> Option<Contacts> {
         let between = self.between();
         let ground = self.contacts.ground.as_ref();
-        let ground = ground.and_then(|(pose, geom)| Some((terrain(pose)?, geom)));
+        let heights = self.contacts.heights.clone().map(Terrain::HeightField);
+        let ground =
+            ground.and_then(|(pose, geom)| Some((heights.or_else(|| terrain(pose))?, geom)));
         let links = ground.as_ref().map(|(_, geom)| self.links_on(geom));
         let links = links.unwrap_or_default();
         if links.is_empty() && between.is_none() {

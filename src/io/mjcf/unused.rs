@@ -93,7 +93,6 @@ fn element_reason(tag: &str) -> &'static str {
         "size" => "memory of another simulator",
         "custom" => "values for other programs",
         "extension" | "plugin" => "plug-ins of another simulator",
-        "hfield" => "height fields are not read",
         "spatial" => "spatial tendons are not modelled",
         "deformable" | "flexcomp" | "composite" | "flex" => {
             "deformable and composite bodies are not modelled"
@@ -122,7 +121,7 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         }
         ("weld", "torquescale") => "constraints are rigid",
         ("geom", "fluidshape" | "fluidcoef") => "fluid forces are not modelled",
-        ("geom", "fitscale" | "hfield") => "belongs to a shape that is not read",
+        ("geom", "fitscale") => "belongs to a shape that is not read",
         (
             "fixed" | "tendon",
             "range" | "limited" | "solreflimit_" | "springlength" | "stiffness" | "damping"
