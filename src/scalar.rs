@@ -57,6 +57,8 @@ pub use num_traits::{One, Zero};
 
 /// A real number, possibly with derivatives or several lanes.
 ///
+/// Implemented for `f64`, [`Lanes`], [`SingleLanes`], [`Dual`], [`Traced`] and the types of num-dual but `num_dual::Real<f64>`, in place of which `f64` is used.
+///
 /// Constants are on the right: `x * 0.5`. An expression contains at most two types: the scalar itself and `f64`.
 ///
 /// # Examples

@@ -26,8 +26,14 @@ pub(crate) use over_f64;
 /// A value whose type is known to be the one that it was cast to.
 #[inline(always)]
 pub(crate) fn same<A, B>(cast: Result<A, B>) -> A {
-    // Types of num-dual without derivatives are `f64`.
-    cast.unwrap_or_else(|_| unreachable!("{} is no {}", type_name::<B>(), type_name::<A>()))
+    // What has no derivatives in num-dual is `f64`, or wraps it.
+    cast.unwrap_or_else(|_| {
+        panic!(
+            "{} is not supported, use {}",
+            type_name::<B>(),
+            type_name::<A>()
+        )
+    })
 }
 
 /// A value whose code for dropping is compiled where the value is made, not in each program that drops it.

@@ -1,10 +1,11 @@
 //! Every function gives the same values on every scalar.
 
 use dualbody::autodiff::Dual;
+use dualbody::dynamics::forward_dynamics;
 use dualbody::model::samples;
 use dualbody::{Lanes, Model, Over, Scalar, Simulator, State};
 use nalgebra::SVector;
-use num_dual::{Derivative, Dual64, DualSVec64, HyperDual64};
+use num_dual::{Derivative, Dual64, DualSVec64, HyperDual64, Real};
 
 use crate::common::everything::everything;
 use crate::common::{Point, ROUNDING, SAME_ALGEBRA, random_point, robots};
@@ -248,4 +249,12 @@ fn selections_follow_the_value_and_carry_the_derivative_of_the_chosen_side() {
     assert_eq!(Scalar::max(x, y), y);
     assert_eq!(Scalar::clamp(y, -1.0, 1.0), Dual64::new(1.0, 0.0));
     assert_eq!(Scalar::abs(Dual64::new(0.0, 1.0)), Dual64::new(0.0, 1.0));
+}
+
+/// They wrap `f64`, over which the library contains the code of its functions.
+#[test]
+#[should_panic(expected = "is not supported, use")]
+fn wrapped_numbers_without_derivatives_are_refused_by_name() {
+    let [q, v, tau] = [0.1, 0.2, 0.3].map(|x| [Real::from_re(x)]);
+    forward_dynamics(&samples::pendulum(), &q, &v, &tau);
 }
