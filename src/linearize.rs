@@ -35,7 +35,7 @@ use nalgebra::DMatrix;
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
 use crate::memory;
-use crate::scalar::{Differentiable, Opaque, Scalar, over_f64};
+use crate::scalar::{Differentiable, Opaque, Scalar, compiled_over_f64};
 use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepPoint};
 pub use rate::RateScratch;
 pub use rollout::{
@@ -93,16 +93,13 @@ pub struct LinearizeScratch<T: Differentiable = f64>(Opaque<StepJacobian<T>>);
 impl<T: Differentiable> LinearizeScratch<T> {
     /// Makes memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        if const { T::IS_F64 } {
-            return Self(memory_of_values(simulator).retyped());
-        }
-        Self(Opaque::new(StepJacobian::new(simulator, Calls::Many)))
+        Self(compiled_over_f64!(
+            [f64, T] memory, simulator: &Simulator => Opaque<StepJacobian<f64>> as Opaque<StepJacobian<T>>
+        ))
     }
 }
 
-/// The memory over `f64`: compiled here, once.
-#[inline(never)]
-fn memory_of_values(simulator: &Simulator) -> Opaque<StepJacobian<f64>> {
+fn memory<T: Differentiable>(simulator: &Simulator) -> Opaque<StepJacobian<T>> {
     Opaque::new(StepJacobian::new(simulator, Calls::Many))
 }
 
@@ -164,35 +161,21 @@ impl Simulator<f64> {
         scratch: &mut LinearizeScratch<T>,
         out: &mut Linearization<T>,
     ) {
-        let memory = &mut scratch.0;
-        if const { T::IS_F64 } {
-            let (state, u, memory, out) = over_f64!(
-                state: &State, u: &[f64], memory: &mut Opaque<StepJacobian<f64>>, out: &mut Linearization,
-            );
-            return self.linearize_values(state, u, memory.get_mut(), out);
-        }
-        self.linearize_numbers(state, u, memory.get_mut(), out);
+        let (simulator, memory) = (self, &mut scratch.0);
+        compiled_over_f64!(
+            [f64, T] Simulator::linearize_with, simulator: &Simulator, state: &State, u: &[f64],
+            memory: &mut Opaque<StepJacobian<f64>>, out: &mut Linearization
+        );
     }
 
-    /// [`linearize_into`](Self::linearize_into) over `f64`: compiled here, once.
-    #[inline(never)]
-    fn linearize_values(
-        &self,
-        state: &State,
-        u: &[f64],
-        method: &mut StepJacobian<f64>,
-        out: &mut Linearization,
-    ) {
-        self.linearize_numbers(state, u, method, out);
-    }
-
-    fn linearize_numbers<T: Differentiable>(
+    fn linearize_with<T: Differentiable>(
         &self,
         state: &State<T>,
         u: &[T],
-        method: &mut StepJacobian<T>,
+        memory: &mut Opaque<StepJacobian<T>>,
         out: &mut Linearization<T>,
     ) {
+        let method = memory.get_mut();
         self.check_input(u);
         self.check(state);
         assert!(

@@ -34,7 +34,7 @@ pub mod traced;
 mod vectorized;
 mod widths;
 
-pub(crate) use compiled::{Opaque, are_f64, over_f64, same};
+pub(crate) use compiled::{Opaque, compiled_over_f64, same};
 pub(crate) use each::each;
 pub(crate) use vectorized::{has_lanes, plus_scaled, vectorized, vectorized_over};
 pub use widths::{BATCH_WIDTH, CHUNK};

@@ -9,7 +9,7 @@ use super::direct::DirectScratch;
 use super::joint_friction::{Decision, JointFriction};
 use super::rnea::{Motions, RneaScratch};
 use crate::model::Model;
-use crate::scalar::{Over, Scalar, are_f64, over_f64, same};
+use crate::scalar::{Over, Scalar, compiled_over_f64};
 use crate::spatial::Force;
 
 /// Working memory of [`forward_dynamics_into`]. It belongs to the model that it was made for and to clones of it; when
@@ -111,14 +111,9 @@ pub fn forward_dynamics<P: Scalar, T: Over<P>>(
     v: &[T],
     tau: &[T],
 ) -> DVector<T> {
-    if const { are_f64::<P, T>() } {
-        let (model, q, v, tau) = over_f64!(model: &Model, q: &[f64], v: &[f64], tau: &[f64]);
-        return same(castaway::cast!(
-            accelerations_of_values(model, q, v, tau),
-            DVector<T>
-        ));
-    }
-    accelerations(model, q, v, tau)
+    compiled_over_f64!(
+        [P, T] accelerations, model: &Model, q: &[f64], v: &[f64], tau: &[f64] => DVector<f64> as DVector<T>
+    )
 }
 
 fn accelerations<P: Scalar, T: Over<P>>(
@@ -140,12 +135,6 @@ fn accelerations<P: Scalar, T: Over<P>>(
     a
 }
 
-/// [`forward_dynamics`] over `f64`: compiled here, once.
-#[inline(never)]
-fn accelerations_of_values(model: &Model, q: &[f64], v: &[f64], tau: &[f64]) -> DVector<f64> {
-    accelerations(model, q, v, tau)
-}
-
 /// [`forward_dynamics`] with external forces and without allocation:  v̇ = M⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
 ///
 /// * `external` – force on each body in its body frame, length `n_bodies`, see
@@ -163,25 +152,19 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     scratch: &mut AbaScratch<T>,
     a: &mut [T],
 ) {
-    if const { are_f64::<P, T>() } {
-        let (model, q, v, tau, external, scratch, a) = over_f64!(
-            model: &Model, q: &[f64], v: &[f64], tau: &[f64], external: &[Force<f64>], scratch: &mut AbaScratch<f64>, a: &mut [f64],
-        );
-        return accelerate_values(model, q, v, tau, external, scratch, a);
-    }
-    resisted_forward_dynamics_into(model, q, v, tau, &[], external, scratch, a);
+    compiled_over_f64!(
+        [P, T] accelerate, model: &Model, q: &[f64], v: &[f64], tau: &[f64], external: &[Force<f64>], scratch: &mut AbaScratch<f64>, a: &mut [f64]
+    );
 }
 
-/// [`forward_dynamics_into`] over `f64`: compiled here, once.
-#[inline(never)]
-fn accelerate_values(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    tau: &[f64],
-    external: &[Force<f64>],
-    scratch: &mut AbaScratch<f64>,
-    a: &mut [f64],
+fn accelerate<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &[T],
+    external: &[Force<T>],
+    scratch: &mut AbaScratch<T>,
+    a: &mut [T],
 ) {
     resisted_forward_dynamics_into(model, q, v, tau, &[], external, scratch, a);
 }

@@ -1,27 +1,38 @@
 //! Generic functions whose code over `f64` is part of the library.
 //!
 //! A program compiles each generic function that it calls, with all that this function calls: a step over `f64` alone takes 17 seconds of a CPU at
-//! each build. Public functions that programs call over `f64` therefore hand their arguments over to a function without type parameters, which the
-//! library has compiled: where [`are_f64`], by [`over_f64`]. For the same reason the parts of a large working memory are [`Opaque`].
+//! each build. Public functions that programs call over `f64` therefore hand over to a function without type parameters, which the library has
+//! compiled, by [`compiled_over_f64`]. For the same reason the parts of a large working memory are [`Opaque`].
 
 use std::any::{Any, type_name};
 use std::fmt;
 use std::marker::PhantomData;
 
-use super::Scalar;
-
-/// Whether both the data of a model and the scalar are `f64`. In a `const` block, what the other case calls is not compiled.
-pub(crate) const fn are_f64<P: Scalar, T: Scalar>() -> bool {
-    P::IS_F64 && T::IS_F64
-}
-
-/// The same arguments with their types over `f64`, where [`are_f64`]: `over_f64!(state: &State, u: &[f64])`.
-macro_rules! over_f64 {
-    ($($value:ident: $type:ty),* $(,)?) => {
-        ($($crate::scalar::same(castaway::cast!($value, $type)),)*)
+/// Calls a function that is generic over the data `P` of a model and a scalar `T`; where both are `f64`, the code of it that the library has compiled:
+/// `compiled_over_f64!([P, T] function, state: &State, u: &[f64] => State as State<T>)`, with the types of arguments and result over `f64`, and that of the
+/// result over `T`.
+macro_rules! compiled_over_f64 {
+    ([$P:ty, $T:ty] $function:path, $($value:ident: $type:ty),* => $own:ty as $out:ty) => {{
+        #[allow(clippy::use_self, reason = "an item in a function cannot name the type around it")]
+        // In a `const` block, so that the other branch is not compiled.
+        let out = if const { <$P as $crate::Scalar>::IS_F64 && <$T as $crate::Scalar>::IS_F64 } {
+            // An item has no type parameters of the function around it.
+            #[inline(never)]
+            fn compiled($($value: $type),*) -> $own {
+                $function($($value),*)
+            }
+            let own = compiled($($crate::scalar::same(castaway::cast!($value, $type))),*);
+            $crate::scalar::same(castaway::cast!(own, $out))
+        } else {
+            $function($($value),*)
+        };
+        out
+    }};
+    ([$P:ty, $T:ty] $function:path, $($value:ident: $type:ty),*) => {
+        $crate::scalar::compiled_over_f64!([$P, $T] $function, $($value: $type),* => () as ())
     };
 }
-pub(crate) use over_f64;
+pub(crate) use compiled_over_f64;
 
 /// A value whose type is known to be the one that it was cast to.
 #[inline(always)]
@@ -42,11 +53,6 @@ pub(crate) struct Opaque<M>(Box<dyn Any + Send + Sync>, PhantomData<fn() -> M>);
 impl<M: Any + Send + Sync> Opaque<M> {
     pub(crate) fn new(value: M) -> Self {
         Self(Box::new(value), PhantomData)
-    }
-
-    /// The same value, of which only the library knows that it has another type.
-    pub(crate) fn retyped<N>(self) -> Opaque<N> {
-        Opaque(self.0, PhantomData)
     }
 
     #[inline]

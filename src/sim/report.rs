@@ -15,7 +15,7 @@ use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::contact::{AttachedFrame, Contacts, PointState};
 use crate::dynamics::{Calls, Kinematics, forward_kinematics};
 use crate::model::{FrameId, Model};
-use crate::scalar::{Over, Scalar, are_f64, over_f64, same};
+use crate::scalar::{Over, Scalar, compiled_over_f64};
 use crate::spatial::linear::dot;
 use crate::spatial::{Force, Representation, SPATIAL, Transform};
 
@@ -197,16 +197,13 @@ impl<P: Scalar> Simulator<P> {
     /// # Panics
     /// If state or input have the wrong length.
     pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
-        if const { are_f64::<P, T>() } {
-            let simulator = self;
-            let (simulator, state, u) = over_f64!(simulator: &Simulator, state: &State, u: &[f64]);
-            let report = simulator.contact_report_of_values(state, u);
-            return same(castaway::cast!(report, ContactReport<T>));
-        }
-        self.report_numbers(state, u)
+        let simulator = self;
+        compiled_over_f64!(
+            [P, T] Simulator::report, simulator: &Simulator, state: &State, u: &[f64] => ContactReport as ContactReport<T>
+        )
     }
 
-    fn report_numbers<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
+    fn report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
         self.check(state);
         let mut scratch = AccelerationScratch::new(self, Calls::One);
         if let Some(balance) = &mut scratch.balance {
@@ -280,13 +277,5 @@ impl<P: Scalar> Simulator<P> {
             let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
             contact.each_force_on(contacts, link.frame, |F| *out += X_BL.force_inverse(&F));
         }
-    }
-}
-
-impl Simulator {
-    /// [`contact_report`](Self::contact_report) over `f64`: compiled here, once.
-    #[inline(never)]
-    fn contact_report_of_values(&self, state: &State, u: &[f64]) -> ContactReport {
-        self.report_numbers(state, u)
     }
 }

@@ -9,7 +9,7 @@ use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
 use crate::dynamics::Calls;
-use crate::scalar::{Opaque, Over, Scalar, are_f64, over_f64};
+use crate::scalar::{Opaque, Over, Scalar, compiled_over_f64};
 
 /// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
 /// placements or armature a new one is needed.
@@ -25,12 +25,12 @@ struct Memory<T: Scalar> {
 }
 
 impl<T: Scalar> Memory<T> {
-    fn new<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
-        Self {
+    fn new<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Opaque<Self> {
+        Opaque::new(Self {
             acceleration: AccelerationScratch::new(simulator, calls),
             method: StepMemory::new(simulator),
             signals: Signals::default(),
-        }
+        })
     }
 }
 
@@ -42,14 +42,12 @@ impl<T: Scalar> StepScratch<T> {
 
     /// Memory for a simulator that takes so many steps.
     pub(crate) fn for_calls<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
-        if const { are_f64::<P, T>() } {
-            let (simulator,) = over_f64!(simulator: &Simulator);
-            return Self(memory_of_values(simulator, calls).retyped());
-        }
-        Self(Opaque::new(Memory::new(simulator, calls)))
+        Self(compiled_over_f64!(
+            [P, T] Memory::new, simulator: &Simulator, calls: Calls => Opaque<Memory<f64>> as Opaque<Memory<T>>
+        ))
     }
 
-    /// What the last step found out.
+    /// Acceleration and forces of the last step.
     pub(crate) fn acceleration(&self) -> &AccelerationScratch<T> {
         &self.0.get().acceleration
     }
@@ -81,12 +79,6 @@ impl<T: Scalar> StepScratch<T> {
         let of_rows = balance.map_or(Status::Converged, |balance| balance.status(lane));
         of_rows.max(memory.method.status(lane))
     }
-}
-
-/// [`Memory`] over `f64`: compiled here, once.
-#[inline(never)]
-fn memory_of_values(simulator: &Simulator, calls: Calls) -> Opaque<Memory<f64>> {
-    Opaque::new(Memory::new(simulator, calls))
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -121,21 +113,17 @@ impl<P: Scalar> Simulator<P> {
         scratch: &mut StepScratch<T>,
         next: &mut State<T>,
     ) {
-        if const { are_f64::<P, T>() } {
-            let (simulator, memory) = (self, &mut scratch.0);
-            let (simulator, state, u, memory, next) = over_f64!(
-                simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>, next: &mut State,
-            );
-            return simulator.step_values(state, u, memory.get_mut(), next);
-        }
-        self.step_numbers(state, u, scratch.0.get_mut(), next);
+        let (simulator, memory) = (self, &mut scratch.0);
+        compiled_over_f64!(
+            [P, T] Simulator::step_with, simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>, next: &mut State
+        );
     }
 
-    fn step_numbers<T: Over<P>>(
+    fn step_with<T: Over<P>>(
         &self,
         state: &State<T>,
         u: &[T],
-        memory: &mut Memory<T>,
+        memory: &mut Opaque<Memory<T>>,
         next: &mut State<T>,
     ) {
         self.check_input(u);
@@ -144,7 +132,7 @@ impl<P: Scalar> Simulator<P> {
             acceleration,
             method,
             ..
-        } = memory;
+        } = memory.get_mut();
         if let Some(balance) = &mut acceleration.balance {
             balance.forget();
         }
@@ -200,19 +188,20 @@ impl<P: Scalar> Simulator<P> {
         u: &[T],
         scratch: &'s mut StepScratch<T>,
     ) -> &'s [T] {
-        if const { are_f64::<P, T>() } {
-            let (simulator, memory) = (self, &mut scratch.0);
-            let (simulator, state, u, memory) = over_f64!(
-                simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>,
-            );
-            simulator.accelerate_values(state, u, memory.get_mut());
-        } else {
-            self.accelerate_numbers(state, u, scratch.0.get_mut());
-        }
+        let (simulator, memory) = (self, &mut scratch.0);
+        compiled_over_f64!(
+            [P, T] Simulator::accelerate_with, simulator: &Simulator, state: &State, u: &[f64], memory: &mut Opaque<Memory<f64>>
+        );
         &scratch.0.get().acceleration.a
     }
 
-    fn accelerate_numbers<T: Over<P>>(&self, state: &State<T>, u: &[T], memory: &mut Memory<T>) {
+    fn accelerate_with<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        memory: &mut Opaque<Memory<T>>,
+    ) {
+        let memory = memory.get_mut();
         self.check_input(u);
         self.check(state);
         let signal = memory.signals.find(self, state, u);
@@ -220,18 +209,5 @@ impl<P: Scalar> Simulator<P> {
             &EvaluationPoint::instant(self, state, signal),
             &mut memory.acceleration,
         );
-    }
-}
-
-/// Over `f64`: compiled here, once.
-impl Simulator {
-    #[inline(never)]
-    fn step_values(&self, state: &State, u: &[f64], memory: &mut Memory<f64>, next: &mut State) {
-        self.step_numbers(state, u, memory, next);
-    }
-
-    #[inline(never)]
-    fn accelerate_values(&self, state: &State, u: &[f64], memory: &mut Memory<f64>) {
-        self.accelerate_numbers(state, u, memory);
     }
 }

@@ -14,7 +14,7 @@ use crate::dynamics::calls::Calls;
 use crate::dynamics::forward_dynamics::{AbaScratch, forward_dynamics_into};
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
 use crate::model::Model;
-use crate::scalar::{Differentiable, Opaque, Over, Scalar, are_f64, over_f64};
+use crate::scalar::{Differentiable, Opaque, Over, Scalar, compiled_over_f64};
 use crate::spatial::Force;
 
 /// Derivatives of what the acceleration balances, then of −a, in q, v and further directions side by side.
@@ -96,12 +96,12 @@ struct Memory<T: Differentiable> {
 }
 
 impl<T: Differentiable> Memory<T> {
-    fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
-        Self {
+    fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Opaque<Self> {
+        Opaque::new(Self {
             aba: AbaScratch::for_calls(model, calls),
             a: vec![T::zero(); model.nv()],
             derivatives: AccelerationDerivatives::new(model, model.nv(), calls),
-        }
+        })
     }
 }
 
@@ -112,18 +112,10 @@ impl<T: Differentiable> ForwardDynamicsDerivativesScratch<T> {
     }
 
     fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
-        if const { are_f64::<P, T>() } {
-            let (model,) = over_f64!(model: &Model);
-            return Self(memory_of_values(model, calls).retyped());
-        }
-        Self(Opaque::new(Memory::new(model, calls)))
+        Self(compiled_over_f64!(
+            [P, T] Memory::new, model: &Model, calls: Calls => Opaque<Memory<f64>> as Opaque<Memory<T>>
+        ))
     }
-}
-
-/// [`Memory::new`] over `f64`: compiled here, once.
-#[inline(never)]
-fn memory_of_values(model: &Model, calls: Calls) -> Opaque<Memory<f64>> {
-    Opaque::new(Memory::new(model, calls))
 }
 
 /// Computes the derivatives of [`forward_dynamics`](crate::dynamics::forward_dynamics) in q (tangent), v and τ, exact to rounding. Allocates.
@@ -177,44 +169,26 @@ pub fn forward_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>
     out: &mut ForwardDynamicsDerivatives<T>,
 ) {
     let memory = &mut scratch.0;
-    if const { are_f64::<P, T>() } {
-        let (model, q, v, tau, external, memory, out) = over_f64!(
-            model: &Model, q: &[f64], v: &[f64], tau: &[f64], external: &[Force<f64>],
-            memory: &mut Opaque<Memory<f64>>, out: &mut ForwardDynamicsDerivatives,
-        );
-        return derivatives_of_values(model, q, v, tau, external, memory.get_mut(), out);
-    }
-    derivatives_into(model, q, v, tau, external, memory.get_mut(), out);
+    compiled_over_f64!(
+        [P, T] derivatives_with, model: &Model, q: &[f64], v: &[f64], tau: &[f64], external: &[Force<f64>],
+        memory: &mut Opaque<Memory<f64>>, out: &mut ForwardDynamicsDerivatives
+    );
 }
 
-/// [`forward_dynamics_derivatives_into`] over `f64`: compiled here, once.
-#[inline(never)]
-fn derivatives_of_values(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    tau: &[f64],
-    external: &[Force<f64>],
-    memory: &mut Memory<f64>,
-    out: &mut ForwardDynamicsDerivatives,
-) {
-    derivatives_into(model, q, v, tau, external, memory, out);
-}
-
-fn derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
+fn derivatives_with<P: Scalar, T: Over<P> + Differentiable>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
     tau: &[T],
     external: &[Force<T>],
-    memory: &mut Memory<T>,
+    memory: &mut Opaque<Memory<T>>,
     out: &mut ForwardDynamicsDerivatives<T>,
 ) {
     let Memory {
         aba,
         a,
         derivatives: s,
-    } = memory;
+    } = memory.get_mut();
     let nv = model.nv();
     forward_dynamics_into(model, q, v, tau, external, aba, a);
     s.columns.clear();

@@ -32,7 +32,7 @@ use crate::joint::{Joint, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
 use crate::scalar::{
-    Differentiable, DualNumber, Over, Pack, Scalar, are_f64, over_f64, vectorized_over,
+    Differentiable, DualNumber, Over, Pack, Scalar, compiled_over_f64, vectorized_over,
 };
 use crate::spatial::{Force, Motion, Transform, UnitVelocityProducts};
 
@@ -159,31 +159,13 @@ pub fn inverse_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>
     scratch: &mut InverseDynamicsDerivativesScratch<T>,
     out: &mut InverseDynamicsDerivatives<T>,
 ) {
-    if const { are_f64::<P, T>() } {
-        let (model, q, v, a, external, scratch, out) = over_f64!(
-            model: &Model, q: &[f64], v: &[f64], a: &[f64], external: &[Force<f64>],
-            scratch: &mut InverseDynamicsDerivativesScratch, out: &mut InverseDynamicsDerivatives,
-        );
-        return derivatives_of_values(model, q, v, a, external, scratch, out);
-    }
-    derivatives_into(model, q, v, a, external, scratch, out);
+    compiled_over_f64!(
+        [P, T] derivatives_with, model: &Model, q: &[f64], v: &[f64], a: &[f64], external: &[Force<f64>],
+        scratch: &mut InverseDynamicsDerivativesScratch, out: &mut InverseDynamicsDerivatives
+    );
 }
 
-/// [`inverse_dynamics_derivatives_into`] over `f64`: compiled here, once.
-#[inline(never)]
-fn derivatives_of_values(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-    external: &[Force<f64>],
-    scratch: &mut InverseDynamicsDerivativesScratch,
-    out: &mut InverseDynamicsDerivatives,
-) {
-    derivatives_into(model, q, v, a, external, scratch, out);
-}
-
-fn derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
+fn derivatives_with<P: Scalar, T: Over<P> + Differentiable>(
     model: &Model<P>,
     q: &[T],
     v: &[T],

@@ -12,7 +12,7 @@ use crate::dynamics::{
     Calls, Kinematics, Motions, RneaScratch, accelerations_of_some, motions_of_some,
     transmitted_forces,
 };
-use crate::scalar::{Opaque, Over, Scalar, are_f64, over_f64};
+use crate::scalar::{Opaque, Over, Scalar, compiled_over_f64};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrator::Integrator;
 use crate::sim::integrators::{AccelerationScratch, FoundMotions};
@@ -86,29 +86,13 @@ impl Sensors {
         scratch: &mut SensorScratch<T>,
         out: &mut [T],
     ) {
-        if const { are_f64::<P, T>() } {
-            let (simulator, state, u, scratch, out) = over_f64!(
-                simulator: &Simulator, state: &State, u: &[f64], scratch: &mut SensorScratch<f64>, out: &mut [f64],
-            );
-            return self.read_values(simulator, state, u, scratch, out);
-        }
-        self.read_numbers(simulator, state, u, scratch, out);
+        let sensors = self;
+        compiled_over_f64!(
+            [P, T] Sensors::evaluate, sensors: &Sensors, simulator: &Simulator, state: &State, u: &[f64], scratch: &mut SensorScratch<f64>, out: &mut [f64]
+        );
     }
 
-    /// [`read_into`](Self::read_into) over `f64`: compiled here, once.
-    #[inline(never)]
-    fn read_values(
-        &self,
-        simulator: &Simulator,
-        state: &State,
-        u: &[f64],
-        scratch: &mut SensorScratch<f64>,
-        out: &mut [f64],
-    ) {
-        self.read_numbers(simulator, state, u, scratch, out);
-    }
-
-    fn read_numbers<P: Scalar, T: Over<P>>(
+    fn evaluate<P: Scalar, T: Over<P>>(
         &self,
         simulator: &Simulator<P>,
         state: &State<T>,
@@ -167,30 +151,14 @@ impl Sensors {
         if !has_one_acceleration(simulator.integrator()) {
             return self.read_into(simulator, state, u, scratch, out);
         }
-        if const { are_f64::<P, T>() } {
-            let (simulator, state, u, step, scratch, out) = over_f64!(
-                simulator: &Simulator, state: &State, u: &[f64], step: &StepScratch<f64>, scratch: &mut SensorScratch<f64>, out: &mut [f64],
-            );
-            return self.read_values_of_step(simulator, state, u, step, scratch, out);
-        }
-        self.read_numbers_of_step(simulator, state, u, step, scratch, out);
+        let sensors = self;
+        compiled_over_f64!(
+            [P, T] Sensors::take_from_step, sensors: &Sensors, simulator: &Simulator, state: &State, u: &[f64], step: &StepScratch<f64>,
+            scratch: &mut SensorScratch<f64>, out: &mut [f64]
+        );
     }
 
-    /// [`read_step_into`](Self::read_step_into) over `f64`: compiled here, once.
-    #[inline(never)]
-    fn read_values_of_step(
-        &self,
-        simulator: &Simulator,
-        state: &State,
-        u: &[f64],
-        step: &StepScratch<f64>,
-        scratch: &mut SensorScratch<f64>,
-        out: &mut [f64],
-    ) {
-        self.read_numbers_of_step(simulator, state, u, step, scratch, out);
-    }
-
-    fn read_numbers_of_step<P: Scalar, T: Over<P>>(
+    fn take_from_step<P: Scalar, T: Over<P>>(
         &self,
         simulator: &Simulator<P>,
         state: &State<T>,
