@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::feature::Feature;
+use super::guard::plane_across;
 use super::placed::Placed;
 use super::solid::Solid;
 
@@ -56,8 +57,8 @@ pub(super) struct Across {
 
 impl Across {
     pub(super) fn new(n: &Vector3<f64>) -> Self {
-        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-        Self { x, y: n.cross(&x) }
+        let [x, y] = plane_across(n);
+        Self { x, y }
     }
 
     pub(super) fn place(&self, p: &Vector3<f64>) -> Vector2<f64> {

@@ -43,6 +43,12 @@ pub(super) fn normalized_or<T: Scalar>(v: &Vector3<T>, size: T, other: &Vector3<
     Vector3::from_fn(|k, _| square.select_lt(nothing, other[k], unit[k]))
 }
 
+/// Two unit vectors across a unit vector and each other, right-handed with it.
+pub(super) fn plane_across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+    [x, n.cross(&x)]
+}
+
 /// The part of a vector across a direction u of any length.
 pub(super) fn rejected<T: Scalar>(v: &Vector3<T>, u: &Vector3<T>) -> Vector3<T> {
     v - scale(u, dot(u, v) * reciprocal_or_zero(dot(u, u)))

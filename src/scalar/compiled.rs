@@ -37,7 +37,7 @@ pub(crate) use compiled_over_f64;
 /// A value whose type is known to be the one that it was cast to.
 #[inline(always)]
 pub(crate) fn same<A, B>(cast: Result<A, B>) -> A {
-    // What has no derivatives in num-dual is `f64`, or wraps it.
+    // Types of num-dual without derivatives are `f64`, or wrap it.
     cast.unwrap_or_else(|_| {
         panic!(
             "{} is not supported, use {}",

@@ -117,6 +117,16 @@ fn height_fields_that_are_no_ground_are_reported() {
         assert!(report.to_string().contains(says), "{report}");
         assert_eq!(scene.contacts.heights.is_some(), geom == GEOM);
     }
+    for size in ["1e308 1e308 0.4 0.1", "1 1 1e308 0.1", "5e-324 1 0.4 0.1"] {
+        let huge = scene_of(GRID, &GEOM.replace("0.05", "1.7e308"), "");
+        let (scene, report) = read(&huge.replace("1.5 1 0.4 0.1", size));
+        assert!(scene.contacts.heights.is_none());
+        let says = "beyond the range of numbers";
+        assert!(report.to_string().contains(says), "{report}");
+    }
+    let steep = "nrow='2' ncol='2' elevation='-1e308 1e308 0 0'";
+    let (scene, _) = read(&scene_of(steep, GEOM, ""));
+    assert!((height(&scene, 0.2 + 1.5, 0.1 + 1.0) - 0.45).abs() < 1e-9);
     let (_, report) = read(&scene_of("file='hills.png'", GEOM, ""));
     assert!(report.to_string().contains("is a picture"), "{report}");
     let (_, report) = read(&scene_of("file='hills.bin'", GEOM, ""));

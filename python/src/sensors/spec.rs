@@ -21,7 +21,7 @@ struct Given<'a, 'py> {
     value: &'a Bound<'py, PyAny>,
 }
 
-/// What a sensor is on.
+/// A part of a robot on which a sensor is mounted.
 trait Place: Sized {
     fn find(model: &Model, name: &str) -> PyResult<Self>;
     fn name(self, model: &Model) -> &str;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 
 use crate::collision::feature::{Face, Feature};
+use crate::collision::guard::plane_across;
 use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
 
@@ -173,8 +174,7 @@ impl Near {
         n: &Vector3<f64>,
         is_level: impl Fn(&u32) -> bool,
     ) {
-        let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-        let y = n.cross(&x);
+        let [x, y] = plane_across(n);
         for k in 0..MAX_NEAR {
             let (sin, cos) = (TAU * k as f64 / MAX_NEAR as f64).sin_cos();
             let reach = |k: &u32| solid.vertex(*k).dot(&(x * cos + y * sin));

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::difference::Difference;
+use crate::collision::guard::plane_across;
 
 /// Most vertices; the faces of a closed polytope are twice as many.
 pub(super) const MAX_VERTICES: usize = 128;
@@ -204,11 +205,10 @@ pub(super) fn tetrahedron(difference: &Difference<'_>, points: &[Vector3<f64>]) 
         return Start::Flat(Vector3::z());
     }
     let u = (q - p) / length;
-    let x = u.cross(&axes[u.iamin()]).normalize();
-    let across = [x, u.cross(&x)];
-    let (width, r) = farthest(&across, &|x| (x - p).cross(&u).norm());
+    let sides = plane_across(&u);
+    let (width, r) = farthest(&sides, &|x| (x - p).cross(&u).norm());
     if width <= least {
-        return Start::Flat(x);
+        return Start::Flat(sides[0]);
     }
     let normal = u.cross(&(r - p)).normalize();
     let (height, s) = farthest(&[normal], &|x| (x - p).dot(&normal));

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::choose::{Found, choose};
 use super::difference::Difference;
+use crate::collision::guard::plane_across;
 
 /// First step of the normal, rad: features about it have been tried as far.
 const FIRST_STEP: f64 = 0.02;
@@ -61,8 +62,7 @@ fn uphill(
     gap: f64,
     step: f64,
 ) -> Option<Vector3<f64>> {
-    let x = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
-    let y = n.cross(&x);
+    let [x, y] = plane_across(n);
     let mut slopes = [Vector3::zeros(); MAX_SLOPES];
     for (k, own) in slopes[..AROUND].iter_mut().enumerate() {
         let (sin, cos) = (TAU * k as f64 / AROUND as f64).sin_cos();

@@ -184,9 +184,14 @@ fn shape(
     };
     Ok(match kind {
         Kind::Plane => Shape::Plane,
-        Kind::HeightField => return height_field(entry, assets),
+        Kind::HeightField => {
+            let names = ["hfield", "height field"];
+            return of_asset(entry, names, |name| assets.heights_of(name), Shape::Heights);
+        }
         Kind::Distance => Shape::None("signed distance fields are not read".into()),
-        Kind::Mesh => return mesh(entry, assets),
+        Kind::Mesh => {
+            return of_asset(entry, ["mesh"; 2], |name| assets.mesh_of(name), Shape::Mesh);
+        }
         Kind::Sphere => Shape::Simple(Geometry::Sphere {
             radius: positive(0)?,
         }),
@@ -205,22 +210,19 @@ fn shape(
     })
 }
 
-fn height_field(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
-    let name = entry.text("hfield");
-    let name = name.ok_or_else(|| entry.missing("hfield"))?;
-    match assets.heights_of(name) {
-        Some(Ok(heights)) => Ok(Shape::Heights(heights.clone())),
-        Some(Err(reason)) => Ok(Shape::None(format!("the height field \"{name}\" {reason}"))),
-        None => Err(entry.malformed("hfield", "there is no height field of that name")),
-    }
-}
-
-fn mesh(entry: &Entry<'_, '_>, assets: &Assets) -> Result<Shape, LoadError> {
-    let name = entry.text("mesh").ok_or_else(|| entry.missing("mesh"))?;
-    match assets.mesh_of(name) {
-        Some(Ok(mesh)) => Ok(Shape::Mesh(mesh.clone())),
-        Some(Err(reason)) => Ok(Shape::None(format!("the mesh \"{name}\" {reason}"))),
-        None => Err(entry.malformed("mesh", "there is no mesh of that name")),
+/// The shape of an asset that an attribute of the geom names.
+fn of_asset<'a, A: Clone + 'a>(
+    entry: &Entry<'_, '_>,
+    [attribute, kind]: [&'static str; 2],
+    find: impl FnOnce(&str) -> Option<Result<&'a A, &'a str>>,
+    shape: impl FnOnce(A) -> Shape,
+) -> Result<Shape, LoadError> {
+    let name = entry.text(attribute);
+    let name = name.ok_or_else(|| entry.missing(attribute))?;
+    match find(name) {
+        Some(Ok(asset)) => Ok(shape(asset.clone())),
+        Some(Err(reason)) => Ok(Shape::None(format!("the {kind} \"{name}\" {reason}"))),
+        None => Err(entry.malformed(attribute, &format!("there is no {kind} of that name"))),
     }
 }
 

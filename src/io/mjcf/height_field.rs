@@ -60,6 +60,11 @@ impl HeightAsset {
         let spacing = [0, 1].map(|k| 2.0 * self.half[k] / gaps[k]);
         let origin = [x - self.half[0], y - self.half[1]];
         let heights: Vec<f64> = self.heights.iter().map(|h| z + h * self.top).collect();
+        let steepest = spacing.map(|gap| self.top / gap);
+        let mut numbers = (origin.iter().chain(&spacing).chain(&heights)).chain(&steepest);
+        if !numbers.all(|x| x.is_finite()) {
+            return Err("a height field of this size is beyond the range of numbers".into());
+        }
         Ok(HeightField::new(origin, spacing, self.points, &heights))
     }
 }
@@ -129,6 +134,9 @@ fn checked([columns, rows]: [usize; 2]) -> Result<usize, String> {
 
 /// Heights from 0 to 1; zeros if all are equal.
 fn normalized(mut heights: Vec<f64>) -> Vec<f64> {
+    let size = heights.iter().fold(1.0, |size: f64, h| size.max(h.abs()));
+    // So that differences do not overflow.
+    heights.iter_mut().for_each(|height| *height /= size);
     let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let range = heights
         .iter()
