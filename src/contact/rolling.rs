@@ -210,7 +210,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
 fn behind_folds(
     at: Vector2<f64>,
     distance: f64,
-    ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
+    ground: &dyn Fn(Vector2<f64>) -> Ground<PlanarDual>,
 ) -> impl Iterator<Item = Vector2<f64>> {
     let slope = ground(at).slope;
     let sides = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
@@ -232,7 +232,7 @@ impl Rolling<'_, f64, PlanarDual> {
     fn find_from(
         &self,
         start: Vector2<f64>,
-        ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
+        ground: &dyn Fn(Vector2<f64>) -> Ground<PlanarDual>,
     ) -> Option<Nearest> {
         let (mut at, radius) = (start, self.radius.re);
         let mut before = at;
@@ -240,7 +240,7 @@ impl Rolling<'_, f64, PlanarDual> {
             let here = ground(at);
             let [x, y] = self.residual_at(at, &here);
             let slope = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]);
-            let inverse = slope.try_inverse()?;
+            let inverse = inverse(&slope)?;
             let step = -(inverse * Vector2::new(x.re, y.re));
             let length = step.norm();
             if !length.is_finite() {
@@ -264,7 +264,7 @@ impl Rolling<'_, f64, PlanarDual> {
         &self,
         mut a: Vector2<f64>,
         mut b: Vector2<f64>,
-        ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
+        ground: &dyn Fn(Vector2<f64>) -> Ground<PlanarDual>,
     ) -> Option<Nearest> {
         let across = (b - a).try_normalize(0.0)?;
         let towards_b = |at: Vector2<f64>| {
@@ -300,7 +300,7 @@ impl Rolling<'_, f64, PlanarDual> {
             };
             let on_edge = [0, 1].map(|k| PlanarDual::new(at[k], [along[k], 0.0]));
             let [x, y] = self.residual(on_edge, &edge, PlanarDual::from(1.0));
-            let inverse = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]).try_inverse()?;
+            let inverse = inverse(&Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]))?;
             let step = -(inverse * Vector2::new(x.re, y.re));
             if step.norm() <= PRECISION * (1.0 + at.norm()) {
                 let (shift, lies_between) = (mixed - own, (0.0..=1.0).contains(&share));
@@ -339,6 +339,12 @@ impl Rolling<'_, f64, PlanarDual> {
             depth,
         }
     }
+}
+
+/// The inverse in closed form. nalgebra's brings those of all sizes up to four along.
+fn inverse(m: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+    let determinant = m.determinant();
+    (determinant != 0.0).then(|| Matrix2::new(m.m22, -m.m12, -m.m21, m.m11) / determinant)
 }
 
 impl<T: Scalar> Solution<T> {

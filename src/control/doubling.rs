@@ -160,7 +160,7 @@ impl Triple {
         for shift in SHIFT_FACTORS.map(|factor| factor * center) {
             let shifted = self.shifted_hamiltonian(shift);
             let size = shifted.norm();
-            let Some(inverse) = shifted.try_inverse() else {
+            let Some(inverse) = shifted.lu().try_inverse() else {
                 continue;
             };
             let condition = size * inverse.norm();

@@ -8,6 +8,7 @@
 //! # References
 //! [Van Dooren 1981].
 
+use crate::linalg::symmetric_eigen;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::doubling::TimeDomain;
@@ -18,7 +19,7 @@ use super::stability;
 const NEW_DIRECTION: f64 = 1e-9;
 
 /// Steps per row before a decomposition is given up; two or three are usual.
-const STEPS_PER_ROW: usize = 100;
+pub(super) const STEPS_PER_ROW: usize = 100;
 
 /// The least stable mode of the part that the input does not reach, if that part is not stable.
 pub(super) fn unreachable_mode(riccati: &Riccati) -> Option<Complex<f64>> {
@@ -83,8 +84,10 @@ fn again(basis: &DMatrix<f64>, mut new: DMatrix<f64>) -> DMatrix<f64> {
 pub(super) fn complement(basis: &DMatrix<f64>) -> DMatrix<f64> {
     let n = basis.nrows();
     // The projector's eigenvalues are zero and one.
-    let eigen = (DMatrix::identity(n, n) - basis * basis.transpose()).symmetric_eigen();
-    leading(Some(eigen.eigenvectors), &eigen.eigenvalues, 0.5, n)
+    match symmetric_eigen(DMatrix::identity(n, n) - basis * basis.transpose()) {
+        Some((values, vectors)) => leading(Some(vectors), &values, 0.5, n),
+        None => DMatrix::zeros(n, 0),
+    }
 }
 
 /// The columns whose value is above a threshold.

@@ -7,6 +7,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::balance::Balance;
 use super::doubling::{TimeDomain, is_finite};
+use super::reachable_decomposition::STEPS_PER_ROW;
 use super::riccati::Riccati;
 use super::triple::Triple;
 use crate::linalg::eigenvalues as unsorted;
@@ -111,28 +112,29 @@ fn largest_modulus(eigenvalues: &[Complex<f64>]) -> f64 {
 
 /// Distance of [(A − λI) / ‖A‖, B / ‖B‖] from losing rank; zero matrices stay as they are.
 ///
-/// The smallest pivot of a column-pivoted QR factorisation: at least the smallest singular value, and in practice of
-/// its size.
+/// The smallest singular value, in real numbers: of [Re, −Im; Im, Re], which has each singular value twice.
 fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 {
     let n = a.nrows();
     // All of the size of one, so that no square underflows.
     let unit = |size: f64| if size > 0.0 { size.recip() } else { 1.0 };
     let (scale, input_scale) = (unit(a.norm().max(mode.norm())), unit(b.norm()));
-    let shift = |i, j| {
-        if i == j {
-            mode.conj()
-        } else {
-            Complex::default()
-        }
+    let real = |i: usize, j: usize| match j.checked_sub(n) {
+        None => (a[(i, j)] - if i == j { mode.re } else { 0.0 }) * scale,
+        Some(input) => b[(i, input)] * input_scale,
     };
-    // The conjugate transpose, (n + m) × n.
-    let pencil = DMatrix::from_fn(n + b.ncols(), n, |j, i| match j.checked_sub(n) {
-        None => (Complex::from(a[(i, j)]) - shift(i, j)) * scale,
-        Some(input) => Complex::from(b[(i, input)] * input_scale),
+    let imaginary = |i, j| if i == j { -mode.im * scale } else { 0.0 };
+    let width = n + b.ncols();
+    // Transposed, so that it has more rows than columns.
+    let pencil = DMatrix::from_fn(2 * width, 2 * n, |row, column| {
+        let (i, j) = (column % n, row % width);
+        match (column < n, row < width) {
+            (true, true) | (false, false) => real(i, j),
+            (true, false) => -imaginary(i, j),
+            (false, true) => imaginary(i, j),
+        }
     });
-    let pivots = pencil.col_piv_qr().unpack_r().diagonal();
-    let sizes = pivots.iter().map(|p| p.norm());
-    sizes.fold(f64::INFINITY, f64::min)
+    let found = pencil.try_svd(false, false, f64::EPSILON, STEPS_PER_ROW * width);
+    found.map_or(f64::INFINITY, |svd| svd.singular_values.min())
 }
 
 /// D⁻¹ M D with rows and columns of equal size.

@@ -1,6 +1,6 @@
-//! Eigenvalues of a square matrix that need not be symmetric.
+//! Eigenvalues of a square matrix that need not be symmetric; eigenvalues and axes of a symmetric one.
 
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3, Schur, SymmetricEigen, Vector3};
 
 /// QR sweeps per row before a decomposition is given up; two or three are usual.
 const SWEEPS_PER_ROW: usize = 100;
@@ -35,6 +35,22 @@ fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
     let v = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
     let s = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
     &s * m * &s
+}
+
+/// Computes eigenvalues and orthonormal eigenvectors, the columns of the second, of a symmetric matrix, in no order; `None` where the iteration does not end.
+pub(crate) fn symmetric_eigen(m: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let sweeps = SWEEPS_PER_ROW * m.nrows();
+    let found = SymmetricEigen::try_new(m, f64::EPSILON, sweeps)?;
+    Some((found.eigenvalues, found.eigenvectors))
+}
+
+/// The same of a 3 × 3 matrix, by the code for all sizes: a decomposition of its own would be as much code again.
+pub(crate) fn symmetric_eigen3(m: &Matrix3<f64>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    let (values, vectors) = symmetric_eigen(DMatrix::from_column_slice(3, 3, m.as_slice()))?;
+    Some((
+        Vector3::from_column_slice(values.as_slice()),
+        Matrix3::from_column_slice(vectors.as_slice()),
+    ))
 }
 
 #[cfg(test)]

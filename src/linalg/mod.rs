@@ -8,6 +8,7 @@
 //! | min ½ dᵀ H d + gᵀ d within bounds | [`BoxQp`] | differential dynamic programming, least squares |
 //! | A x = b, A of a joint's own coordinates, over the scalar | [`small_matrix`] | forward dynamics |
 //! | eigenvalues, A general | [`eigenvalues`](fn@eigenvalues) | regulators, remarks on time steps |
+//! | eigenvalues and axes, A symmetric | [`symmetric_eigen`], [`symmetric_eigen3`] | principal axes of inertia, constraints that repeat others |
 //! | C += Aᵀ B of dense columns | [`product`] | Riccati's recursion |
 
 mod box_qp;
@@ -20,7 +21,7 @@ pub(crate) mod small_matrix;
 mod symmetric;
 
 pub(crate) use box_qp::{Bounds, BoxQp};
-pub(crate) use eigenvalues::eigenvalues;
+pub(crate) use eigenvalues::{eigenvalues, symmetric_eigen, symmetric_eigen3};
 pub(crate) use factors::Factors;
 pub(crate) use free_factor::{FreeFactor, NotConvex};
 pub(crate) use lu::Lu;

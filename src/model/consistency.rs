@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use nalgebra::linalg::SymmetricEigen;
-
 use super::Model;
+use crate::linalg::symmetric_eigen3;
 use crate::sorting::sort_seldom;
 use crate::spatial::Inertia;
 
@@ -15,9 +14,6 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Rounding in moments about the centre of mass, relative to those about the origin that they are a difference of.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-
-/// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
-const MAX_SWEEPS: usize = 100;
 
 /// Violation of physical consistency of an inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,8 +68,8 @@ pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
         // No rotational inertia at all, or numbers that are reported elsewhere.
         return None;
     }
-    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)?;
-    let mut scaled: [f64; 3] = eigen.eigenvalues.into();
+    let (moments, _) = symmetric_eigen3(&matrix)?;
+    let mut scaled: [f64; 3] = moments.into();
     sort_seldom(&mut scaled, f64::total_cmp);
     let moments = scaled.map(|moment| moment * largest_entry);
     let [a, b, c] = scaled;

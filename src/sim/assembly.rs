@@ -12,6 +12,7 @@ use super::simulator::Simulator;
 use super::state::State;
 use crate::constraint::{ConstraintRow, ConstraintRows};
 use crate::dynamics::{MassMatrixFactor, mass_matrix};
+use crate::linalg::symmetric_eigen;
 use crate::scalar::{Over, Scalar};
 
 /// A state that satisfies the constraints.
@@ -175,13 +176,18 @@ impl Simulator<f64> {
             factor.solve(column.as_mut_slice());
         }
         let (G, violation) = (&J * &response, &J * &state.v);
-        let eigen = G.symmetric_eigen();
-        let smallest = REDUNDANT * eigen.eigenvalues.amax();
-        let along = eigen.eigenvectors.tr_mul(&violation);
-        let solved = along.zip_map(&eigen.eigenvalues, |x, value| {
-            if value > smallest { x / value } else { 0.0 }
-        });
-        state.v -= response * (eigen.eigenvectors * solved);
+        let Some((values, axes)) = symmetric_eigen(G) else {
+            return;
+        };
+        let smallest = REDUNDANT * values.amax();
+        let along = axes.tr_mul(&violation);
+        let solved = along.zip_map(
+            &values,
+            |x, value| {
+                if value > smallest { x / value } else { 0.0 }
+            },
+        );
+        state.v -= response * (axes * solved);
     }
 }
 

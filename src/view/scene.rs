@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 use serde::Serialize;
 
 use super::bond::Bond;
@@ -11,6 +11,7 @@ use super::shape::{Pose, Shape, pose};
 use super::skeleton::skeleton;
 use super::track::Track;
 use crate::joint::JointKind;
+use crate::linalg::symmetric_eigen3;
 use crate::model::{Body, BodyId, FrameId, Model, WORLD};
 use crate::spatial::Transform;
 
@@ -166,14 +167,11 @@ fn ellipsoid(body: &Body<f64>) -> Option<(Pose, [f64; 3])> {
     if m <= 0.0 {
         return None;
     }
-    let SymmetricEigen {
-        eigenvectors,
-        eigenvalues: moments,
-    } = SymmetricEigen::new(body.inertia.about_com().to_matrix());
+    let (moments, axes) = symmetric_eigen3(&body.inertia.about_com().to_matrix())?;
     let half = moments.sum() / 2.0;
     // Rounding can make the radius of a thin rod the root of a negative number.
     let radii = moments.map(|moment| (5.0 * (half - moment) / m).max(0.0).sqrt());
-    let axes = right_handed(eigenvectors);
+    let axes = right_handed(axes);
     Some((
         pose(&Transform::new(axes, body.inertia.com())),
         radii.into(),

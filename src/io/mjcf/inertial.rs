@@ -2,17 +2,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, Vector3};
 
 use super::compiler::Compiler;
 use super::entry::Entry;
 use super::orientation::{orientation, pose};
 use crate::error::LoadError;
+use crate::linalg::symmetric_eigen3;
 use crate::spatial::{Inertia, Symmetric3, Transform};
-
-/// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
-const MAX_SWEEPS: usize = 100;
 
 /// Reads an `<inertial>`: the inertia in its parent.
 pub(super) fn read(entry: &Entry<'_, '_>, compiler: &Compiler) -> Result<Inertia<f64>, LoadError> {
@@ -63,18 +60,17 @@ fn bounded_moments(moments: Symmetric3<f64>, compiler: &Compiler) -> Symmetric3<
         0.0 => matrix,
         _ => matrix / size,
     };
-    let Some(eigen) = SymmetricEigen::try_new(scaled, f64::EPSILON, MAX_SWEEPS) else {
+    let Some((values, R)) = symmetric_eigen3(&scaled) else {
         return moments;
     };
-    let mut principal = (eigen.eigenvalues * size).map(|x| x.max(compiler.boundinertia));
+    let mut principal = (values * size).map(|x| x.max(compiler.boundinertia));
     let is_impossible = 2.0 * principal.max() > principal.sum();
     if compiler.balanceinertia && is_impossible {
         principal = Vector3::repeat(principal.mean());
     }
-    if principal == eigen.eigenvalues * size {
+    if principal == values * size {
         return moments;
     }
-    let R = eigen.eigenvectors;
     let bounded: Matrix3<f64> = R * Matrix3::from_diagonal(&principal) * R.transpose();
     let at = |i: usize, j: usize| bounded[(i, j)];
     Symmetric3::new(at(0, 0), at(0, 1), at(0, 2), at(1, 1), at(1, 2), at(2, 2))

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use crate::linalg::symmetric_eigen3;
 use glam::Vec3A;
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::candidates::{LeftOut, candidates};
 use super::convex::convex;
@@ -14,9 +15,6 @@ const FLAT: f64 = 1e-6;
 
 /// Directions in which a choice of vertices is compared with all: a few degrees apart, and more than the points that anyone wants.
 const DIRECTIONS: usize = 1024;
-
-/// Most sweeps for the principal axes: a few are needed.
-const MAX_SWEEPS: usize = 100;
 
 /// The vertices of a convex hull.
 #[derive(Clone, Debug)]
@@ -77,7 +75,7 @@ fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
     let mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let spread = |sum, p: &Vector3<f64>| sum + (p - mean) * (p - mean).transpose();
     let covariance = points.iter().fold(Matrix3::zeros(), spread);
-    let axes = SymmetricEigen::try_new(covariance, f64::EPSILON, MAX_SWEEPS)?.eigenvectors;
+    let axes = symmetric_eigen3(&covariance)?.1;
     let reach = points.iter().map(Vector3::amax).fold(0.0, f64::max);
     let (mut out, mut widths) = (vec![Vec3A::ZERO; points.len()], [0.0; 3]);
     for axis in 0..3 {

@@ -4,12 +4,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Writer, number, numbers, quaternion, unsupported};
 use crate::error::WriteError;
 use crate::io::write::AboutCom;
+use crate::linalg::symmetric_eigen3;
 use crate::model::{LinkSpec, Model, ModelBuilder, inertia_flaw};
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -19,9 +19,6 @@ const LEAST_MOMENT: f64 = 1e-12;
 /// Relative distance from the triangle inequality below which its rounding in `MuJoCo` may decide: above that of its
 /// eigenvalues.
 const MARGIN: f64 = 1e-9;
-/// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
-const MAX_SWEEPS: usize = 100;
-
 /// Whether a body is one of the world's.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moves {
@@ -187,8 +184,8 @@ impl Writer<'_> {
 fn limiting_case(moments: &Symmetric3<f64>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     let matrix = moments.to_matrix();
     let size = matrix.amax().max(f64::MIN_POSITIVE);
-    let eigen = SymmetricEigen::try_new(matrix / size, f64::EPSILON, MAX_SWEEPS)?;
-    let mut principal = eigen.eigenvalues * size;
+    let (values, mut axes) = symmetric_eigen3(&(matrix / size))?;
+    let mut principal = values * size;
     let largest = principal.imax();
     let others = |principal: &Vector3<f64>| principal.sum() - principal[largest];
     let is_thin = principal.min() < LEAST_MOMENT;
@@ -202,7 +199,6 @@ fn limiting_case(moments: &Symmetric3<f64>) -> Option<(Vector3<f64>, Matrix3<f64
     if is_flat {
         principal[largest] = principal[largest].min(others(&principal) * (1.0 - f64::EPSILON));
     }
-    let mut axes = eigen.eigenvectors;
     if axes.determinant() < 0.0 {
         axes = -axes;
     }
