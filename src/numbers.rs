@@ -20,7 +20,7 @@ use std::fmt::Display;
 
 use nalgebra::SMatrix;
 
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, MapEach, Over, Scalar};
 
 /// Values that a number may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +92,7 @@ pub(crate) fn is_finite<P: Scalar>(x: P) -> bool {
 /// Passes the values of some numbers to a check, lane by lane; nothing where one of them has none.
 pub(crate) fn each_lane<P: Scalar, const N: usize>(x: [P; N], check: impl Fn([f64; N])) {
     if x.iter().all(P::has_value) {
-        (0..P::LANES).for_each(|lane| check(x.map(|x| x.value(lane))));
+        (0..P::LANES).for_each(|lane| check(x.map_each(|x| x.value(lane))));
     }
 }
 
@@ -235,7 +235,7 @@ macro_rules! held {
 held!([] P => Q, |own, to| to(*own), std::slice::from_mut);
 held!([] Option<P> => Option<Q>, |own, to| (*own).map(to), Self::as_mut_slice);
 held!([] Vec<P> => Vec<Q>, |own, to| own.iter().map(|&x| to(x)).collect(), Self::as_mut_slice);
-held!([N] [P; N] => [Q; N], |own, to| (*own).map(to), Self::as_mut_slice);
+held!([N] [P; N] => [Q; N], |own, to| (*own).map_each(to), Self::as_mut_slice);
 held!([R C] SMatrix<P, R, C> => SMatrix<Q, R, C>, |own, to| own.map(to), Self::as_mut_slice);
 
 /// Passes values with their names to `each`; without a quantity, the name is used.

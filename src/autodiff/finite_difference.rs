@@ -11,6 +11,7 @@
 //! # References
 //! [Ridders 1982].
 
+use crate::scalar::{MapEach, from_each};
 use nalgebra::DMatrix;
 
 use super::VectorFunction;
@@ -234,8 +235,8 @@ impl Sample {
 /// Neville's tableau for what has the powers `first`, `first` + 2, … of the step; the answer is the entry that differs
 /// least from the two it was made of, but by no less than rounding makes.
 fn extrapolate(first: i32, sample: impl Fn(usize) -> Sample) -> Sample {
-    let samples: [Sample; LEVELS] = std::array::from_fn(sample);
-    let mut column = samples.map(|sample| sample.value);
+    let samples: [Sample; LEVELS] = from_each(sample);
+    let mut column = samples.map_each(|sample| sample.value);
     let mut best = Sample::new(column[0], f64::INFINITY);
     let mut factor = RATIO.powi(first - 2);
     for order in 1..LEVELS {

@@ -1,5 +1,6 @@
 //! Pairs of overlapping boxes, by a tree of boxes that is reused from step to step.
 
+use crate::scalar::MapEach;
 use std::fmt;
 
 use super::bounds::Bounds;
@@ -254,7 +255,7 @@ fn halve(order: &mut [usize], bounds: &[Bounds]) {
         }
         high - low
     };
-    let widths = [0, 1, 2].map(width);
+    let widths = [0, 1, 2].map_each(width);
     let axis = (0..3)
         .max_by(|&a, &b| widths[a].total_cmp(&widths[b]))
         .unwrap_or(0);

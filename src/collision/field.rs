@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::numbers::Domain;
 use crate::scalar::traced::{Graph, Port, Traced, trace};
-use crate::scalar::{Dual, Scalar, is_more_than_values};
+use crate::scalar::{Dual, MapEach, Scalar, is_more_than_values};
 
 /// The signed distance from a body, generic over the scalar: negative inside, with a gradient of length one near its surface.
 ///
@@ -127,7 +127,7 @@ impl DistanceField {
         let hessian = if is_more_than_values::<T>() {
             self.function
                 .hessian((*x).into())
-                .map(|row| row.map(finite))
+                .map_each(|row| row.map_each(finite))
         } else {
             far.hessian
         };
@@ -191,7 +191,7 @@ trait ErasedDistance: Send + Sync {
 
 impl<F: DistanceFunction> ErasedDistance for F {
     fn slope(&self, at: [f64; 3]) -> Slope {
-        let d = self.distance([0, 1, 2].map(|k| Dual::<f64, 3>::variable(at[k], k)));
+        let d = self.distance([0, 1, 2].map_each(|k| Dual::<f64, 3>::variable(at[k], k)));
         Slope {
             distance: d.re,
             gradient: d.eps,
@@ -199,15 +199,17 @@ impl<F: DistanceFunction> ErasedDistance for F {
     }
 
     fn hessian(&self, at: [f64; 3]) -> [[f64; 3]; 3] {
-        let unit = |k: usize| [0, 1, 2].map(|i| if i == k { 1.0.into() } else { 0.0.into() });
+        let unit = |k: usize| [0, 1, 2].map_each(|i| if i == k { 1.0.into() } else { 0.0.into() });
         let place = |k: usize| Dual::<Dual<f64, 3>, 3>::new(Dual::variable(at[k], k), unit(k));
-        self.distance([0, 1, 2].map(place)).eps.map(|row| row.eps)
+        self.distance([0, 1, 2].map_each(place))
+            .eps
+            .map_each(|row| row.eps)
     }
 
     fn graph(&self) -> Graph {
         trace(|t| {
             let x = t.input(Port::vector("point", 3));
-            let d = self.distance([0, 1, 2].map(|k| Dual::<Traced, 3>::variable(x[k], k)));
+            let d = self.distance([0, 1, 2].map_each(|k| Dual::<Traced, 3>::variable(x[k], k)));
             t.output(Port::number("distance"), &[d.re]);
             t.output(Port::vector("gradient", 3), &d.eps);
         })

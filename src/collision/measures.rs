@@ -11,6 +11,7 @@ use super::nearest::nearest_features;
 use super::shape::Shape;
 use super::witness::witness;
 use crate::model::{Geometry, Mass};
+use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Transform};
 
 /// Volume of an ellipsoid, in the product of its semi-axes.
@@ -86,7 +87,7 @@ impl Shape {
                 length: 2.0 * half_length,
             }),
             Self::Box { half_extents } => Some(Geometry::Box {
-                size: half_extents.map(|x| 2.0 * x),
+                size: half_extents.map_each(|x| 2.0 * x),
             }),
             _ => None,
         }

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use super::guard::{ROUNDING, normalized_or, reciprocal_above, rejected};
 use super::placed::{Core, Placed};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::linear::{cross, dot, scale};
 
 /// Steps over the scalar from the solution: two make derivatives exact to third order.
@@ -65,7 +65,7 @@ fn wider<T: Scalar>(
     first: &Vector3<T>,
     second: &Vector3<T>,
 ) -> Vector3<T> {
-    let [w, v] = [first, second].map(|n| b.support(&-n) - a.support(n));
+    let [w, v] = [first, second].map_each(|n| b.support(&-n) - a.support(n));
     let least = dot(first, &w) - dot(&w, &w) * LOSS - SMALLEST_LOSS;
     let (gap, near) = (dot(second, &v), T::constant(NEAR));
     let alike = dot(first, second);

@@ -1,5 +1,6 @@
 //! The flat part of a shape that lies farthest along a direction: a point, an edge or a face, as a polygon.
 
+use crate::scalar::MapEach;
 use nalgebra::{Vector2, Vector3};
 
 use super::corner::{Across, Corner, Ends};
@@ -139,7 +140,7 @@ impl Patch {
     }
 
     fn orient(&mut self) {
-        let [a, b, c] = [0, 1, 2].map(|k| self.corners[k].at);
+        let [a, b, c] = [0, 1, 2].map_each(|k| self.corners[k].at);
         if (b - a).perp(&(c - a)) < 0.0 {
             self.corners[..self.len].reverse();
         }
@@ -222,7 +223,7 @@ impl Patch {
                 self.corners[k - 1].vertex,
                 self.corners[k].vertex,
             ];
-            let [a, b, c] = ids.map(|k| solid.vertex(k));
+            let [a, b, c] = ids.map_each(|k| solid.vertex(k));
             let area = (b - a).cross(&(c - a));
             if area.norm() > widest {
                 widest = area.norm();

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::feature::{Face, Feature};
 use super::guard::{normalized_or, reciprocal_or_zero, safe_norm};
 use super::shape::Shape;
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{MapEach, Over, Scalar, is_more_than_values};
 use crate::spatial::Transform;
 use crate::spatial::linear::{
     columns, cross, dot, from_columns, lift_vector, rotate, rotate_back, scale,
@@ -176,7 +176,7 @@ fn disc<P: Scalar, T: Over<P>>(shape: &Shape<P>, X: &Transform<T>) -> Core<T> {
 fn ellipsoid<P: Scalar, T: Over<P>>(shape: &Shape<P>, X: &Transform<T>) -> Core<T> {
     let [x, y, z] = columns(&X.rotation);
     let [a, b, c] = match shape {
-        Shape::Ellipsoid { semi_axes } => semi_axes.map(T::from),
+        Shape::Ellipsoid { semi_axes } => semi_axes.map_each(T::from),
         _ => [T::zero(); 3],
     };
     Core::Ellipsoid(from_columns(&scale(&x, a), &scale(&y, b), &scale(&z, c)))
@@ -205,7 +205,7 @@ pub(super) fn face_normal<P: Scalar, T: Over<P>>(
         Face::Plane | Face::Cap(1) => axis,
         Face::Cap(_) => -axis,
         Face::Vertices(indices) => {
-            let [a, b, c] = indices.map(|k| lift_vector::<P, T>(&shape.vertex(k)));
+            let [a, b, c] = indices.map_each(|k| lift_vector::<P, T>(&shape.vertex(k)));
             let normal = cross(&(b - a), &(c - a));
             let up = Vector3::new(T::zero(), T::zero(), T::one());
             rotate(&X.rotation, &normalized_or(&normal, T::zero(), &up))

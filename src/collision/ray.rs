@@ -1,5 +1,6 @@
 //! The first triangle that a ray meets, on plain values.
 
+use crate::scalar::MapEach;
 use nalgebra::Vector3;
 
 use super::bounds::Bounds;
@@ -23,8 +24,8 @@ impl HalfLine {
     /// t at which the half-line meets a triangle, from either side, by the signs of its volumes with the edges: equal but for the sign for both triangles
     /// of an edge, so that none passes between these.
     fn meets(&self, corners: &[Vector3<f64>; 3]) -> Option<f64> {
-        let [a, b, c] = corners.map(|corner| corner - self.origin);
-        let volumes = [[b, c], [c, a], [a, b]].map(|[p, q]| self.direction.dot(&p.cross(&q)));
+        let [a, b, c] = corners.map_each(|corner| corner - self.origin);
+        let volumes = [[b, c], [c, a], [a, b]].map_each(|[p, q]| self.direction.dot(&p.cross(&q)));
         let is_inside = volumes.iter().all(|x| *x >= 0.0) || volumes.iter().all(|x| *x <= 0.0);
         let normal = (b - a).cross(&(c - a));
         let slope = normal.dot(&self.direction);
@@ -100,7 +101,7 @@ impl BroadPhase {
 
     /// The children of a node that a half-line enters, the nearer one last: it is taken first.
     fn entered(&self, node: Node, line: &HalfLine, end: f64) -> [Option<Waiting>; 2] {
-        let [a, b] = node.children().map(|node| {
+        let [a, b] = node.children().map_each(|node| {
             let from = line.enters(&self.nodes[node.index], end)?;
             Some(Waiting { node, from })
         });

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::field::DistanceField;
 use super::hull::Hull;
 use crate::numbers::numbers;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// A shape in its own frame, convex but for a [`Field`](Self::Field), centred at the origin, axes along z; lengths in m.
 ///
@@ -123,7 +123,7 @@ impl<P: Scalar> Shape<P> {
             }
             // The box that holds it.
             Self::Field { field } => {
-                let [x, y, z] = field.half_extents().map(P::constant);
+                let [x, y, z] = field.half_extents().map_each(P::constant);
                 Vector3::new(side(index, 0, x), side(index, 1, y), side(index, 2, z))
             }
             Self::Hull { hull, scale } => {

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::feature::{Face, Feature};
 use super::shape::Shape;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 use crate::spatial::linear::columns;
 
@@ -155,14 +156,14 @@ impl<'a> Solid<'a> {
     pub(super) fn face(&self, axis: usize, n: &Vector3<f64>) -> Face {
         match self.shape {
             Shape::Triangle { .. } => {
-                let [a, b, c] = [0, 1, 2].map(|k| self.vertex(k));
+                let [a, b, c] = [0, 1, 2].map_each(|k| self.vertex(k));
                 let is_above = (b - a).cross(&(c - a)).dot(n) > 0.0;
                 Face::Vertices(if is_above { [0, 1, 2] } else { [0, 2, 1] })
             }
             Shape::Cylinder { .. } => Face::Cap(u32::from(self.is_above(2, n))),
             _ => {
                 // Counter-clockwise from outside: axes i, j, k are a right-handed frame.
-                let [i, j, k] = [axis + 1, axis + 2, axis].map(|k| 1 << (k % 3));
+                let [i, j, k] = [axis + 1, axis + 2, axis].map_each(|k| 1 << (k % 3));
                 Face::Vertices(if self.is_above(axis, n) {
                     [k, k | i, k | j]
                 } else {

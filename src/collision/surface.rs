@@ -1,5 +1,6 @@
 //! Triangle meshes as ground of arbitrary shape, which bodies touch from outside.
 
+use crate::scalar::{MapEach, from_each};
 use std::collections::HashMap;
 use std::fmt;
 
@@ -168,7 +169,7 @@ impl Surface {
             return Err(SurfaceError::Grid { points, heights });
         }
         let at = |k: usize| {
-            let [i, j] = [k % x, k / x].map(|n| n as f64);
+            let [i, j] = [k % x, k / x].map_each(|n| n as f64);
             let [x, y] = [origin[0] + i * spacing[0], origin[1] + j * spacing[1]];
             Vector3::new(x, y, heights[k])
         };
@@ -198,7 +199,7 @@ impl Surface {
     }
 
     fn corners(&self, triangle: &[u32; 3]) -> [Vector3<f64>; 3] {
-        triangle.map(|k| self.vertices[k as usize])
+        triangle.map_each(|k| self.vertices[k as usize])
     }
 
     /// Leaves out what has no area, and finds what lies beyond the sides of the rest.
@@ -220,14 +221,14 @@ impl Surface {
         }
         let sides = kept.iter().zip(&normals).map(|(triangle, normal)| {
             let corners = self.corners(triangle);
-            let across: [Vector3<f64>; 3] = std::array::from_fn(|k| {
+            let across: [Vector3<f64>; 3] = from_each(|k| {
                 let along = corners[(k + 1) % 3] - corners[k];
                 along.cross(normal).try_normalize(0.0).unwrap_or_default()
             });
             TriangleSides {
                 normal: *normal,
                 across,
-                lean: std::array::from_fn(|k| {
+                lean: from_each(|k| {
                     let beyond = by_side.get(&[triangle[(k + 1) % 3], triangle[k]]);
                     beyond.map_or(f64::INFINITY, |n| n.dot(&across[k]).max(0.0))
                 }),

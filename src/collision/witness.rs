@@ -10,7 +10,7 @@ use super::guard::{normalized_or, reciprocal_or_zero, rejected};
 use super::newton::refined_normal;
 use super::placed::{Core, Placed, face_normal};
 use super::shape::Shape;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{cross, dot, scale, scale_add_data};
 
@@ -51,7 +51,7 @@ pub fn witness<P: Scalar, T: Over<P>>(
     };
     let found = along(&placed, &normal, pair.id.normal);
     Witness {
-        points: found.points.map(|point| point + origin),
+        points: found.points.map_each(|point| point + origin),
         ..found
     }
 }

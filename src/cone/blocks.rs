@@ -9,6 +9,7 @@
 use super::block_factor::{BlockFactor, OF_BODIES};
 use super::jacobian::Square;
 use super::system::Unit;
+use crate::scalar::from_each;
 use std::ops::Range;
 
 /// X of a problem, row after row: the entries of each in the nodes on which it acts.
@@ -263,13 +264,13 @@ impl Blocks {
         let parts = |row: usize| &columns.parts[columns.rows[unit.row + row].clone()];
         let entries = |part: &Part| -> [f64; OF_BODIES] {
             let values = &columns.values[part.at..part.at + OF_BODIES];
-            std::array::from_fn(|k| values[k])
+            from_each(|k| values[k])
         };
         let all = parts(0).iter().zip(parts(1)).zip(parts(2));
         let of_node = all.map(|((a, b), c)| (a.node, [a, b, c].map(entries)));
         for (b, x) in of_node.clone() {
-            let product: [[f64; OF_BODIES]; 3] = std::array::from_fn(|i| {
-                std::array::from_fn(|j| h[i][0] * x[0][j] + h[i][1] * x[1][j] + h[i][2] * x[2][j])
+            let product: [[f64; OF_BODIES]; 3] = from_each(|i| {
+                from_each(|j| h[i][0] * x[0][j] + h[i][1] * x[1][j] + h[i][2] * x[2][j])
             });
             for (a, x) in of_node.clone() {
                 let (rows, _) = (self.factor.block_mut(a, b)).as_chunks_mut::<OF_BODIES>();
@@ -308,5 +309,5 @@ pub(super) fn inverse(b: &Square, rows: usize) -> Square {
         b[r][u] * b[s][v] - b[r][v] * b[s][u]
     };
     let determinant: f64 = (0..3).map(|j| b[0][j] * minor(0, j)).sum();
-    std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
+    from_each(|i| from_each(|j| minor(j, i) / determinant))
 }

@@ -5,6 +5,7 @@ use super::interval::clamped;
 use super::law::Piece;
 use super::newton::{Newton, UnitEquations};
 use super::system::{Kind, Unit, UnitState, of_unit};
+use crate::scalar::MapEach;
 
 /// Distances to the surfaces between modes, beside the size of the problem, that count as none.
 const ON_THE_SURFACE: f64 = 1e-9;
@@ -203,7 +204,7 @@ fn corrected(law: Law, mu: f64, y: [f64; 3]) -> [f64; 3] {
 fn of_cone(f: [f64; 3], y: [f64; 3], mu: f64, size: f64) -> Certificate {
     let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
     // By Moreau, the distance of y from the dual cone is the length of the projection of −y on the cone.
-    let outside = project(y.map(|y| -y), mu);
+    let outside = project(y.map_each(|y| -y), mu);
     Certificate {
         residual: distance(f, project(a, mu)) / size,
         cone_violation: distance(f, project(f, mu)) / size,
@@ -258,7 +259,7 @@ pub(super) fn shortened(f: [f64; 3], bound: f64) -> [f64; 3] {
     if size <= bound {
         return f;
     }
-    f.map(|x| x * (bound / size))
+    f.map_each(|x| x * (bound / size))
 }
 
 /// The length of a moment.

@@ -13,6 +13,7 @@ use super::jacobian::Square;
 use super::newton::{Newton, largest};
 use super::response::Response;
 use super::system::{Kind, of_unit};
+use crate::scalar::from_each;
 
 /// Steps of Newton's method for one s and f̄.
 const STEPS: usize = 30;
@@ -216,7 +217,7 @@ impl Descent {
         let mut sum: f64 = own.map(|(z, step)| (z + length * step) * step).sum();
         for unit in &newton.system.units {
             let (c, along) = (of_unit(&self.c, unit), of_unit(&self.along, unit));
-            let c = std::array::from_fn(|i| c[i] + length * along[i]);
+            let c = from_each(|i| c[i] + length * along[i]);
             let f = Response::of(newton, self.law, unit, rho).force(c);
             sum += f[0] * along[0] + f[1] * along[1] + f[2] * along[2];
         }

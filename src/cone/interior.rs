@@ -11,7 +11,7 @@ use super::newton::{RIDGE, largest, product};
 use super::second_order_cone::{Pair, scaling};
 use super::system::{Kind, System, Unit, of_unit};
 use crate::linalg::{Factors, Lu};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Steps in one go; the path takes ten to thirty.
 const MAX_STEPS: usize = 60;
@@ -279,7 +279,7 @@ impl<T: Scalar> Interior<T> {
             h[i][0] *= mu;
         }
         if self.law == Law::Convex {
-            h[0] = h[0].map(|entry| entry * mu);
+            h[0] = h[0].map_each(|entry| entry * mu);
             c[0] *= mu;
         } else {
             let (f, y) = (self.f[unit.row], self.y[unit.row]);
@@ -364,7 +364,7 @@ impl<T: Scalar> Interior<T> {
             Kind::Interval => {
                 let own = &self.multipliers[index];
                 let pairs = own.positive(f, df[0], self.bound(unit).detached());
-                let rooms = pairs.map(|(x, dx)| room_of_ray(x, dx));
+                let rooms = pairs.map_each(|(x, dx)| room_of_ray(x, dx));
                 rooms.into_iter().fold(rooms[0], |least, x| x.min(least))
             }
             Kind::Cone => {

@@ -3,7 +3,7 @@
 //! f = Π(f − y) with the projection Π on [−b, b] is  y = z₋ − z₊  with  0 ≤ z₋ ⊥ b + f ≥ 0  and  0 ≤ z₊ ⊥ b − f ≥ 0. On the path both products are κ, so that
 //! y = κ / (b + f) − κ / (b − f), the slope of the barrier −κ ln (b + f) − κ ln (b − f) with the other sign.
 
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Bounds beside the size of a problem, both scaled, that the path distinguishes from none and from an infinite one.
 const BOUNDS: (f64, f64) = (1e-9, 1e8);
@@ -64,7 +64,7 @@ impl<T: Scalar> Multipliers<T> {
 
     /// Steps of both multipliers with one of the force.
     fn steps(&self, df: T) -> [T; 2] {
-        [0, 1].map(|side| self.constant[side] - self.slope[side] * df)
+        [0, 1].map_each(|side| self.constant[side] - self.slope[side] * df)
     }
 
     /// Pairs of a number that stays positive and its step.

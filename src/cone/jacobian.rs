@@ -1,7 +1,7 @@
 //! Derivatives of the equations of one block.
 
 use super::law::{Piece, equations};
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, MapEach, Scalar, from_each};
 
 /// A 3 × 3 matrix by rows.
 pub(super) type Square<T = f64> = [[T; 3]; 3];
@@ -17,11 +17,11 @@ pub(super) struct EquationJacobian<T = f64> {
 impl EquationJacobian {
     /// Over another scalar.
     pub(super) fn cast<T: Scalar>(&self) -> EquationJacobian<T> {
-        let square = |m: &Square| m.map(|row| row.map(T::from));
+        let square = |m: &Square| m.map_each(|row| row.map_each(T::from));
         EquationJacobian {
             f: square(&self.f),
             y: square(&self.y),
-            mu: self.mu.map(T::from),
+            mu: self.mu.map_each(T::from),
         }
     }
 }
@@ -36,7 +36,7 @@ pub(super) fn jacobian_of<T: Scalar>(
     kappa: f64,
 ) -> EquationJacobian<T> {
     let seeded = |x: [T; 3], first: usize| -> [Dual<T, 7>; 3] {
-        std::array::from_fn(|i| Dual::variable(x[i], first + i))
+        from_each(|i| Dual::variable(x[i], first + i))
     };
     let e = equations(
         piece,
@@ -45,10 +45,10 @@ pub(super) fn jacobian_of<T: Scalar>(
         Dual::variable(mu, 6),
         kappa,
     );
-    let square = |first: usize| e.map(|e| [e.eps[first], e.eps[first + 1], e.eps[first + 2]]);
+    let square = |first: usize| e.map_each(|e| [e.eps[first], e.eps[first + 1], e.eps[first + 2]]);
     EquationJacobian {
         f: square(0),
         y: square(3),
-        mu: e.map(|e| e.eps[6]),
+        mu: e.map_each(|e| e.eps[6]),
     }
 }

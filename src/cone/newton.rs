@@ -9,7 +9,7 @@ use super::law::{
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
 use crate::linalg::Lu;
-use crate::scalar::{Scalar, each};
+use crate::scalar::{MapEach, Scalar, each, from_each};
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.
@@ -241,7 +241,7 @@ impl Newton {
         self.step.clear();
         self.step.resize(blocks.columns.n_coordinates(), 0.0);
         for (unit, (own, inverse)) in all() {
-            let change = product(inverse, own.e).map(|x| -x);
+            let change = product(inverse, own.e).map_each(|x| -x);
             blocks.add_unit(unit, change, &mut self.step);
         }
         blocks.solve(&mut self.step);
@@ -476,7 +476,7 @@ fn add_own(
 /// A B.
 fn square_product(a: &Square, b: &Square) -> Square {
     let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
-    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    from_each(|i| from_each(|j| entry(i, j)))
 }
 
 /// A x.

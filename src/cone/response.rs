@@ -9,6 +9,7 @@ use super::interval::clamped;
 use super::jacobian::Square;
 use super::newton::Newton;
 use super::system::{Kind, Unit};
+use crate::scalar::{MapEach, from_each};
 
 /// Law of a unit with its compliance.
 #[derive(Clone, Copy)]
@@ -49,7 +50,7 @@ impl Response {
             (Some(Kind::Cone), Law::Coulomb) => self.force_after_coulomb(c),
             (Some(Kind::Cone), Law::Convex) => {
                 let s = self.stretch();
-                let scaled = [c[0], c[1] / s, c[2] / s].map(|c| c / self.along);
+                let scaled = [c[0], c[1] / s, c[2] / s].map_each(|c| c / self.along);
                 let f = project(scaled, self.mu * s);
                 [f[0], f[1] / s, f[2] / s]
             }
@@ -116,9 +117,7 @@ impl Response {
         let s = self.stretch();
         let scale = [1.0, s, s];
         let slopes = slopes_of_projection([c[0], c[1] / s, c[2] / s], self.mu * s);
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| slopes[i][j] / (scale[i] * scale[j] * self.along))
-        })
+        from_each(|i| from_each(|j| slopes[i][j] / (scale[i] * scale[j] * self.along)))
     }
 }
 
@@ -137,7 +136,7 @@ fn slopes_of_projection(a: [f64; 3], mu: f64) -> Square {
     let d = [1.0, mu * a[1] / l, mu * a[2] / l];
     let turned = [0.0, -a[2] / l, a[1] / l];
     let entry = |i: usize, j: usize| share * d[i] * d[j] + across * turned[i] * turned[j];
-    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    from_each(|i| from_each(|j| entry(i, j)))
 }
 
 #[cfg(test)]

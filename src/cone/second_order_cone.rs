@@ -1,7 +1,7 @@
 //! The cone  z₀ ≥ ‖(z₁, z₂)‖, for pairs of a point inside it and one inside its dual, which is the same cone.
 
 use super::jacobian::Square;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Two points inside the cone.
 #[derive(Clone, Copy, Debug)]
@@ -46,8 +46,8 @@ fn determinant<T: Scalar>(z: &[T; 3]) -> T {
 /// S = √(det w / det z) (2 u uᵀ − J),  u = (J z̃ + w̃) / ‖…‖  with z̃, w̃ of determinant 1,  J = diag(1, −1, −1).
 pub(super) fn scaling<T: Scalar>(pair: &Pair<T>) -> Square<T> {
     let (dz, dw) = (determinant(&pair.z).sqrt(), determinant(&pair.w).sqrt());
-    let z = pair.z.map(|z| z / dz);
-    let w = pair.w.map(|w| w / dw);
+    let z = pair.z.map_each(|z| z / dz);
+    let w = pair.w.map_each(|w| w / dw);
     let product = z[0] * w[0] + z[1] * w[1] + z[2] * w[2];
     let length = ((product + 1.0) * 2.0).sqrt();
     let u = [

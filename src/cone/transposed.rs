@@ -8,7 +8,7 @@ use super::jacobian::{EquationJacobian, jacobian_of};
 use super::law::Piece;
 use super::system::{Kind, Unit};
 use super::{ConeProblem, ConeSolver};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Working memory.
 #[derive(Clone, Debug)]
@@ -118,8 +118,8 @@ impl<T: Scalar> ConeSolver<T> {
             let friction = self.own_number(problem, unit, f);
             let mut out = jacobian_of(own.piece, force, velocity, friction, newton.kappa);
             for (i, &weight) in own.weight.iter().enumerate() {
-                out.f[i] = out.f[i].map(|x| x * weight);
-                out.y[i] = out.y[i].map(|x| x * weight);
+                out.f[i] = out.f[i].map_each(|x| x * weight);
+                out.y[i] = out.y[i].map_each(|x| x * weight);
                 out.mu[i] = out.mu[i] * weight;
             }
             jacobians.push(out);

@@ -10,7 +10,7 @@ use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, 
 use crate::error::UnknownName;
 use crate::model::{BodyId, FrameId, Model, Structure};
 use crate::numbers::{Domain, Each, Number, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar, from_each};
 use crate::spatial::linear::{cross, lift_vector, rotate, rotate_back};
 use crate::spatial::{Force, Motion, Quaternion, Representation, Transform, rotation_vector};
 
@@ -131,7 +131,7 @@ impl<T: Scalar> AnchorMotion<T> {
     {
         let Carrier { X, V, A } = carrier;
         let r = lift_vector::<P, T>(&placement.translation);
-        let [velocity, mut acceleration] = [V, A].map(|M| shifted(M, &r));
+        let [velocity, mut acceleration] = [V, A].map_each(|M| shifted(M, &r));
         // That of the point, from that of the body as it passes there.
         acceleration.linear += cross(&V.angular, &velocity.linear);
         Self {
@@ -145,7 +145,7 @@ impl<T: Scalar> AnchorMotion<T> {
     /// A force on the anchor, in mixed representation, as one on its carrier, in that.
     pub(super) fn force_on(&self, X: &Transform<T>, F: &Force<T>) -> Force<T> {
         let angular = F.angular + cross(&self.arm, &F.linear);
-        let [linear, angular] = [F.linear, angular].map(|f| rotate_back(&X.rotation, &f));
+        let [linear, angular] = [F.linear, angular].map_each(|f| rotate_back(&X.rotation, &f));
         Force::new(linear, angular)
     }
 
@@ -250,7 +250,7 @@ impl<P: Scalar> Anchor<P> {
         };
         frame_jacobian_into(model, q, frame, Representation::Mixed, own);
         for (column, mut out) in own.column_iter().zip(out.column_iter_mut()) {
-            let V = Motion::from_array(std::array::from_fn(|k| column[k]));
+            let V = Motion::from_array(from_each(|k| column[k]));
             let moved = shifted(&V, &at.arm).to_array();
             out.iter_mut()
                 .zip(moved)

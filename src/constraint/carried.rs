@@ -7,7 +7,7 @@
 use super::Constraint;
 use super::anchor::{AnchorMotion, Carrier, Mounted};
 use super::rows::ConstraintRow;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::{Force, Motion, Transform};
 
 /// Motion of a body that carries an anchor; all but the pose are seen from the body.
@@ -64,7 +64,8 @@ impl<P: Scalar> Constraint<P> {
     ) {
         let motion = |i: usize| AnchorMotion::on(&mounted[i].X_BA, &bodies[i].biased());
         let motions = [motion(0), motion(1)];
-        let [from, to] = [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, &bodies[i].U));
+        let [from, to] =
+            [0, 1].map_each(|i| motions[i].velocity_under(&bodies[i].X_WB, &bodies[i].U));
         let U = to - from;
         self.each_row_of_anchors(&motions, |row, axis| {
             let unit = axis.unit_force();

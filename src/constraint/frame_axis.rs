@@ -9,7 +9,7 @@ use super::carried::{CarriedRow, CarrierMotion};
 use super::hold::Hold;
 use super::rows::{ConstraintRow, ConstraintRows, turn};
 use crate::model::Model;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::linear::{cross, dot, rotate};
 use crate::spatial::{Force, Motion, Representation, Transform, rotation_vector};
 
@@ -52,7 +52,7 @@ impl<T: Scalar> FrameAxis<T> {
         match self.representation {
             Representation::Mixed => self.wrench,
             Representation::Body => {
-                let [linear, angular] = [linear, angular].map(|own| rotate(&X.rotation, own));
+                let [linear, angular] = [linear, angular].map_each(|own| rotate(&X.rotation, own));
                 Force::new(linear, angular)
             }
             Representation::Inertial => {

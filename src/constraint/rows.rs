@@ -9,7 +9,7 @@ use super::hold::Hold;
 use super::{Constraint, ConstraintKind};
 use crate::model::Model;
 use crate::numbers::Numbers;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Motion, SPATIAL};
 
@@ -301,7 +301,7 @@ impl<T: Scalar> RowAxis<T> {
     #[inline(always)]
     pub(super) fn unit_force(&self) -> Force<T> {
         match self {
-            Self::Coordinate(k) => Force::from_array(std::array::from_fn(|i| match i == *k {
+            Self::Coordinate(k) => Force::from_array(from_each(|i| match i == *k {
                 true => T::one(),
                 false => T::zero(),
             })),

@@ -1,7 +1,7 @@
 //! Impedance of regularised rigid contact as a function of the depth: how strictly the constraint holds.
 
 use crate::numbers::{Numbers, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// The impedance d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. In `MuJoCo` these are the
 /// entries of `solimp` in this order: `least`, `largest`, `width`, midpoint and power of the sigmoid.
@@ -89,7 +89,7 @@ impl<P: Scalar> Impedance<P> {
         let mean = |a: P, b: P| (a + b) * 0.5;
         let curves = [&self.sigmoid, &other.sigmoid];
         let has_default = curves.iter().all(|own| own.shape.is_none());
-        let [a, b] = curves.map(|own| [own.midpoint(), own.power()]);
+        let [a, b] = curves.map_each(|own| [own.midpoint(), own.power()]);
         let shape = Shape {
             midpoint: mean(a[0], b[0]),
             power: mean(a[1], b[1]),

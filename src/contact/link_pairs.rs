@@ -8,6 +8,7 @@ use crate::collision::{Bounds, BroadPhase, TooManyPairs};
 use crate::dynamics::{Kinematics, forward_kinematics};
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
+use crate::scalar::MapEach;
 
 /// Pairs of shapes that may touch, with memory that is reused from step to step.
 #[derive(Clone, Debug, Default)]
@@ -64,7 +65,7 @@ impl LinkShapes {
 
     /// Whether two shapes may touch, those of one robot only where that is requested.
     pub(super) fn may_collide(&self, first: usize, second: usize, self_collision: bool) -> bool {
-        let [a, b] = [first, second].map(|k| self.shapes()[k].number);
+        let [a, b] = [first, second].map_each(|k| self.shapes()[k].number);
         let is_asked_for = self_collision || !self.relations().are_of_one_robot(a, b);
         is_asked_for && self.may_touch(first, second)
     }

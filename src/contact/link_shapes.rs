@@ -10,6 +10,7 @@ use super::shapes::{MeshHulls, NoMeshes, ShapeWithoutPoints};
 use crate::collision::{Groups, Hull, Shape, Surface, TriangleSides};
 use crate::error::UnknownName;
 use crate::model::{BodyId, Collision, FrameId, Geometry, Model, Structure};
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// A collision shape of a link.
@@ -195,7 +196,7 @@ impl LinkShapes {
 
     /// The place of the material of two shapes among those of pairs.
     pub(super) fn pair_place(&self, shapes: [usize; 2]) -> Option<usize> {
-        let kinds = shapes.map(|shape| self.shapes[shape].kind);
+        let kinds = shapes.map_each(|shape| self.shapes[shape].kind);
         self.find_kinds(sorted(kinds)).ok()
     }
 
@@ -288,7 +289,7 @@ fn shape(collision: &Collision, meshes: &mut dyn MeshHulls) -> Result<Shape, Str
             half_length: length / 2.0,
         },
         Geometry::Box { size } => Shape::Box {
-            half_extents: size.map(|x| x / 2.0),
+            half_extents: size.map_each(|x| x / 2.0),
         },
         mesh @ Geometry::Mesh { uri, scale, .. } => {
             let found = hull(mesh, scale, meshes);

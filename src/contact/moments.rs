@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::laws::{ContactRow, ROWS};
 use super::turning::{LEAST, TurningFriction};
 use crate::cone::Block;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar, from_each};
 use crate::spatial::linear::{dot, scale};
 
 /// Rate of rotation ω₀ below which explicit moments of soft contact decrease, rad/s.
@@ -39,7 +39,7 @@ impl<P: Scalar, T: Over<P>> Turning<P, T> {
         axes: &[Vector3<T>; ROWS],
         [back, compliance]: [T; 2],
     ) -> [ContactRow<T>; ROWS] {
-        std::array::from_fn(|k| {
+        from_each(|k| {
             let (c, absent) = (self.coefficient(k), T::constant(f64::INFINITY));
             ContactRow {
                 reference: -(back * dot(&axes[k], &self.rate)),
@@ -50,7 +50,7 @@ impl<P: Scalar, T: Over<P>> Turning<P, T> {
 
     /// All blocks of moments with their coefficients at a depth (m): none of a point that is met before it arrives.
     pub(crate) fn blocks(&self, depth: T, speculative: bool) -> TurningBlocks<T> {
-        [(Block::Spin, 0), (Block::Roll, 1)].map(|(block, axis)| {
+        [(Block::Spin, 0), (Block::Roll, 1)].map_each(|(block, axis)| {
             let c = self.coefficient(axis);
             let none = T::zero();
             let c = if speculative {

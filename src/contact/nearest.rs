@@ -13,7 +13,7 @@ use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::error::{UnknownName, message};
 use crate::model::{FrameId, Model};
 #[cfg(feature = "trajopt")]
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 
 /// The nearest points of two links.
@@ -227,8 +227,8 @@ impl LinkShapes {
     ) -> Option<T> {
         let plain = |own: &LinkShape| plain_pose(&kinematics.pose(own.body), 0) * own.placement;
         let (shapes, feature, _) = self.nearest_shapes(links, plain)?;
-        let [a, b] = shapes.map(|k| &self.shapes()[k]);
-        let [X_WA, X_WB] = [a, b].map(|own| kinematics.pose(own.body) * own.placement.lift());
+        let [a, b] = shapes.map_each(|k| &self.shapes()[k]);
+        let [X_WA, X_WB] = [a, b].map_each(|own| kinematics.pose(own.body) * own.placement.lift());
         Some(witness(&feature, &a.shape, &X_WA, &b.shape, &X_WB).distance)
     }
 

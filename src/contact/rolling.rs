@@ -23,7 +23,7 @@ use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
 use super::point::{ContactPoint, velocity_at};
 use super::terrain::{Ground, PlanarDual, Terrain};
 use crate::numbers::Numbers;
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{MapEach, Over, Scalar, is_more_than_values};
 use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Motion, Transform};
 
@@ -214,7 +214,7 @@ fn behind_folds(
 ) -> impl Iterator<Item = Vector2<f64>> {
     let slope = ground(at).slope;
     let sides = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
-    let steps = sides.map(|(x, y)| Vector2::new(x, y) * distance);
+    let steps = sides.map_each(|(x, y)| Vector2::new(x, y) * distance);
     let is_behind = move |step: &Vector2<f64>| {
         let there = ground(at + step).slope;
         let explained = |s: &PlanarDual| s.re + s.eps[0] * step.x + s.eps[1] * step.y;
@@ -282,7 +282,7 @@ impl Rolling<'_, f64, PlanarDual> {
                 &mut b
             } = middle;
         }
-        let slope = |at: Vector2<f64>| Vector2::from(ground(at).slope.map(|s| s.re));
+        let slope = |at: Vector2<f64>| Vector2::from(ground(at).slope.map_each(|s| s.re));
         let jump = slope(b) - slope(a);
         let side = (jump * jump.dot(&across)).try_normalize(LEAST_JUMP)? * SIDE;
         let along = Vector2::new(-side.y, side.x) / SIDE;
@@ -296,9 +296,9 @@ impl Rolling<'_, f64, PlanarDual> {
             let mixed = from + jump * share;
             let edge = Ground {
                 height: PlanarDual::new(here.height.re, [own.dot(&along), 0.0]),
-                slope: [0, 1].map(|k| PlanarDual::new(mixed[k], [0.0, jump[k]])),
+                slope: [0, 1].map_each(|k| PlanarDual::new(mixed[k], [0.0, jump[k]])),
             };
-            let on_edge = [0, 1].map(|k| PlanarDual::new(at[k], [along[k], 0.0]));
+            let on_edge = [0, 1].map_each(|k| PlanarDual::new(at[k], [along[k], 0.0]));
             let [x, y] = self.residual(on_edge, &edge, PlanarDual::from(1.0));
             let inverse = inverse(&Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]))?;
             let step = -(inverse * Vector2::new(x.re, y.re));
@@ -351,7 +351,7 @@ impl<T: Scalar> Solution<T> {
     /// That in which the point is the one below the centre, and the ground is that under it.
     fn below(point: &Vector3<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
-        let [x, y] = [point.x, point.y].map(|x| T::from_values(|lane| x.value(lane)));
+        let [x, y] = [point.x, point.y].map_each(|x| T::from_values(|lane| x.value(lane)));
         Self {
             unknowns: [x, y, zero, zero],
             gain: [[-one, zero], [zero, -one], [zero; 2], [zero; 2]],

@@ -12,6 +12,7 @@ use super::point::{ContactPoint, Feature};
 use crate::error::OutOfMemory;
 use crate::memory;
 use crate::model::{Collision, Geometry, Model};
+use crate::scalar::{MapEach, from_each};
 use crate::spatial::Transform;
 use crate::spatial::geometry::thinned;
 
@@ -154,9 +155,9 @@ fn features(shape: &Collision, meshes: &mut dyn MeshHulls, options: &ContactOpti
             vec![(Vector3::zeros(), Feature::Sphere { radius: *radius })]
         }
         Geometry::Capsule { radius, length } => [-0.5, 0.5]
-            .map(|end| (on_axis(end * length), Feature::Sphere { radius: *radius }))
+            .map_each(|end| (on_axis(end * length), Feature::Sphere { radius: *radius }))
             .to_vec(),
-        Geometry::Box { size } => corners(size).map(|c| (c, Feature::Corner)).to_vec(),
+        Geometry::Box { size } => corners(size).map_each(|c| (c, Feature::Corner)).to_vec(),
         Geometry::Cylinder { radius, length } => {
             let ends = [-0.5, 0.5].into_iter();
             let rims = ends.flat_map(|end| (0..RIM_POINTS).map(move |k| (end, k)));
@@ -197,7 +198,7 @@ fn mesh_corners(
 }
 
 fn corners(size: &[f64; 3]) -> [Vector3<f64>; 8] {
-    std::array::from_fn(|k| {
+    from_each(|k| {
         let side = |axis: usize| if k >> axis & 1 == 0 { -0.5 } else { 0.5 };
         Vector3::new(side(0) * size[0], side(1) * size[1], side(2) * size[2])
     })

@@ -6,7 +6,7 @@ use super::laws::{ContactLaw, ContactRow, LawKind, PointKinematics, ROWS};
 use super::moments::Turning;
 use super::turning::TurningFriction;
 use crate::cone::Law;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// Rows of a contact point in the solver's problem: normal, tangent, tangent.
 pub(crate) struct PointRows<T> {
@@ -147,7 +147,7 @@ impl<P: Scalar> Contacts<P> {
         let mut rows = law.rows(at);
         if at.kappa.is_some() {
             let inside = self.activation_margin(at.dt).distance_inside(at.state);
-            rows = rows.map(|row| row.within(inside));
+            rows = rows.map_each(|row| row.within(inside));
         }
         PointRows {
             rows,
@@ -160,7 +160,7 @@ impl<T: Scalar> PointRows<T> {
     /// These rows where a margin is positive, elsewhere those of a point that takes no part.
     pub(crate) fn within(self, margin: T) -> Self {
         Self {
-            rows: self.rows.map(|row| row.within(margin)),
+            rows: self.rows.map_each(|row| row.within(margin)),
             ..self
         }
     }

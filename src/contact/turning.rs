@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use crate::numbers::numbers;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Coefficients of torsional and rolling friction of a surface, or between two surfaces; zero by default.
 ///
@@ -92,7 +92,7 @@ impl<P: Scalar> TurningFriction<P> {
 
     /// Axes of a point (normal, tangent, tangent) about which there are moments.
     pub(crate) fn axes(&self) -> Range<usize> {
-        let [spins, rolls] = [&self.torsional, &self.rolling].map(acts);
+        let [spins, rolls] = [&self.torsional, &self.rolling].map_each(acts);
         usize::from(!spins)..if rolls { 3 } else { 1 }
     }
 

@@ -10,6 +10,7 @@
 //! are of equal size. G and H count for the states that have both: with one alone a state would be scaled until it does
 //! not matter. The entries of D are powers of two, so the scaling itself rounds nothing.
 
+use crate::scalar::MapEach;
 use nalgebra::{DMatrix, DVector};
 
 use super::triple::Triple;
@@ -96,7 +97,7 @@ impl Balance {
 /// The exponent e of the common factor 2ᵉ that makes Ĝ and Ĥ equally large, or whichever of them is not zero as large
 /// as A.
 fn common_exponent(triple: &Triple) -> i32 {
-    let [a, g, h] = [&triple.a, &triple.g, &triple.h].map(DMatrix::amax);
+    let [a, g, h] = [&triple.a, &triple.g, &triple.h].map_each(DMatrix::amax);
     // 4ᵉ H ~ 4⁻ᵉ G
     let quarters = match (g > 0.0, h > 0.0) {
         (true, true) => 0.5 * (g.log2() - h.log2()),

@@ -16,6 +16,7 @@
 //! # References
 //! [Chu, Fan, Lin and Wang 2004] in discrete time, [Chu, Fan and Lin 2005] in continuous time; [Smith 1968].
 
+use crate::scalar::MapEach;
 use nalgebra::DMatrix;
 
 use super::balance::Balance;
@@ -157,7 +158,7 @@ impl Triple {
     fn conditioned_shift(&self) -> Option<(f64, DMatrix<f64>)> {
         let mut best: Option<(f64, f64, DMatrix<f64>)> = None;
         let center = self.shift();
-        for shift in SHIFT_FACTORS.map(|factor| factor * center) {
+        for shift in SHIFT_FACTORS.map_each(|factor| factor * center) {
             let shifted = self.shifted_hamiltonian(shift);
             let size = shifted.norm();
             let Some(inverse) = shifted.lu().try_inverse() else {

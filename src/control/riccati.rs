@@ -10,6 +10,7 @@
 //!
 //! In this form an error of the gain enters the residual only to second order.
 
+use crate::scalar::MapEach;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use super::balance::Balance;
@@ -105,7 +106,7 @@ impl Riccati {
             TimeDomain::Discrete => (ak.tr_mul(&(p * &ak)), -p),
             TimeDomain::Continuous => (ak.tr_mul(p), p * &ak),
         };
-        let size = [&first, &second, &self.q, &ktk].map(DMatrix::norm);
+        let size = [&first, &second, &self.q, &ktk].map_each(DMatrix::norm);
         let defect = first + second + &self.q + ktk;
         (symmetrized(defect), size.iter().sum())
     }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::passes::{to_world, velocity};
 use crate::model::{BodyId, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar, from_each};
 use crate::spatial::linear::{cross, dot, from_columns, rotate, rows, scale};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
@@ -144,10 +144,10 @@ impl<T: Scalar> BodyCoriolis<T> {
         let momentum = I.times::<T>(V);
         let (h, v, n) = (&I.first_moment, &V.linear, &momentum.angular);
         // [ω] J, whose transpose is −J [ω].
-        let W: [_; 3] = std::array::from_fn(|k| cross(&V.angular, &I.rotational.column(k)));
+        let W: [_; 3] = from_each(|k| cross(&V.angular, &I.rotational.column(k)));
         let transposed = rows(&from_columns(&W[0], &W[1], &W[2]));
         let along = dot(v, h);
-        let turning = std::array::from_fn(|k| {
+        let turning = from_each(|k| {
             let axis = Vector3::from_fn(|row, _| T::constant(if row == k { 1.0 } else { 0.0 }));
             let symmetric = W[k] + transposed[k] - scale(h, v[k]) - scale(v, h[k]);
             scale(&(symmetric - cross(n, &axis)), T::constant(0.5)) + scale(&axis, along)
@@ -168,7 +168,7 @@ impl<T: Scalar> BodyCoriolis<T> {
 
     /// Bᵀ S.
     fn times_transposed(&self, S: &Motion<T>) -> Force<T> {
-        let along = self.turning.map(|column| dot(&column, &S.angular));
+        let along = self.turning.map_each(|column| dot(&column, &S.angular));
         Force::new(
             Vector3::zeros(),
             cross(&self.f, &S.linear) + Vector3::from(along),
@@ -179,12 +179,13 @@ impl<T: Scalar> BodyCoriolis<T> {
     fn moved(&self, X: &Transform<T>) -> Self {
         let (R, p) = (&X.rotation, &X.translation);
         let f = rotate(R, &self.f);
-        let half = self.turning.map(|column| rotate(R, &column));
-        let turning = rows(R)
-            .map(|row| scale(&half[0], row.x) + scale(&half[1], row.y) + scale(&half[2], row.z));
+        let half = self.turning.map_each(|column| rotate(R, &column));
+        let turning = rows(R).map_each(|row| {
+            scale(&half[0], row.x) + scale(&half[1], row.y) + scale(&half[2], row.z)
+        });
         // −[p] [f] = (p · f) 1 − f pᵀ
         let along = dot(p, &f);
-        let turning = std::array::from_fn(|k| {
+        let turning = from_each(|k| {
             let mut column = turning[k] - scale(&f, p[k]);
             column[k] += along;
             column

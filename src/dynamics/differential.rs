@@ -19,7 +19,7 @@ use super::direct::DirectScratch;
 use super::mass_matrix_factor::MassMatrixFactor;
 use super::rnea::{RneaScratch, inverse_dynamics_into};
 use crate::model::Model;
-use crate::scalar::{Over, Scalar, is_differential, lift_into};
+use crate::scalar::{MapEach, Over, Scalar, is_differential, lift_into};
 use crate::spatial::Force;
 
 /// Working memory of [`accelerations`](Self::accelerations).
@@ -124,7 +124,8 @@ impl Values {
         let resistances = driven.resistance.iter().map(|x| x.value(0));
         self.resistance.extend(resistances);
         self.external.clear();
-        let values = |force: &Force<T>| Force::from_array(force.to_array().map(|x| x.value(0)));
+        let values =
+            |force: &Force<T>| Force::from_array(force.to_array().map_each(|x| x.value(0)));
         self.external.extend(driven.external.iter().map(values));
         let values = Driven {
             q: &self.q,

@@ -10,7 +10,7 @@ use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
 use super::rnea::{RneaScratch, world_acceleration};
 use super::tree::{Bodies, Tree};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::{Lanes, Over, Scalar};
+use crate::scalar::{Lanes, MapEach, Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL, Transform};
 
 type Lane = Lanes<WIDTH>;
@@ -132,7 +132,7 @@ impl PackedScratch {
                 continue;
             };
             let X_PB = working.factor.X_PB[level].to_entries();
-            let [V, A] = [&working.V, &working.A].map(|own| own[level].to_array());
+            let [V, A] = [&working.V, &working.A].map_each(|own| own[level].to_array());
             out.set_motion(
                 i,
                 Transform::from_entries(in_lane(X_PB.each_ref(), lane)),
@@ -238,7 +238,7 @@ impl PackedScratch {
             return;
         }
         for level in &packed.levels {
-            let own = level.bodies.map(|i| external[i].to_array());
+            let own = level.bodies.map_each(|i| external[i].to_array());
             self.external.push(Force::from_array(lanes(own)));
         }
     }

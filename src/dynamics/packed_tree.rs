@@ -6,7 +6,7 @@ use std::mem::discriminant;
 
 use crate::joint::JointKind;
 use crate::model::{Body, BodyId};
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::{Lanes, MapEach, Scalar, from_each};
 use crate::sorting::sort_indices;
 use crate::spatial::{Inertia, Transform};
 
@@ -123,9 +123,8 @@ impl PackedTree {
 
     /// Adds a level of up to [`WIDTH`] bodies with joints of one kind, whose parents are in the level `parent`.
     fn push_level<P>(&mut self, bodies: &[Body<P>], parent: Option<BodyId>, packed: &[usize]) {
-        let own: [usize; WIDTH] =
-            std::array::from_fn(|lane| *packed.get(lane).unwrap_or(&packed[0]));
-        let parent_lanes = std::array::from_fn(|lane| {
+        let own: [usize; WIDTH] = from_each(|lane| *packed.get(lane).unwrap_or(&packed[0]));
+        let parent_lanes = from_each(|lane| {
             let parent_body = bodies[own[lane]].parent;
             parent_body.zip(parent).map_or(lane, |(body, level)| {
                 self.levels[level.0].lane_of(body.0, lane)
@@ -179,13 +178,13 @@ impl PackedTree {
     /// Packs placements, inertias and armatures of the bodies into the levels.
     fn fill<P: Scalar>(&mut self, bodies: &[Body<P>], armature: &[P]) {
         for (level, to) in self.levels.iter().zip(&mut self.bodies).skip(1) {
-            let own = level.bodies.map(|i| &bodies[i]);
+            let own = level.bodies.map_each(|i| &bodies[i]);
             to.placement =
-                Transform::from_entries(lanes(own.map(|body| body.placement.to_entries())));
+                Transform::from_entries(lanes(own.map_each(|body| body.placement.to_entries())));
             to.inertia =
-                Inertia::from_parameters(lanes(own.map(|body| body.inertia.to_parameters())));
+                Inertia::from_parameters(lanes(own.map_each(|body| body.inertia.to_parameters())));
         }
-        let of = |v: &[usize]| Lanes(std::array::from_fn(|lane| armature[v[lane]].value(0)));
+        let of = |v: &[usize]| Lanes(from_each(|lane| armature[v[lane]].value(0)));
         self.armature = self.v.chunks(WIDTH).map(of).collect();
     }
 

@@ -12,7 +12,7 @@ use super::crba::mass_matrix;
 use crate::error::{SingularMassMatrix, UnresistedJoint};
 use crate::joint::Axis;
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::sorting::sort_seldom;
 use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};
 
@@ -258,7 +258,7 @@ fn is_solid<P: Scalar>(inertia: &Inertia<P>, lane: usize) -> bool {
         return false;
     }
     let j = &inertia.rotational;
-    let [xx, xy, xz, yy, yz, zz] = [&j.xx, &j.xy, &j.xz, &j.yy, &j.yz, &j.zz].map(value);
+    let [xx, xy, xz, yy, yz, zz] = [&j.xx, &j.xy, &j.xz, &j.yy, &j.yz, &j.zz].map_each(value);
     let least = CLEARLY_SOLID * (xx + yy + zz);
     // J about the centre of mass, less least · 1, by its pivots.
     let J = Symmetric3::new(xx, xy, xz, yy, yz, zz)
@@ -286,7 +286,7 @@ fn from_parent(i: usize, body: &Body<f64>) -> Matrix6<f64> {
     let X_PB: Transform<f64> =
         (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
     let columns: [[f64; SPATIAL]; SPATIAL] =
-        std::array::from_fn(|k| X_PB.motion_inverse::<f64>(&Motion::basis(k)).to_array());
+        from_each(|k| X_PB.motion_inverse::<f64>(&Motion::basis(k)).to_array());
     Matrix6::from_fn(|row, k| columns[k][row])
 }
 

@@ -10,6 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::normal::Normal;
+use crate::scalar::from_each;
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// Conditions that unknowns have to obey.
@@ -180,7 +181,7 @@ impl Cone {
             Self::Body(first) => {
                 let inverse = inertia(x, first).to_pseudo_inertia().cholesky()?.inverse();
                 let seen = |k: usize| inverse * Inertia::unit(k).to_pseudo_inertia();
-                let seen: [_; INERTIAL_PARAMETERS] = std::array::from_fn(seen);
+                let seen: [_; INERTIAL_PARAMETERS] = from_each(seen);
                 for i in 0..INERTIAL_PARAMETERS {
                     gradient[first + i] -= t * seen[i].trace();
                     for k in 0..INERTIAL_PARAMETERS {
@@ -196,7 +197,7 @@ impl Cone {
 
 /// The inertia whose parameters begin at an index.
 pub(super) fn inertia(unknowns: &DVector<f64>, first: usize) -> Inertia<f64> {
-    Inertia::from_parameters(std::array::from_fn(|i| unknowns[first + i]))
+    Inertia::from_parameters(from_each(|i| unknowns[first + i]))
 }
 
 /// Lᵀ of a positive definite matrix L Lᵀ of any scale.

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::mesh::{Mesh, MeshFile};
 use crate::error::EditError;
 use crate::model::{Geometry, Hardware, MeshSolids, Model, ScaledLink};
+use crate::scalar::MapEach;
 use crate::spatial::Inertia;
 
 impl Hardware {
@@ -62,7 +63,7 @@ fn solid_of(mesh: &Mesh) -> Result<Inertia<f64>, String> {
             "is not closed, so that it has no volume: {open} edges have a triangle on one side only"
         ));
     }
-    let wide = |p: [f32; 3]| Vector3::from(p.map(f64::from));
+    let wide = |p: [f32; 3]| Vector3::from(p.map_each(f64::from));
     let solid = Inertia::solid_polyhedron(1.0, triangles.iter().map(|t| t.map(wide)));
     // Triangles that all face inwards.
     Ok(solid.scaled(solid.mass.signum()))
@@ -71,10 +72,10 @@ fn solid_of(mesh: &Mesh) -> Result<Inertia<f64>, String> {
 /// Number of edges that are not run through as often one way as the other.
 fn open_edges(triangles: &[[[f32; 3]; 3]]) -> usize {
     // Zero has two signs.
-    let key = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
+    let key = |p: [f32; 3]| p.map_each(|x| (x + 0.0).to_bits());
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for triangle in triangles {
-        let corners = triangle.map(key);
+        let corners = triangle.map_each(key);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
             let (edge, way) = if a < b { ([a, b], 1) } else { ([b, a], -1) };

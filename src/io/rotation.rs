@@ -1,5 +1,6 @@
 //! Rotations as description files write them.
 
+use crate::scalar::MapEach;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
 /// Rotation by roll, pitch and yaw about fixed axes:  R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -25,7 +26,7 @@ pub(super) fn rotation_from_quaternion(xyzw: [f64; 4]) -> Option<Matrix3<f64>> {
     if largest == 0.0 {
         return None;
     }
-    let [x, y, z, w] = xyzw.map(|x| x / largest);
+    let [x, y, z, w] = xyzw.map_each(|x| x / largest);
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
     Some(*rotation.to_rotation_matrix().matrix())
 }

@@ -5,6 +5,7 @@ use std::fmt;
 
 use super::Model;
 use crate::linalg::symmetric_eigen3;
+use crate::scalar::MapEach;
 use crate::sorting::sort_seldom;
 use crate::spatial::Inertia;
 
@@ -71,7 +72,7 @@ pub(crate) fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
     let (moments, _) = symmetric_eigen3(&matrix)?;
     let mut scaled: [f64; 3] = moments.into();
     sort_seldom(&mut scaled, f64::total_cmp);
-    let moments = scaled.map(|moment| moment * largest_entry);
+    let moments = scaled.map_each(|moment| moment * largest_entry);
     let [a, b, c] = scaled;
     if inertia.mass == 0.0 {
         Some(InertiaFlaw::NoMass { moments })

@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use super::{JointSpec, Limits, LinkSpec, Model, ModelBuilder};
 use crate::joint::{JointKind, Pitch};
 use crate::memory;
+use crate::scalar::from_each;
 use crate::spatial::{Inertia, Quaternion, Symmetric3, Transform};
 
 /// Kinds of joints that move.
@@ -185,7 +186,7 @@ pub fn random_tree_of(kinds: &[JointKind], n: usize, seed: u64) -> Model {
         builder.add_joint(
             JointSpec::new(format!("joint{i}"), kind, parent, &name)
                 .with_placement(random_pose(&mut rng))
-                .with_axis(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+                .with_axis(from_each(|_| rng.random_range(-1.0..1.0)))
                 .with_damping(rng.random_range(0.0..0.5)),
         );
         names.push(name.clone());
@@ -210,7 +211,7 @@ fn random_pose(rng: &mut Xoshiro256PlusPlus) -> Transform<f64> {
 /// The inertia of a random box somewhere near the origin.
 fn random_inertia(rng: &mut Xoshiro256PlusPlus) -> Inertia<f64> {
     let mass = rng.random_range(0.2..3.0);
-    let [a, b, c] = std::array::from_fn(|_| rng.random_range(0.05..0.4_f64).powi(2) * mass / 12.0);
+    let [a, b, c] = from_each(|_| rng.random_range(0.05..0.4_f64).powi(2) * mass / 12.0);
     let pose = random_pose(rng);
     pose.inertia(&Inertia::from_com(
         mass,

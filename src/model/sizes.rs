@@ -1,13 +1,14 @@
 //! Invalid sizes of shapes.
 
 use super::Geometry;
+use crate::scalar::MapEach;
 
 /// The invalid size of a shape, if there is one: its name, its value and the reason. Visuals may have zero
 /// size.
 pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64, &'static str)> {
     let sizes = match *shape {
-        Geometry::Box { size } => size.map(|x| ("size", x)).to_vec(),
-        Geometry::Mesh { scale, .. } => scale.map(|x| ("scale", x)).to_vec(),
+        Geometry::Box { size } => size.map_each(|x| ("size", x)).to_vec(),
+        Geometry::Mesh { scale, .. } => scale.map_each(|x| ("scale", x)).to_vec(),
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             vec![("radius", radius), ("length", length)]
         }

@@ -39,3 +39,27 @@ pub(super) fn each_lane<T: Copy + Zero, const N: usize>(f: impl Fn(usize) -> T) 
     written_out!(f, 16: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     each(f)
 }
+
+/// `[f(0), f(1), …]` of any copies, as `std::array::from_fn`, which also has code for dropping what a panic leaves behind: four times as much to compile.
+#[inline]
+pub(crate) fn from_each<B: Copy, const N: usize>(mut f: impl FnMut(usize) -> B) -> [B; N] {
+    const { assert!(N > 0, "an array without entries has no first one") };
+    let mut out = [f(0); N];
+    for i in 1..N {
+        out[i] = f(i);
+    }
+    out
+}
+
+/// Entries of an array one by one: `map` of the standard library for copies, in a sixth of its code.
+pub(crate) trait MapEach<A, const N: usize> {
+    /// `[f(x[0]), f(x[1]), …]`.
+    fn map_each<B: Copy>(self, f: impl FnMut(A) -> B) -> [B; N];
+}
+
+impl<A: Copy, const N: usize> MapEach<A, N> for [A; N] {
+    #[inline]
+    fn map_each<B: Copy>(self, mut f: impl FnMut(A) -> B) -> [B; N] {
+        from_each(|i| f(self[i]))
+    }
+}

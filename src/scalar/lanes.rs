@@ -1,5 +1,6 @@
 //! Several numbers in one scalar, for the vector units of a CPU.
 
+use crate::scalar::from_each;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{One, Zero};
@@ -151,7 +152,7 @@ impl<const N: usize> Scalar for $name<N> {
 
     #[inline(always)]
     fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(|lane| $float::of(value(lane))))
+        Self(from_each(|lane| $float::of(value(lane))))
     }
 
     #[inline(always)]

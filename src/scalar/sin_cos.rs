@@ -10,6 +10,7 @@
 //! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
 
 use super::widths::ANGLES;
+use crate::scalar::from_each;
 
 /// Defines `reduced(x)`, sine and cosine by those of the remainder, for numbers of a type whose `HALF_PI`, `TO_INTEGER` and `kernel` are in scope.
 macro_rules! reduction {
@@ -125,8 +126,8 @@ fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f6
         }
     };
     (
-        std::array::from_fn(|i| choose(i, sin[i], f64::sin)),
-        std::array::from_fn(|i| choose(i, cos[i], f64::cos)),
+        from_each(|i| choose(i, sin[i], f64::sin)),
+        from_each(|i| choose(i, cos[i], f64::cos)),
     )
 }
 

@@ -7,7 +7,7 @@ use crate::error::UnknownName;
 use crate::joint::JointKind;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BASE_JOINT, Body, BodyId, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::{Motion, Quaternion, Representation, Transform};
 
 /// Entries of q that a floating base has: position and quaternion.
@@ -129,7 +129,7 @@ impl<T: Scalar> State<T> {
         model.check_v(self.v.as_slice());
         let X_WB = self.free_pose(model, joint)?;
         let first = find(model, joint)?.v;
-        let V_WB_B = Motion::from_array(std::array::from_fn(|k| self.v[first + k]));
+        let V_WB_B = Motion::from_array(from_each(|k| self.v[first + k]));
         Ok(representation.velocity_from_body(&X_WB, &V_WB_B))
     }
 

@@ -7,6 +7,7 @@ use super::free_body::{BASE_POSE, write_pose, write_velocity};
 use super::state::State;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
+use crate::scalar::from_each;
 use crate::spatial::{Motion, Quaternion, Representation, SPATIAL, Transform};
 
 /// Bounds of a random state: `[lower, upper]` of each coordinate, which is uniformly distributed between them. Equal bounds fix a coordinate.
@@ -81,7 +82,7 @@ impl State<f64> {
 
     fn place_base<R: Rng + ?Sized>(&mut self, rng: &mut R, bounds: &StateBounds) {
         let mut three = |name: &str, bounds: &[[f64; 2]; 3]| -> [f64; 3] {
-            std::array::from_fn(|k| uniform(rng, name, bounds[k]))
+            from_each(|k| uniform(rng, name, bounds[k]))
         };
         let position = three("base_position", &bounds.base_position);
         let rotation = match &bounds.base_roll_pitch_yaw {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, SMatrix};
 
 use super::linear::{add_cross, cross, dot};
 use super::{Inertia, Motion, Symmetric3};
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, Scalar, from_each};
 
 /// Number of standard inertial parameters of a body.
 pub const INERTIAL_PARAMETERS: usize = 10;
@@ -137,7 +137,7 @@ impl<P: Scalar> Inertia<P> {
     pub fn log_cholesky_jacobian(
         theta: [P; INERTIAL_PARAMETERS],
     ) -> SMatrix<P, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS> {
-        let seeded = std::array::from_fn(|k| Dual::variable(theta[k], k));
+        let seeded = from_each(|k| Dual::variable(theta[k], k));
         let all: [Dual<P, INERTIAL_PARAMETERS>; INERTIAL_PARAMETERS] =
             Inertia::from_log_cholesky(seeded).to_parameters();
         SMatrix::from_fn(|row, column| all[row].eps[column])

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{columns, cross, dot, from_columns, rotate_back};
 use super::series::{arc_over_sine, cos_sinc};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// A rotation `R_AB` as a unit quaternion (w, x, y, z); `-q` is the same rotation.
 ///
@@ -116,8 +116,8 @@ impl<T: Scalar> Quaternion<T> {
     pub fn from_matrix(R_AB: &Matrix3<T>) -> Self {
         let at = |i, j| R_AB[(i, j)];
         let diagonal = |x: f64, y: f64, z: f64| at(0, 0) * x + at(1, 1) * y + at(2, 2) * z + 1.0;
-        let [wx, wy, wz] = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| at(i, j) - at(j, i));
-        let [yz, zx, xy] = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| at(i, j) + at(j, i));
+        let [wx, wy, wz] = [(2, 1), (0, 2), (1, 0)].map_each(|(i, j)| at(i, j) - at(j, i));
+        let [yz, zx, xy] = [(2, 1), (0, 2), (1, 0)].map_each(|(i, j)| at(i, j) + at(j, i));
         let [ww, xx] = [diagonal(1.0, 1.0, 1.0), diagonal(1.0, -1.0, -1.0)];
         let [yy, zz] = [diagonal(-1.0, 1.0, -1.0), diagonal(-1.0, -1.0, 1.0)];
         let candidates = [
@@ -133,7 +133,7 @@ impl<T: Scalar> Quaternion<T> {
         }
         let [_, w, x, y, z] = best;
         let sign = w.select_lt(T::zero(), T::constant(-1.0), T::one());
-        let signed = [w, x, y, z].map(|x| x * sign);
+        let signed = [w, x, y, z].map_each(|x| x * sign);
         Self::from_slice(&signed).normalized()
     }
 
@@ -169,7 +169,7 @@ pub(crate) fn rotation_vector<P: Scalar, T: Over<P>>(
     R_WA: &Matrix3<P>,
     R_WB: &Matrix3<T>,
 ) -> Vector3<T> {
-    let [x, y, z] = columns(R_WB).map(|axis| rotate_back(R_WA, &axis));
+    let [x, y, z] = columns(R_WB).map_each(|axis| rotate_back(R_WA, &axis));
     Quaternion::from_matrix(&from_columns(&x, &y, &z)).log()
 }
 

@@ -9,6 +9,7 @@ use super::cost::Cost;
 use super::system::{AnySystem, System};
 use crate::error::OutOfMemory;
 use crate::memory;
+use crate::scalar::MapEach;
 
 /// Initial state of a trajectory: given or free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -276,7 +277,7 @@ impl Problem {
     /// The longest residual of costs and constraints.
     pub(super) fn largest_dim(&self) -> usize {
         let costs = [&self.stage_cost, &self.final_cost];
-        let costs = costs.map(|cost| cost.largest_dim(self.dynamics()));
+        let costs = costs.map_each(|cost| cost.largest_dim(self.dynamics()));
         let constraints = self.constraints.iter().chain(&self.final_constraints);
         let dims = constraints.map(Constraint::dim);
         dims.chain(costs).max().unwrap_or(0)

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::constraint::{Anchor, Constraint, ConstraintKind};
 use crate::error::UnknownName;
 use crate::model::{BodyId, Model};
+use crate::scalar::MapEach;
 
 /// A constraint between two attachment frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -45,13 +46,13 @@ impl Bond {
     /// The bonds of a constraint: one, or of a tendon one from each joint to the next.
     pub(super) fn all(model: &Model, constraint: &Constraint) -> Vec<Self> {
         let one = |kind, anchors: &[Anchor; 2]| {
-            let ends = anchors.each_ref().map(|anchor| End::of(model, anchor));
+            let ends = anchors.each_ref().map_each(|anchor| End::of(model, anchor));
             vec![Self { kind, ends }]
         };
         let tied = |bodies: &[BodyId]| {
             let pairs = bodies.windows(2).map(|pair| Self {
                 kind: BondKind::Coupler,
-                ends: [pair[0], pair[1]].map(End::joint),
+                ends: [pair[0], pair[1]].map_each(End::joint),
             });
             pairs.collect()
         };
@@ -72,7 +73,7 @@ impl Bond {
         StoredBond {
             kind: self.kind,
             links: self.ends.each_ref().map(link),
-            places: self.ends.map(|end| end.at),
+            places: self.ends.map_each(|end| end.at),
         }
     }
 

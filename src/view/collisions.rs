@@ -7,6 +7,7 @@ use super::shape::{Pose, pose};
 use crate::collision::Shape;
 use crate::contact::{LinkShape, LinkShapes};
 use crate::model::{FrameId, Model};
+use crate::scalar::MapEach;
 
 /// More pairs are not looked at while a slider moves.
 const MAX_PAIRS: usize = 20_000;
@@ -78,7 +79,7 @@ fn shape(own: &LinkShape, link: String) -> Option<CollisionShape> {
             half_extents: [x, y, z],
         } => {
             let signs =
-                |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 0 { -1.0 } else { 1.0 });
+                |k: usize| [0, 1, 2].map_each(|axis| if k >> axis & 1 == 0 { -1.0 } else { 1.0 });
             let corner = |k| {
                 signs(k)
                     .into_iter()
@@ -88,7 +89,7 @@ fn shape(own: &LinkShape, link: String) -> Option<CollisionShape> {
             ((0..8).flat_map(corner).collect(), 0.0, 0.0)
         }
         Shape::Hull { hull, scale } => {
-            let scaled = |v: &nalgebra::Vector3<f64>| [0, 1, 2].map(|k| v[k] * scale[k]);
+            let scaled = |v: &nalgebra::Vector3<f64>| [0, 1, 2].map_each(|k| v[k] * scale[k]);
             (hull.vertices().iter().flat_map(scaled).collect(), 0.0, 0.0)
         }
         _ => return None,

@@ -21,6 +21,7 @@ use super::rows::Rows;
 use super::track::{ForceTrack, Track, force_names};
 use crate::error::RecordingError;
 use crate::model::Model;
+use crate::scalar::MapEach;
 use crate::sim::write_cells;
 
 /// Prefix added to the name of a series that could be mistaken.
@@ -131,7 +132,7 @@ impl Recording {
 
 /// Whether a name could be that of a column of a robot.
 fn is_state(name: &str) -> bool {
-    let numbers = ["u", "contact", "activation"].map(|kind| name.strip_prefix(kind));
+    let numbers = ["u", "contact", "activation"].map_each(|kind| name.strip_prefix(kind));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_numbered = numbers.into_iter().flatten().any(is_number);
     is_numbered

@@ -6,6 +6,7 @@ use super::recording::Recording;
 use super::scene_object::{Appearance, SceneObject};
 use crate::contact::Terrain;
 use crate::model::Geometry;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Moments of the motion at which one looks where the robots are.
@@ -127,6 +128,6 @@ impl Recording {
             (from, to) = ([0.0; 2], [0.0; 2]);
         }
         let margin = LEAST_MARGIN + MARGIN * (to[0] - from[0]).hypot(to[1] - from[1]);
-        [from.map(|x| x - margin), to.map(|x| x + margin)]
+        [from.map_each(|x| x - margin), to.map_each(|x| x + margin)]
     }
 }

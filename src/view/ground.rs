@@ -6,6 +6,7 @@ use super::mesh::Mesh;
 use super::meshes::Meshes;
 use super::shape::{Shape, pose};
 use crate::contact::Terrain;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Samples along each side of a ground that is not level.
@@ -36,7 +37,7 @@ impl Heights {
         } else {
             SAMPLES
         };
-        let spacing = [0, 1].map(|axis| (to[axis] - from[axis]) / (n - 1) as f64);
+        let spacing = [0, 1].map_each(|axis| (to[axis] - from[axis]) / (n - 1) as f64);
         let at = |axis: usize, k: usize| from[axis] + spacing[axis] * k as f64;
         let height = |k: usize| terrain.surface(&at(0, k % n), &at(1, k / n)).height;
         Self {
@@ -85,8 +86,8 @@ impl Heights {
         let place = |k: usize| {
             let at = [k % nx, k / nx];
             let [x, y] =
-                [0, 1].map(|axis| self.origin[axis] + self.spacing[axis] * at[axis] as f64);
-            [x, y, self.heights[k]].map(|x| x as f32)
+                [0, 1].map_each(|axis| self.origin[axis] + self.spacing[axis] * at[axis] as f64);
+            [x, y, self.heights[k]].map_each(|x| x as f32)
         };
         // Two triangles a cell, seen from above.
         let cells = (0..ny - 1).flat_map(|j| (0..nx - 1).map(move |i| j * nx + i));

@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
 use crate::io::mesh::{MeshFile, Part, Remarks};
+use crate::scalar::MapEach;
 
 /// Maximum number of triangles of a mesh: more would make the viewer slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
@@ -50,8 +51,8 @@ impl Mesh {
         color: Option<[f32; 4]>,
     ) -> Self {
         let of = |axis: usize| vertices.iter().map(move |vertex| vertex[axis]);
-        let least = [0, 1, 2].map(|axis| of(axis).fold(f32::INFINITY, f32::min));
-        let largest = [0, 1, 2].map(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
+        let least = [0, 1, 2].map_each(|axis| of(axis).fold(f32::INFINITY, f32::min));
+        let largest = [0, 1, 2].map_each(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
         let unit = |axis: usize, x: f32| {
             let (least, largest) = (f64::from(least[axis]), f64::from(largest[axis]));
             let width = largest - least;

@@ -1,5 +1,6 @@
 //! Pictures of red, green and blue bytes as PNG [W3C Portable Network Graphics, second edition].
 
+use crate::scalar::from_each;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 
 /// Level of compression, between speed (1) and size (10).
@@ -48,7 +49,7 @@ fn crc32(bytes: &[u8]) -> u32 {
             c >> 1
         }
     };
-    let table: [u32; 256] = std::array::from_fn(|n| (0..8).fold(n as u32, |c, _| step(c)));
+    let table: [u32; 256] = from_each(|n| (0..8).fold(n as u32, |c, _| step(c)));
     !bytes.iter().fold(!0, |c, &byte| {
         table[((c ^ u32::from(byte)) & 0xff) as usize] ^ (c >> 8)
     })

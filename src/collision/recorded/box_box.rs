@@ -11,7 +11,7 @@ use super::{EQUAL, FAR, PARALLEL, line, swapped, vertex};
 use crate::collision::clip::SLACK;
 use crate::collision::feature::{Face, MAX_POINTS, NormalSource, Witness};
 use crate::collision::witness::along;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::spatial::linear::{cross, dot};
 
 /// The points of two boxes.
@@ -30,7 +30,7 @@ pub(super) fn points<T: Scalar>(a: &Cuboid<T>, b: &Cuboid<T>) -> Vec<Witness<T>>
     let other = of_second.pick_box(a, b);
     let toward = of_second.signed(&-apart);
     let largest =
-        [0, 1].map(|k| of_second.pick_condition(faces[1].largest[k], faces[0].largest[k]));
+        [0, 1].map_each(|k| of_second.pick_condition(faces[1].largest[k], faces[0].largest[k]));
     let face = own.face(&largest, &toward);
     let mut all = on_face(&face, &other);
     distinct(&mut all, size);
@@ -52,7 +52,7 @@ struct Faces<T> {
 
 impl<T: Scalar> Faces<T> {
     fn new(own: &Cuboid<T>, other: &Cuboid<T>, apart: &Vector3<T>) -> Self {
-        let gaps: [T; 3] = std::array::from_fn(|k| {
+        let gaps: [T; 3] = from_each(|k| {
             let axis = &own.axes[k];
             (dot(axis, apart).abs() - own.half[k] - other.reach(axis)).detached()
         });
@@ -115,11 +115,11 @@ fn on_face<T: Scalar>(face: &Rectangle<T>, other: &Cuboid<T>) -> Vec<Candidate<T
     let mut all: Vec<Candidate<T>> = corners.collect();
     let [_, second, third, fourth] = patch.present;
     all[0] = all[0].or_if(second.or(third).or(fourth).not());
-    all.extend(face.corners().map(|corner| polygon.corner(&corner)));
+    all.extend(face.corners().map_each(|corner| polygon.corner(&corner)));
     for (k, is) in polygon.sides.iter().enumerate() {
         let [from, to] = polygon.side(k);
         let crossings = face.crossings(from, to, zero);
-        all.extend(crossings.map(|own| own.and(*is)));
+        all.extend(crossings.map_each(|own| own.and(*is)));
     }
     all
 }
@@ -156,7 +156,7 @@ impl<T: Scalar> Polygon<T> {
     }
 
     fn side(&self, k: usize) -> [&Vector3<T>; 2] {
-        [k, (k + 1) % 4].map(|k| &self.corners[k])
+        [k, (k + 1) % 4].map_each(|k| &self.corners[k])
     }
 
     /// A corner of the face where it lies on the polygon, along the normal of that.
@@ -169,7 +169,7 @@ impl<T: Scalar> Polygon<T> {
             let slack = dot(&u, &u) * SLACK + f64::MIN_POSITIVE;
             is = is.and(When::less(beyond, slack));
         }
-        let placed = [self.corners[0], *corner].map(|at| vertex(at, T::zero()));
+        let placed = [self.corners[0], *corner].map_each(|at| vertex(at, T::zero()));
         let source = NormalSource::First(Face::Flat(0));
         let point = along(&placed, &self.normal, source);
         Candidate { is, point }

@@ -10,7 +10,7 @@ use super::round::{Round, crossing};
 use super::when::{Nearest, When};
 use super::{EQUAL, FAR, PARALLEL, line, nearest as nearest_of_features, vertex};
 use crate::collision::feature::Witness;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::spatial::linear::{cross, dot};
 
 /// A capsule, whose centre is at the origin of the lengths, and a box.
@@ -59,8 +59,8 @@ impl<T: Scalar> Pair<'_, T> {
     /// The widest gap across a face, and the points there.
     fn on_face(&self, ends: [Vector3<T>; 2]) -> (T, Vec<Candidate<T>>) {
         let (b, radius) = (self.cuboid, self.capsule.radius);
-        let gaps: [T; 3] = std::array::from_fn(|k| {
-            let [apart, u] = [&self.apart, &self.direction].map(|v| dot(&b.axes[k], v).abs());
+        let gaps: [T; 3] = from_each(|k| {
+            let [apart, u] = [&self.apart, &self.direction].map_each(|v| dot(&b.axes[k], v).abs());
             (apart - b.half[k] - u * 0.5).detached()
         });
         let face = b.face(&is_largest(&gaps), &-self.apart);

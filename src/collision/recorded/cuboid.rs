@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::rectangle::Rectangle;
 use super::when::When;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::spatial::Transform;
 use crate::spatial::linear::{columns, dot, scale};
 
@@ -41,7 +41,7 @@ impl<T: Scalar> Cuboid<T> {
 
     /// From the centre to its surface, along each axis, on the side of a direction.
     pub(super) fn steps(&self, n: &Vector3<T>) -> [Vector3<T>; 3] {
-        std::array::from_fn(|k| {
+        from_each(|k| {
             let step = scale(&self.axes[k], self.half[k]);
             When::positive(dot(&self.axes[k], n)).signed(&step)
         })
@@ -91,12 +91,12 @@ impl<T: Scalar> Cuboid<T> {
 
     /// The corners that lie farthest along a unit direction.
     pub(super) fn patch(&self, n: &Vector3<T>) -> Patch<T> {
-        let tilt = self.axes.map(|axis| dot(&axis, n).abs().detached());
+        let tilt = self.axes.map_each(|axis| dot(&axis, n).abs().detached());
         let is = is_largest(&tilt);
         let [x, y, z] = self.steps(n);
         let [u, v] = [third(&is, &y, &z, &x), third(&is, &z, &x, &y)];
-        let drop: [T; 3] = std::array::from_fn(|k| tilt[k] * self.half[k].detached());
-        let [a, b, c] = self.half.map(T::detached);
+        let drop: [T; 3] = from_each(|k| tilt[k] * self.half[k].detached());
+        let [a, b, c] = self.half.map_each(T::detached);
         let [drop_u, drop_v] = [
             third_number(&is, drop[1], drop[2], drop[0]),
             third_number(&is, drop[2], drop[0], drop[1]),
@@ -126,8 +126,8 @@ impl<T: Scalar> When<T> {
     pub(super) fn pick_box(self, a: &Cuboid<T>, b: &Cuboid<T>) -> Cuboid<T> {
         Cuboid {
             center: self.pick_vector(&a.center, &b.center),
-            axes: std::array::from_fn(|k| self.pick_vector(&a.axes[k], &b.axes[k])),
-            half: std::array::from_fn(|k| self.pick(a.half[k], b.half[k])),
+            axes: from_each(|k| self.pick_vector(&a.axes[k], &b.axes[k])),
+            half: from_each(|k| self.pick(a.half[k], b.half[k])),
         }
     }
 }

@@ -22,7 +22,7 @@ use super::feature::{Feature, FeatureId, MAX_POINTS, NormalSource, PairFeature, 
 use super::placed::{Core, Placed};
 use super::shape::Shape;
 use super::witness::{along, nearest_normal};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use cuboid::Cuboid;
 use plane::Plane;
@@ -55,7 +55,7 @@ impl<T: Scalar> Solid<T> {
         Some(match shape {
             Shape::Sphere { radius } => Self::Round(Round::point(X.translation, *radius)),
             Shape::Capsule { radius, .. } => {
-                let ends = [0, 1].map(|k| X.point(&shape.vertex(k)));
+                let ends = [0, 1].map_each(|k| X.point(&shape.vertex(k)));
                 Self::Round(Round::segment(ends, *radius))
             }
             Shape::Box { half_extents } => Self::Box(Cuboid::new(X, *half_extents)),
@@ -120,7 +120,7 @@ pub(crate) fn recorded_witness<T: Scalar>(
     };
     let own = found[number as usize];
     Witness {
-        points: own.points.map(|point| point + origin),
+        points: own.points.map_each(|point| point + origin),
         ..own
     }
 }

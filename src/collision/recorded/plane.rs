@@ -10,7 +10,7 @@ use super::vertex;
 use super::when::When;
 use crate::collision::feature::{Face, NormalSource, Witness};
 use crate::collision::witness::along;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{columns, dot};
 
@@ -41,7 +41,7 @@ impl<T: Scalar> Plane<T> {
             return vec![self.point(own.ends()[0], own.radius)];
         };
         let (far, other, near) = deepest(&[below, above], &-self.normal);
-        let [far, other] = [far, other].map(|end| self.point(end, own.radius));
+        let [far, other] = [far, other].map_each(|end| self.point(end, own.radius));
         vec![far, near.only(&other)]
     }
 

@@ -9,7 +9,7 @@ use super::{line, nearest as nearest_of_features, vertex};
 use crate::collision::feature::{Face, NormalSource, Witness};
 use crate::collision::placed::Placed;
 use crate::collision::witness::along;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::spatial::linear::{dot, scale};
 
 /// An axis of a box, on the side of a point.
@@ -32,7 +32,7 @@ pub(super) struct NearPoint<T> {
 impl<T: Scalar> NearPoint<T> {
     pub(super) fn new(point: Vector3<T>, radius: T, own: &Cuboid<T>) -> Self {
         let from_center = point - own.center;
-        let mut sides: [Side<T>; 3] = std::array::from_fn(|k| {
+        let mut sides: [Side<T>; 3] = from_each(|k| {
             let at = dot(&own.axes[k], &from_center);
             Side {
                 axis: When::positive(at).signed(&own.axes[k]),
@@ -44,7 +44,7 @@ impl<T: Scalar> NearPoint<T> {
             let swap = When::less(sides[i].beyond, sides[j].beyond);
             [sides[i], sides[j]] = [swap.pick_side(j, i, &sides), swap.pick_side(i, j, &sides)];
         }
-        let steps = sides.map(|side| scale(&side.axis, side.half));
+        let steps = sides.map_each(|side| scale(&side.axis, side.half));
         Self {
             sides,
             corner: own.center + steps[0] + steps[1] + steps[2],
@@ -59,8 +59,8 @@ impl<T: Scalar> NearPoint<T> {
         let source = NormalSource::Second(Face::Flat(0));
         let at_face = along(&[self.point, corner], &-self.sides[0].axis, source);
         let [at_edge, at_corner] =
-            [edge, corner].map(|own| nearest_of_features(&[self.point, own]));
-        let [_, second, third] = self.sides.map(|side| When::positive(side.beyond));
+            [edge, corner].map_each(|own| nearest_of_features(&[self.point, own]));
+        let [_, second, third] = self.sides.map_each(|side| When::positive(side.beyond));
         second.pick_point(&third.pick_point(&at_corner, &at_edge), &at_face)
     }
 }

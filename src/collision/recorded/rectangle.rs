@@ -9,7 +9,7 @@ use crate::collision::clip::{ALONG, SLACK};
 use crate::collision::feature::{Face, NormalSource, Witness};
 use crate::collision::placed::Placed;
 use crate::collision::witness::along;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::linear::{dot, scale};
 
 /// A face of a box, about its centre.
@@ -33,14 +33,14 @@ impl<T: Scalar> Rectangle<T> {
     /// Where a point lies on it, from its centre along both axes.
     pub(super) fn place(&self, point: &Vector3<T>) -> [T; 2] {
         let apart = point - self.center;
-        self.axes.map(|axis| dot(&axis, &apart))
+        self.axes.map_each(|axis| dot(&axis, &apart))
     }
 
     /// Its corners, in sequence.
     pub(super) fn corners(&self) -> [Vector3<T>; 4] {
         let u = scale(&self.axes[0], self.half[0]);
         let v = scale(&self.axes[1], self.half[1]);
-        [u + v, u - v, -u - v, v - u].map(|step| self.center + step)
+        [u + v, u - v, -u - v, v - u].map_each(|step| self.center + step)
     }
 
     /// A corner of another shape where it lies over the face.
@@ -67,7 +67,7 @@ impl<T: Scalar> Rectangle<T> {
     ) -> [Candidate<T>; 2] {
         let ends = [self.place(from), self.place(to)];
         let other = line(*from, to - from, radius);
-        [false, true].map(|leaves| {
+        [false, true].map_each(|leaves| {
             let [a, b] = [0, 1].map(|k| self.crossed(k, &ends, leaves));
             let center = a.is.pick_vector(&a.center, &b.center);
             let side = line(center, a.is.pick_vector(&a.along, &b.along), T::zero());
@@ -80,9 +80,10 @@ impl<T: Scalar> Rectangle<T> {
 
     /// Whether a line between two places enters the face, or leaves it, across a side at one end of an axis.
     fn crossed(&self, axis: usize, ends: &[[T; 2]; 2], leaves: bool) -> CrossedSide<T> {
-        let [own, other] = [axis, 1 - axis].map(|k| [ends[0][k], ends[1][k]].map(T::detached));
-        let [u, v] = [own, other].map(|[from, to]| to - from);
-        let half = [axis, 1 - axis].map(|k| self.half[k].detached());
+        let [own, other] =
+            [axis, 1 - axis].map_each(|k| [ends[0][k], ends[1][k]].map_each(T::detached));
+        let [u, v] = [own, other].map_each(|[from, to]| to - from);
+        let half = [axis, 1 - axis].map_each(|k| self.half[k].detached());
         let is_steep = When::less((u * u + v * v) * (ALONG * ALONG), u * u);
         let ahead = When::positive(if leaves { u } else { -u });
         let edge = ahead.pick(half[0], -half[0]);

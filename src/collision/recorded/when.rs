@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::FAR;
 use crate::collision::feature::Witness;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// A condition, without derivatives: it holds where the number is positive, not where it is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,7 @@ impl<T: Scalar> When<T> {
     pub(super) fn pick_point(self, a: &Witness<T>, b: &Witness<T>) -> Witness<T> {
         Witness {
             distance: self.pick(a.distance, b.distance),
-            points: [0, 1].map(|k| self.pick_vector(&a.points[k], &b.points[k])),
+            points: [0, 1].map_each(|k| self.pick_vector(&a.points[k], &b.points[k])),
             normal: self.pick_vector(&a.normal, &b.normal),
         }
     }

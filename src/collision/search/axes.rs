@@ -12,6 +12,7 @@ use super::options::Choice;
 use crate::collision::feature::Feature;
 use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
+use crate::scalar::{MapEach, from_each};
 
 /// Sine of the angle between directions below which their product has no direction.
 const PARALLEL: f64 = 1e-9;
@@ -114,15 +115,14 @@ struct Polytope<'a> {
 
 impl<'a> Polytope<'a> {
     fn new(solid: &'a Solid<'a>) -> Option<Self> {
-        let axes: [Vector3<f64>; 3] =
-            std::array::from_fn(|k| solid.X.rotation.column(k).into_owned());
+        let axes: [Vector3<f64>; 3] = from_each(|k| solid.X.rotation.column(k).into_owned());
         let [x, y, z] = axes;
         let (edges, [n_edges, n_normals], normals) = match solid.shape {
             Shape::Sphere { .. } => (axes, [0, 0], axes),
             Shape::Capsule { .. } => ([z, x, y], [1, 0], axes),
             Shape::Box { .. } => (axes, [3, 3], axes),
             Shape::Triangle { .. } => {
-                let [a, b, c] = [0, 1, 2].map(|k| solid.vertex(k));
+                let [a, b, c] = [0, 1, 2].map_each(|k| solid.vertex(k));
                 ([b - a, c - b, a - c], [3, 1], [(b - a).cross(&(c - a)); 3])
             }
             _ => return None,

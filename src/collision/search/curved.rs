@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::collision::guard::{ROUNDING, reciprocal_or_zero, rejected};
 use crate::collision::newton::newton_step;
 use crate::collision::placed::{Core, Placed};
+use crate::scalar::MapEach;
 
 /// Most steps of Newton's method on values: some ten, more on slivers.
 const MAX_STEPS: usize = 100;
@@ -108,7 +109,7 @@ pub(super) fn flat_axis(own: &Placed<f64>) -> Option<Vector3<f64>> {
         Core::Disc(axis, _) => Some(*axis),
         Core::Ellipsoid(map) => {
             let flat = (0..3).find(|&k| map.column(k).norm_squared() == 0.0)?;
-            let [u, v] = [1, 2].map(|k| map.column((flat + k) % 3));
+            let [u, v] = [1, 2].map_each(|k| map.column((flat + k) % 3));
             u.cross(&v).try_normalize(f64::MIN_POSITIVE)
         }
         _ => None,

@@ -17,6 +17,7 @@ mod polytope;
 mod settle;
 mod simplex;
 
+use crate::scalar::MapEach;
 use nalgebra::Vector3;
 
 use super::clip::nearest_on_faces;
@@ -188,7 +189,7 @@ fn overlapping(difference: &Difference<'_>, points: &[Vector3<f64>]) -> PairFeat
     let start = match tetrahedron(difference, points) {
         Start::Tetrahedron(start) => start,
         Start::Flat(normal) => {
-            let either = [normal, -normal].map(|n| choose(difference, &n, PARALLEL));
+            let either = [normal, -normal].map_each(|n| choose(difference, &n, PARALLEL));
             let best = wider(difference, either[0], either[1]);
             return pair_of(difference, best, &normal);
         }

@@ -8,6 +8,7 @@ use crate::collision::feature::{Face, Feature};
 use crate::collision::guard::plane_across;
 use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
+use crate::scalar::{MapEach, from_each};
 
 /// Most options of a shape: edges, vertices and some faces.
 const MAX_OPTIONS: usize = 48;
@@ -209,7 +210,7 @@ impl Near {
             return;
         }
         let all: [Vector3<f64>; MAX_NEAR] =
-            std::array::from_fn(|k| solid.vertex(self.vertices[k.min(self.len - 1)]));
+            from_each(|k| solid.vertex(self.vertices[k.min(self.len - 1)]));
         let points = &all[..self.len];
         let flat = FLAT * solid.reach();
         for corners in triples(self.len) {
@@ -217,7 +218,7 @@ impl Near {
                 let [i, j, k] = corners;
                 let turned = area(points, corners).dot(n) < 0.0;
                 let ids = if turned { [i, k, j] } else { corners };
-                each(ids.map(|k| self.vertices[k]));
+                each(ids.map_each(|k| self.vertices[k]));
             }
         }
     }
@@ -236,8 +237,8 @@ fn is_widest_of_a_face(
     flat: f64,
 ) -> bool {
     let own = area(points, corners);
-    let [i, j, k] = corners.map(|corner| points[corner]);
-    let longest = [j - i, k - i, k - j].map(|u| u.norm_squared());
+    let [i, j, k] = corners.map_each(|corner| points[corner]);
+    let longest = [j - i, k - i, k - j].map_each(|u| u.norm_squared());
     if own.norm() <= FLAT * longest.into_iter().fold(0.0, f64::max) {
         return false;
     }

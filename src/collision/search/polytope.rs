@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::difference::Difference;
 use crate::collision::guard::plane_across;
+use crate::scalar::MapEach;
 
 /// Most vertices; the faces of a closed polytope are twice as many.
 pub(super) const MAX_VERTICES: usize = 128;
@@ -158,7 +159,7 @@ impl Polytope {
 
     /// Adds a face; one without an area has no normal, and is never the nearest.
     fn add_face(&mut self, vertices: [usize; 3]) {
-        let [a, b, c] = vertices.map(|k| self.vertices[k]);
+        let [a, b, c] = vertices.map_each(|k| self.vertices[k]);
         let normal = (b - a).cross(&(c - a)).try_normalize(f64::MIN_POSITIVE);
         let face = match normal {
             Some(normal) => Face {

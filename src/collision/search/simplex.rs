@@ -1,5 +1,6 @@
 //! The point of a simplex that is nearest to the origin.
 
+use crate::scalar::MapEach;
 use nalgebra::Vector3;
 
 /// Up to four points; the last is the newest.
@@ -49,7 +50,7 @@ impl Simplex {
             offer([0, 1, 2, 3], 4, contains_origin(p).then(Vector3::zeros));
         }
         let (nearest, indices, len) = best;
-        self.points = indices.map(|i| self.points[i]);
+        self.points = indices.map_each(|i| self.points[i]);
         self.len = len;
         nearest
     }
@@ -72,7 +73,7 @@ fn on_triangle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Option<V
     let normal = (b - a).cross(&(c - a));
     let square = normal.norm_squared();
     let beside = |p: &Vector3<f64>, q: &Vector3<f64>| p.cross(q).dot(&normal) > 0.0;
-    let longest = [b - a, c - a, c - b].map(|u| u.norm_squared());
+    let longest = [b - a, c - a, c - b].map_each(|u| u.norm_squared());
     let longest = longest.into_iter().fold(0.0, f64::max);
     let inside = square > (FLAT * longest).powi(2) && beside(a, b) && beside(b, c) && beside(c, a);
     inside.then(|| normal * (a.dot(&normal) / square))

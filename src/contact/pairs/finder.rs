@@ -11,7 +11,7 @@ use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes};
 use crate::dynamics::Kinematics;
 use crate::numbers::Numbers as _;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::{Motion, Transform};
 
 /// Features of a pair of shapes that could touch.
@@ -98,7 +98,7 @@ impl PairFinder {
             let X_WS = X_WB * own.placement;
             let speed = if margin.duration > 0.0 {
                 let V = kinematics.velocity(own.body).to_array();
-                let V = Motion::from_array(V.map(|x| x.value(lane)));
+                let V = Motion::from_array(V.map_each(|x| x.value(lane)));
                 most_speed(&shape, &own.placement.translation, &V)
             } else {
                 0.0

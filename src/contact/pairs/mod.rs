@@ -24,7 +24,7 @@ use super::turning::TurningFriction;
 use crate::collision::{BroadPhase, PairFeature, Shape, Witness, recorded_witness, witness};
 use crate::model::{BodyId, FrameId};
 use crate::numbers::Numbers;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::linear::rotate;
 use crate::spatial::{Motion, Transform};
 
@@ -41,7 +41,7 @@ impl SurfaceTriangles<'_> {
     pub(crate) fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
         let own = &self.triangles[index];
         match &own.shape {
-            Shape::Triangle { vertices } => vertices.map(|v| own.placement.point(&v)),
+            Shape::Triangle { vertices } => vertices.map_each(|v| own.placement.point(&v)),
             _ => [own.placement.translation; 3],
         }
     }
@@ -153,12 +153,12 @@ impl<P: Scalar> Contacts<P> {
 
     /// The bodies of a pair of shapes; `None` is the world.
     pub(crate) fn pair_bodies(&self, shapes: [usize; 2]) -> [Option<BodyId>; 2] {
-        shapes.map(|shape| self.shape_pairs().body(shape))
+        shapes.map_each(|shape| self.shape_pairs().body(shape))
     }
 
     /// The law of a pair of shapes: that of all pairs, with the friction and restitution of their materials, if they have some.
     pub(crate) fn pair_law(&self, shapes: [usize; 2]) -> ContactLaw<P> {
-        let sides = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        let sides = shapes.map_each(|shape| &self.shape_pairs().shapes[shape]);
         law_of_shapes(self.law_of_pairs(), sides, self.given_material(shapes))
     }
 
@@ -170,7 +170,7 @@ impl<P: Scalar> Contacts<P> {
 
     /// Torsional and rolling friction of a pair of shapes: that of their materials, or of all pairs.
     pub(super) fn pair_turning(&self, shapes: [usize; 2]) -> TurningFriction<P> {
-        let sides = shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        let sides = shapes.map_each(|shape| &self.shape_pairs().shapes[shape]);
         let given = self.given_material(shapes);
         turning_of_shapes(self.turning_of_pairs(), sides, given)
     }
@@ -205,7 +205,9 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let shapes = point.shapes.map(|shape| &self.shape_pairs().shapes[shape]);
+        let shapes = point
+            .shapes
+            .map_each(|shape| &self.shape_pairs().shapes[shape]);
         state_of_shapes(&point.feature, shapes, X, V)
     }
 
@@ -232,7 +234,7 @@ fn law_of_shapes<P: Scalar>(
     if let Some(given) = given {
         own.set_material(*given);
     } else if a.material.is_some() || b.material.is_some() {
-        let [a, b] = [a, b].map(|shape| shape.material.unwrap_or_else(|| law.material()));
+        let [a, b] = [a, b].map_each(|shape| shape.material.unwrap_or_else(|| law.material()));
         own.set_material(a.between(&b));
     }
     own
@@ -247,7 +249,7 @@ fn turning_of_shapes<P: Scalar>(
     if let Some(given) = given {
         return given.turning;
     }
-    let [a, b] = shapes.map(|shape| shape.material.map_or(of_pairs, |own| own.turning));
+    let [a, b] = shapes.map_each(|shape| shape.material.map_or(of_pairs, |own| own.turning));
     a.between(&b)
 }
 

@@ -4,7 +4,7 @@ use crate::collision::{PairFeature, Shape, recorded_feature, recorded_points};
 use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{ContactLaw, Contacts, LinkShapes};
 use crate::model::Model;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Most points between bodies in a graph whose forces follow from the state: some five million operations.
 const MOST_POINTS: usize = 4096;
@@ -18,7 +18,7 @@ impl<P: Scalar> ShapePairs<P> {
         let solids = self.surfaces.first.min(self.shapes.len());
         for i in 0..solids {
             for j in i + 1..self.shapes.len() {
-                let moves = [i, j].map(|k| self.body(k).is_some());
+                let moves = [i, j].map_each(|k| self.body(k).is_some());
                 let may_touch = || plain.may_collide(i, j, self.self_collision);
                 match moves {
                     [false, false] => {}
@@ -37,7 +37,7 @@ impl<P: Scalar> ShapePairs<P> {
         mut each: impl FnMut([usize; 2], PairFeature),
     ) {
         self.each_pair(plain, |shapes| {
-            let [a, b] = shapes.map(|k| &self.shapes[k].shape);
+            let [a, b] = shapes.map_each(|k| &self.shapes[k].shape);
             let count = recorded_points(a, b).unwrap_or(0);
             (0..count).for_each(|number| each(shapes, recorded_feature(number)));
         });
@@ -58,7 +58,7 @@ impl<P: Scalar> Contacts<P> {
         };
         let is_wide = pairs.speculative || self.smoothing().is_some();
         pairs.each_pair(plain, |shapes| {
-            let [a, b] = shapes.map(|k| &pairs.shapes[k].shape);
+            let [a, b] = shapes.map_each(|k| &pairs.shapes[k].shape);
             let describe = |k: usize| {
                 let link = &model.frames()[plain.shapes()[k].link.0].name;
                 format!("{} of link \"{link}\"", kind(&pairs.shapes[k].shape))

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Ground, PlanarDual};
 use crate::numbers::{Domain, numbers};
 use crate::scalar::traced::{Graph, Port, Traced, trace};
-use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
+use crate::scalar::{Dual, MapEach, Over, Scalar, is_more_than_values};
 
 /// A terrain height, generic over the scalar.
 ///
@@ -197,9 +197,9 @@ impl<P: Scalar> TerrainFunction<P> {
         lane: usize,
         at: [f64; 2],
     ) -> Ground<PlanarDual> {
-        let jets = [0, 1].map(|axis| self.jet::<T>(lane, at, axis));
+        let jets = [0, 1].map_each(|axis| self.jet::<T>(lane, at, axis));
         let slope =
-            |k: usize| PlanarDual::new(jets[0].slope[k], jets.map(|jet| jet.slope_along[k]));
+            |k: usize| PlanarDual::new(jets[0].slope[k], jets.map_each(|jet| jet.slope_along[k]));
         Ground {
             height: PlanarDual::new(jets[0].height, jets[0].slope),
             slope: [slope(0), slope(1)],

@@ -3,7 +3,7 @@
 use super::{Ground, PlanarDual};
 use crate::memory;
 use crate::numbers::{Domain, Each, Number, Numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// A regular grid of heights.
 ///
@@ -128,7 +128,7 @@ impl<P: Scalar> HeightField<P> {
 
     /// Adds the indices of the weights of the splines that reach to a place, each once.
     pub(super) fn local_weights(&self, at: [f64; 2], out: &mut Vec<usize>) {
-        let cell = [0, 1].map(|axis| self.locate(axis, at[axis]).cell);
+        let cell = [0, 1].map_each(|axis| self.locate(axis, at[axis]).cell);
         for j in 0..ORDER {
             for i in 0..ORDER {
                 let index = self.index(cell, [i, j]);

@@ -2,6 +2,7 @@
 
 use super::HeightField;
 use super::height_field::check_memory;
+use crate::scalar::{MapEach, from_each};
 
 impl HeightField<f64> {
     /// Combines grids side by side into one: `columns` of them along x, then the next row along y, in the order of `tiles`. The first tile keeps its
@@ -56,12 +57,12 @@ impl HeightField<f64> {
         }
         let origin = first.origin();
         let shift = |(k, own): (usize, &Self)| {
-            let [x, y] = [k % columns, k / columns].map(|k| k as f64);
+            let [x, y] = [k % columns, k / columns].map_each(|k| k as f64);
             let place = [
                 origin[0] + x * nx as f64 * dx,
                 origin[1] + y * ny as f64 * dy,
             ];
-            std::array::from_fn(|axis| place[axis] - own.origin()[axis])
+            from_each(|axis| place[axis] - own.origin()[axis])
         };
         let shifts = tiles.iter().enumerate().map(shift).collect();
         (Self::new(origin, first.spacing(), size, &heights), shifts)

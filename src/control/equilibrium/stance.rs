@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::contact::{ContactLaw, Contacts, PointState};
 use crate::dynamics::gravity_forces;
 use crate::model::Model;
+use crate::scalar::MapEach;
 use crate::sim::{Simulator, State};
 use crate::spatial::Representation;
 
@@ -116,7 +117,7 @@ fn statics(
     }
     let least = least_norm(columns, &gravity_forces(model, q));
     let loads = carrying.iter().enumerate().map(|(i, &(k, point, _))| {
-        let [y_n, y_1, y_2] = [0, 1, 2].map(|axis| least[nu + 3 * i + axis]);
+        let [y_n, y_1, y_2] = [0, 1, 2].map_each(|axis| least[nu + 3 * i + axis]);
         Load {
             point: k,
             normal: NORMAL * y_n,

@@ -37,7 +37,7 @@ pub(crate) use state::{deviation_to_representation, gradient_to_representation};
 use nalgebra::DVector;
 
 use crate::model::{BodyId, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
 /// A velocity (length `nv`) with its base part in another representation.
@@ -137,12 +137,12 @@ fn map_base<P: Scalar, T: Over<P>>(
     let mut out = DVector::from_column_slice(x);
     if model.has_floating_base() {
         let X_WB = model.body(BodyId(0)).place(q);
-        let mapped = map(&X_WB, std::array::from_fn(|k| x[k]));
+        let mapped = map(&X_WB, from_each(|k| x[k]));
         out.as_mut_slice()[..SPATIAL].copy_from_slice(&mapped);
     }
     out
 }
 
 fn base_velocity<T: Scalar>(v: &[T]) -> Motion<T> {
-    Motion::from_array(std::array::from_fn(|k| v[k]))
+    Motion::from_array(from_each(|k| v[k]))
 }

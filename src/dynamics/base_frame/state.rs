@@ -13,7 +13,7 @@ use super::{
     velocity_from_representation, velocity_to_representation,
 };
 use crate::model::Model;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::{Force, Motion, Representation, SPATIAL};
 
 /// A tangent δx = (δq, δv, δm) of a state with the base in another representation:  δx' = S(x) δx.
@@ -163,5 +163,5 @@ fn joined<T: Scalar>(dq: &DVector<T>, dv: &DVector<T>, rest: &[T]) -> DVector<T>
 }
 
 fn first_six<T: Scalar>(x: &[T]) -> [T; SPATIAL] {
-    std::array::from_fn(|k| x[k])
+    from_each(|k| x[k])
 }

@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix4, SMatrix};
 
+use crate::scalar::from_each;
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// The standard parameters of a body, or changes of them, by its directions.
@@ -34,7 +35,7 @@ pub(super) struct Body {
 impl Body {
     /// The body with these standard parameters first; `None` if there is none.
     pub(super) fn new(x: &[f64]) -> Option<Self> {
-        let inertia = Inertia::from_parameters(std::array::from_fn(|k| x[k]));
+        let inertia = Inertia::from_parameters(from_each(|k| x[k]));
         let factor = inertia.to_pseudo_inertia().cholesky()?.l();
         Some(Self { inertia, factor })
     }

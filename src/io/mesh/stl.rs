@@ -5,6 +5,7 @@
 //! `endsolid`.
 
 use super::soup::Soup;
+use crate::scalar::from_each;
 
 const HEADER: usize = 80;
 const COUNT: usize = 4;
@@ -53,8 +54,7 @@ fn read_binary(bytes: &[u8]) -> Result<Soup, String> {
     }
     for triangle in triangles.chunks_exact(TRIANGLE).take(used) {
         let (numbers, _) = triangle[3 * NUMBER..].as_chunks::<NUMBER>();
-        let [ax, ay, az, bx, by, bz, cx, cy, cz] =
-            std::array::from_fn(|i| f32::from_le_bytes(numbers[i]));
+        let [ax, ay, az, bx, by, bz, cx, cy, cz] = from_each(|i| f32::from_le_bytes(numbers[i]));
         push(&mut soup, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]);
     }
     Ok(soup)

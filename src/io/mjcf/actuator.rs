@@ -13,6 +13,7 @@ use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::place::SourcePlace;
 use crate::model::Model;
+use crate::scalar::MapEach;
 use crate::sim::{Activation, Interval, Servo};
 
 /// Elements of actuators, which share their defaults.
@@ -136,7 +137,7 @@ fn transmission(
     kinds: &HashMap<String, Kind>,
     gear: [f64; 6],
 ) -> Result<(MjcfTransmission, Option<&'static str>), LoadError> {
-    let own = TARGETS.map(|name| entry.text(name));
+    let own = TARGETS.map_each(|name| entry.text(name));
     let named = own.iter().zip(TARGETS).find_map(|(own, kind)| {
         let name = part.naming.of((*own)?);
         Some((kind, name))
@@ -210,7 +211,7 @@ pub(super) fn share(
             let Some((_, servo)) = entry.on_joint() else {
                 continue;
             };
-            let [armature, damping] = entry.of_motor.map(|x| x * servo.gear * servo.gear);
+            let [armature, damping] = entry.of_motor.map_each(|x| x * servo.gear * servo.gear);
             joint.axis.armature += armature;
             joint.axis.damping += damping;
         }
@@ -232,7 +233,7 @@ impl ActuatorEntry {
         let wanted = range.filter(|_| self.inherited > 0.0);
         let Some((lower, upper)) = wanted else { return };
         let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
-        let [lower, upper] = [-1.0, 1.0].map(|side| middle + side * half * self.inherited);
+        let [lower, upper] = [-1.0, 1.0].map_each(|side| middle + side * half * self.inherited);
         let own = &mut self.actuator;
         match own.activation.take() {
             Some(activation) if self.integrates => {
@@ -367,7 +368,7 @@ fn largest_force(servo: &Servo) -> Option<[f64; 2]> {
     let is_motor = servo.position_gain == 0.0 && servo.velocity_gain == 0.0;
     let own = servo.force_range;
     let by_input = servo.input_range.filter(|_| is_motor).map(|range| {
-        let [a, b] = [range.lower, range.upper].map(|u| servo.gain * u + servo.bias);
+        let [a, b] = [range.lower, range.upper].map_each(|u| servo.gain * u + servo.bias);
         Interval {
             lower: a.min(b),
             upper: a.max(b),
@@ -380,6 +381,6 @@ fn largest_force(servo: &Servo) -> Option<[f64; 2]> {
         },
         (own, range) => own.or(range)?,
     };
-    let [a, b] = [range.lower, range.upper].map(|force| servo.gear * force);
+    let [a, b] = [range.lower, range.upper].map_each(|force| servo.gear * force);
     Some([a.min(b), a.max(b)])
 }

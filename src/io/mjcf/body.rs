@@ -21,6 +21,7 @@ use crate::io::context::Context;
 use crate::io::names::Names;
 use crate::io::place::SourcePlace;
 use crate::model::{Collision, Visual};
+use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Transform};
 
 /// A body; the first one is the world.
@@ -232,7 +233,7 @@ impl Bodies {
             contact.margin > contact.gap,
             differs(self.entries[index].contacts.first()),
         ];
-        let has = has.map(|is| is && geom.touches());
+        let has = has.map_each(|is| is && geom.touches());
         for (slot, _) in self.unmodelled.iter_mut().zip(has).filter(|(_, has)| *has) {
             slot.get_or_insert_with(|| (part.node.place(), 0)).1 += 1;
         }

@@ -4,6 +4,7 @@ use super::defaults::Classes;
 use super::entry::{Choice, Entry};
 use super::tree::Node;
 use crate::error::LoadError;
+use crate::scalar::MapEach;
 
 /// Settings of a description.
 #[derive(Clone, Debug)]
@@ -75,7 +76,7 @@ impl Compiler {
         }
         self.autolimits = entry.flag("autolimits", self.autolimits)?;
         self.strippath = entry.flag("strippath", self.strippath)?;
-        let folder = ["meshdir", "assetdir"].map(|name| entry.text(name));
+        let folder = ["meshdir", "assetdir"].map_each(|name| entry.text(name));
         if let Some(folder) = folder[0].or(folder[1]) {
             self.meshdir = folder.into();
         }

@@ -6,6 +6,7 @@ use crate::contact::{
     Compliance, Impedance, Material, Reference, RelaxedRigid, Sigmoid, TurningFriction,
 };
 use crate::error::LoadError;
+use crate::scalar::{MapEach, from_each};
 
 /// Default contact parameters of a geom.
 const FRICTION: [f64; 3] = [1.0, 0.005, 0.0001];
@@ -130,10 +131,10 @@ impl MjcfGeom {
             std::cmp::Ordering::Equal => {}
         }
         let condim = self.condim.max(other.condim);
-        let [one, two] = [self, other].map(|own| of(own, condim));
+        let [one, two] = [self, other].map_each(|own| of(own, condim));
         let share = share_of(self.solmix, other.solmix);
         let mixed = |a: f64, b: f64| share * a + (1.0 - share) * b;
-        let solref = std::array::from_fn(|i| match one.solref[0] > 0.0 && two.solref[0] > 0.0 {
+        let solref = from_each(|i| match one.solref[0] > 0.0 && two.solref[0] > 0.0 {
             true => mixed(one.solref[i], two.solref[i]),
             false => one.solref[i].min(two.solref[i]),
         });
@@ -141,7 +142,7 @@ impl MjcfGeom {
             friction: one.friction.max(two.friction),
             turning: larger(&one.turning, &two.turning),
             solref,
-            solimp: std::array::from_fn(|i| mixed(one.solimp[i], two.solimp[i])),
+            solimp: from_each(|i| mixed(one.solimp[i], two.solimp[i])),
         }
     }
 }

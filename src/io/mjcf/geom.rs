@@ -14,6 +14,7 @@ use super::scene::MjcfGeom;
 use super::solids::{self, Distribution};
 use crate::error::LoadError;
 use crate::model::Geometry;
+use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
 /// Default density, kg/m³: water.
@@ -151,7 +152,7 @@ pub(super) fn ends(entry: &Entry<'_, '_>) -> Result<Option<Ends>, LoadError> {
     let Some(numbers) = entry.numbers::<6>("fromto")? else {
         return Ok(None);
     };
-    let [from, to] = [&numbers[..3], &numbers[3..]].map(Vector3::from_column_slice);
+    let [from, to] = [&numbers[..3], &numbers[3..]].map_each(Vector3::from_column_slice);
     let z = direction(&(from - to));
     let z = z.ok_or_else(|| entry.malformed("fromto", "both ends are the same"))?;
     Ok(Some(Ends {
@@ -204,7 +205,7 @@ fn shape(
             length: 2.0 * along(1)?,
         }),
         Kind::Box => Shape::Simple(Geometry::Box {
-            size: [positive(0)?, across()?, along(2)?].map(|half| 2.0 * half),
+            size: [positive(0)?, across()?, along(2)?].map_each(|half| 2.0 * half),
         }),
         Kind::Ellipsoid => Shape::Ellipsoid([positive(0)?, across()?, along(2)?]),
     })

@@ -7,6 +7,7 @@ use crate::contact::HeightField;
 use crate::error::LoadError;
 use crate::input::{self, MAX_TEXT_BYTES};
 use crate::memory;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// A grid of heights about the origin of its geom.
@@ -56,11 +57,11 @@ impl HeightAsset {
             return Err("a height field that is turned is not modelled".into());
         }
         let [x, y, z]: [f64; 3] = place.translation.into();
-        let gaps = self.points.map(|n| (n - 1) as f64);
-        let spacing = [0, 1].map(|k| 2.0 * self.half[k] / gaps[k]);
+        let gaps = self.points.map_each(|n| (n - 1) as f64);
+        let spacing = [0, 1].map_each(|k| 2.0 * self.half[k] / gaps[k]);
         let origin = [x - self.half[0], y - self.half[1]];
         let heights: Vec<f64> = self.heights.iter().map(|h| z + h * self.top).collect();
-        let steepest = spacing.map(|gap| self.top / gap);
+        let steepest = spacing.map_each(|gap| self.top / gap);
         let mut numbers = (origin.iter().chain(&spacing).chain(&heights)).chain(&steepest);
         if !numbers.all(|x| x.is_finite()) {
             return Err("a height field of this size is beyond the range of numbers".into());

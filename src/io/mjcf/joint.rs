@@ -11,6 +11,7 @@ use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::io::place::SourcePlace;
 use crate::model::{Limits, SecondAxis as Axis, Spring};
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Kinds of joints.
@@ -158,9 +159,9 @@ fn limits(
     let range = entry.range("range", "limited", compiler.autolimits)?;
     match (range, kind) {
         (Some(range), Kind::Hinge) => {
-            [limits.lower, limits.upper] = range.map(|x| Some(x * compiler.angle));
+            [limits.lower, limits.upper] = range.map_each(|x| Some(x * compiler.angle));
         }
-        (Some(range), Kind::Slide) => [limits.lower, limits.upper] = range.map(Some),
+        (Some(range), Kind::Slide) => [limits.lower, limits.upper] = range.map_each(Some),
         (Some(_), Kind::Ball) => {
             context.ignore(
                 &entry.node.place(),

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::io::mesh::Mesh;
+use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Transform};
 
 /// Rule by which the volumes between the middle of a mesh and its triangles are added up.
@@ -40,7 +41,7 @@ pub(super) fn of(mesh: &Mesh, scale: [f64; 3], volumes: Volumes) -> Result<Inert
 /// The sum of the volumes between a point and the triangles, at density 1, about that point.
 fn about(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>, volumes: Volumes) -> Inertia<f64> {
     let sum = triangles.iter().fold(Inertia::zero(), |sum, triangle| {
-        let corners = std::iter::once(triangle.map(|p| p - point));
+        let corners = std::iter::once(triangle.map_each(|p| p - point));
         let own = Inertia::solid_polyhedron(1.0, corners);
         match volumes {
             Volumes::Absolute => sum + own.scaled(own.mass.signum()),

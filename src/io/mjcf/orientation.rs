@@ -8,6 +8,7 @@ use super::compiler::Compiler;
 use super::entry::Entry;
 use crate::error::LoadError;
 use crate::io::rotation::rotation_from_quaternion;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Length below which a vector has no direction.
@@ -53,7 +54,7 @@ pub(super) fn orientation(
         return Ok(Some(about(&axis, angle * compiler.angle)));
     }
     if let Some(numbers) = entry.numbers::<6>("xyaxes")? {
-        let [x, y] = [&numbers[..3], &numbers[3..]].map(Vector3::from_column_slice);
+        let [x, y] = [&numbers[..3], &numbers[3..]].map_each(Vector3::from_column_slice);
         return axes(&x, &y).ok_or_else(|| zero("xyaxes")).map(Some);
     }
     if let Some(z) = entry.numbers::<3>("zaxis")? {
@@ -61,7 +62,10 @@ pub(super) fn orientation(
         return Ok(Some(from_z(&z)));
     }
     if let Some(angles) = entry.numbers::<3>("euler")? {
-        return Ok(Some(euler(angles.map(|a| a * compiler.angle), compiler)));
+        return Ok(Some(euler(
+            angles.map_each(|a| a * compiler.angle),
+            compiler,
+        )));
     }
     let Some([w, x, y, z]) = entry.numbers::<4>("quat")? else {
         return Ok(None);

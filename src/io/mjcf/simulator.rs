@@ -10,6 +10,7 @@ use crate::constraint::Anchor;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::model::Model;
+use crate::scalar::MapEach;
 use crate::sim::{
     Activation, Actuation, Actuator, FrameActuator, Interval, Servo, Simulator, TendonServo,
 };
@@ -252,14 +253,15 @@ impl MjcfScene {
         let moves = self.moves(site);
         let is_force = [servo.bias, servo.velocity_gain, servo.position_gain] == [0.0; 3];
         let gain = if is_force { servo.gain } else { 1.0 };
-        let wrench = Force::from_array(gear.map(|x| x * gain));
+        let wrench = Force::from_array(gear.map_each(|x| x * gain));
         if !moves || wrench == Force::zero() {
             return None;
         }
         let actuator = match origin {
             None => FrameActuator::new(name, place, wrench, Representation::Body),
             Some(origin) => {
-                let [force, moment] = [wrench.linear, wrench.angular].map(|x| origin.rotation * x);
+                let [force, moment] =
+                    [wrench.linear, wrench.angular].map_each(|x| origin.rotation * x);
                 let wrench = Force::new(force, moment);
                 FrameActuator::new(name, place, wrench, Representation::Mixed).with_origin(origin)
             }
@@ -302,7 +304,7 @@ fn inputs_of(servo: &Servo) -> Interval {
     };
     let Interval { lower, upper } = servo.input_range.unwrap_or(all);
     let force = servo.force_range.unwrap_or(all);
-    let [a, b] = [force.lower, force.upper].map(|force| force / servo.gain);
+    let [a, b] = [force.lower, force.upper].map_each(|force| force / servo.gain);
     Interval {
         lower: lower.max(a.min(b)),
         upper: upper.min(a.max(b)),

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::model::{Geometry, Mass};
+use crate::scalar::{MapEach, from_each};
 
 /// Exponent of Thomsen's formula for the area of an ellipsoid, with an error of 1 % at most.
 const THOMSEN: f64 = 1.6075;
@@ -42,21 +43,21 @@ pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Distribution {
     let [a2, b2, c2] = [a * a, b * b, c * c];
     Distribution {
         measure: 4.0 / 3.0 * PI * a * b * c,
-        moments: [b2 + c2, a2 + c2, a2 + b2].map(|x| x / 5.0),
+        moments: [b2 + c2, a2 + c2, a2 + b2].map_each(|x| x / 5.0),
     }
 }
 
 /// The distribution of the mass of the shell of an ellipsoid, as the solid's changes where all half axes grow alike.
 pub(super) fn ellipsoid_shell([a, b, c]: [f64; 3]) -> Distribution {
     let products = [a * b, a * c, b * c];
-    let mean = products.map(|x| x.powf(THOMSEN)).iter().sum::<f64>() / 3.0;
+    let mean = products.map_each(|x| x.powf(THOMSEN)).iter().sum::<f64>() / 3.0;
     // J = V (b² + c²) / 5 with V = k a b c, so that dJ / dV = (b² + c²) / 5 + 2 (b + c) / 5 · V / V'.
     let growth = a * b * c / products.iter().sum::<f64>();
     let solid = ellipsoid([a, b, c]).moments;
-    let grown = [b + c, a + c, a + b].map(|x| 2.0 / 5.0 * x * growth);
+    let grown = [b + c, a + c, a + b].map_each(|x| 2.0 / 5.0 * x * growth);
     Distribution {
         measure: 4.0 * PI * mean.powf(1.0 / THOMSEN),
-        moments: std::array::from_fn(|i| solid[i] + grown[i]),
+        moments: from_each(|i| solid[i] + grown[i]),
     }
 }
 
@@ -65,7 +66,7 @@ fn box_shell(size: [f64; 3]) -> Distribution {
     let [x, y, z] = size;
     let pairs = [2.0 * y * z, 2.0 * x * z, 2.0 * x * y];
     let area: f64 = pairs.iter().sum();
-    let moments = std::array::from_fn(|axis| {
+    let moments = from_each(|axis| {
         // Mean square of the distance along each axis: L² / 12 in a plate, L² / 4 on the pair across it.
         let square = |along: usize| {
             let l2 = size[along] * size[along];

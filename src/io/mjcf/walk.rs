@@ -11,6 +11,7 @@ use super::naming::Naming;
 use super::orientation::{euler, pose};
 use super::tree::Node;
 use crate::error::LoadError;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Elements that replicas and attached models may add to those of the text.
@@ -159,7 +160,7 @@ impl<'t, 'c> Walk<'t, 'c> {
         let offset = entry.numbers::<3>("offset")?.unwrap_or_default();
         let angles = entry.numbers::<3>("euler")?.unwrap_or_default();
         let step = Transform::new(
-            euler(angles.map(|a| a * compiler.angle), compiler),
+            euler(angles.map_each(|a| a * compiler.angle), compiler),
             Vector3::from(offset),
         );
         let separator = part.node.attribute("sep").unwrap_or_default();

@@ -9,6 +9,7 @@
 use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, WORLD};
 use crate::error::LoadError;
 use crate::io::place::SourcePlace;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// All frames of a robot in the world, and what carries them.
@@ -182,7 +183,7 @@ fn carriers(scene: &Scene, robot: usize) -> Result<Vec<Option<usize>>, LoadError
     known[WORLD] = Some(None);
     let ends = scene.joints.iter().flat_map(|joint| {
         let scope = scene.frames[joint.frame].scope;
-        [&joint.parent, &joint.child].map(|name| scene.find(scope, name))
+        [&joint.parent, &joint.child].map_each(|name| scene.find(scope, name))
     });
     let start = scene.models[robot].frame;
     for frame in (start..scene.frames.len()).chain(ends.flatten()) {

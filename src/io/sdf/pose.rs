@@ -10,6 +10,7 @@ use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
 use crate::io::rotation::{rotation_from_quaternion, rotation_from_rpy};
 use crate::io::values::finite;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 impl Reader<'_, '_, '_> {
@@ -67,7 +68,7 @@ pub(in crate::io) fn pose_value(
         "euler_rpy" => {
             let [x, y, z, angles @ ..] = finite::<6>(context, pose, "pose", &text)?;
             let angles = if degrees {
-                angles.map(f64::to_radians)
+                angles.map_each(f64::to_radians)
             } else {
                 angles
             };

@@ -7,6 +7,7 @@ use crate::io::context::{Context, Node, child, tag};
 use crate::io::schema::{Known, check, known};
 use crate::io::values::{Elements, Values, any};
 use crate::model::{FrameId, Model};
+use crate::scalar::MapEach;
 use crate::sim::{ScanAngles, Sensor, SensorNoise};
 use crate::spatial::Representation;
 
@@ -298,7 +299,7 @@ fn ray(
     if rays > 1 {
         return Ok(one(Quantity::Scan { angles, range }, noise));
     }
-    let [(sin_h, cos_h), (sin_v, cos_v)] = angles.map(|own| own.first.sin_cos());
+    let [(sin_h, cos_h), (sin_v, cos_v)] = angles.map_each(|own| own.first.sin_cos());
     let direction = [cos_v * cos_h, cos_v * sin_h, sin_v];
     Ok(one(Quantity::Range { direction, range }, noise))
 }

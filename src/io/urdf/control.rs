@@ -24,6 +24,7 @@ use crate::io::context::{Context, Node, child, children, tag};
 use crate::io::schema::check;
 use crate::io::values::parse;
 use crate::joint::JointKind;
+use crate::scalar::MapEach;
 use crate::sim::Servo;
 
 /// A joint with an input.
@@ -217,7 +218,7 @@ fn range(
     if limits.is_some_and(|enable| enable.trim().eq_ignore_ascii_case("false")) {
         return None;
     }
-    let [lower, upper] = ["min", "max"].map(|name| own.take(context, &[name.to_owned()]));
+    let [lower, upper] = ["min", "max"].map_each(|name| own.take(context, &[name.to_owned()]));
     // Ends of ranges are finite.
     let range = [lower.unwrap_or(f64::MIN), upper.unwrap_or(f64::MAX)];
     if range[0] > range[1] {

@@ -13,6 +13,7 @@ use crate::io::place::Place;
 use crate::io::shapes::check_shape;
 use crate::joint::JointKind;
 use crate::model::{Collision, Geometry, JointSpec, Limits, Mimic};
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Takes over the parts of a robot.
@@ -45,13 +46,13 @@ fn link<'a>(context: &mut Context<'_>, link: &'a Link, meshes: &mut MeshFinder) 
         let place = at("robot/link/visual/material");
         let material = own.material.as_ref();
         let material = material.map(|material| read_material(context, place, material));
-        let places = ["robot/link/visual/geometry", "robot/link/visual"].map(at);
+        let places = ["robot/link/visual/geometry", "robot/link/visual"].map_each(at);
         let geometry = geometry(context, &own.geometry, places, meshes);
         let visual = shape(own.name.as_ref(), &own.origin, geometry);
         out.visuals.push((visual, material));
     }
     for own in &link.collision {
-        let places = ["robot/link/collision/geometry", "robot/link/collision"].map(at);
+        let places = ["robot/link/collision/geometry", "robot/link/collision"].map_each(at);
         let geometry = geometry(context, &own.geometry, places, meshes);
         let collision = shape(own.name.as_ref(), &own.origin, geometry);
         out.collisions.push(collision);

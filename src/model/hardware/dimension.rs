@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::model::Geometry;
+use crate::scalar::MapEach;
 
 /// A design parameter of a link: a size of its shape, or its density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,7 +51,7 @@ pub(super) fn dimensions_of(shape: &Geometry) -> &'static [Dimension] {
 pub(super) fn sizes_of(shape: &Geometry) -> Vec<f64> {
     match *shape {
         Geometry::Box { size } => size.to_vec(),
-        Geometry::Mesh { scale, .. } => scale.map(f64::abs).to_vec(),
+        Geometry::Mesh { scale, .. } => scale.map_each(f64::abs).to_vec(),
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             vec![radius, length]
         }

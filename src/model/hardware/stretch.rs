@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, Vector3};
 
 use crate::model::Geometry;
 use crate::model::solids::capsule_volume;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Inertia, Transform};
 
@@ -70,7 +70,7 @@ impl<T: Scalar> Stretch<T> {
     }
 
     fn displacement_in_shape(&self, p_G: &Vector3<f64>) -> Vector3<T> {
-        let [x, y, z] = self.factors.map(|factor| factor - 1.0);
+        let [x, y, z] = self.factors.map_each(|factor| factor - 1.0);
         let reach = self.capsule.map(|capsule| 0.5 * capsule.before[1]);
         let inside = reach.map_or(p_G.z, |reach| p_G.z.clamp(-reach, reach));
         Vector3::new(x * p_G.x, y * p_G.y, z * inside + x * (p_G.z - inside))
@@ -94,7 +94,8 @@ impl<T: Scalar> Stretch<T> {
         other[a.iamin()] = 1.0;
         let first = a.cross(&other).normalize();
         let second = a.cross(&first);
-        let [first, second] = [first, second].map(|d| self.along(&rotate(&self.X_LG.rotation, &d)));
+        let [first, second] =
+            [first, second].map_each(|d| self.along(&rotate(&self.X_LG.rotation, &d)));
         (first * second).sqrt()
     }
 
@@ -133,7 +134,7 @@ impl<T: Scalar> Stretch<T> {
 impl<T: Scalar> Capsule<T> {
     /// Factor of the whole length.
     fn reach(&self) -> T {
-        let [[r, l], [radius, length]] = [self.before.map(T::constant), self.after];
+        let [[r, l], [radius, length]] = [self.before.map_each(T::constant), self.after];
         (length + radius * 2.0) / (l + r * 2.0)
     }
 

@@ -9,7 +9,7 @@ use num_traits::{One, Zero};
 
 use super::operation::{NodeId, Operation};
 use super::recording::{Condition, Recording};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 thread_local! {
     /// Recordings of this thread that go on, one within the other.
@@ -264,7 +264,7 @@ impl Scalar for Traced {
             return Self::from(Scalar::mul_add(a, b, c));
         }
         record(|recording| {
-            let [a, b, c] = [self, factor, term].map(|x| node_of(recording, x));
+            let [a, b, c] = [self, factor, term].map_each(|x| node_of(recording, x));
             let out = recording.mul_add(a, b, c);
             number_of(recording, out)
         })
@@ -287,7 +287,7 @@ impl Scalar for Traced {
             return b;
         }
         record(|recording| {
-            let [x, y, a, b] = [self, other, a, b].map(|x| node_of(recording, x));
+            let [x, y, a, b] = [self, other, a, b].map_each(|x| node_of(recording, x));
             let out = recording.select_lt(x, y, a, b);
             number_of(recording, out)
         })

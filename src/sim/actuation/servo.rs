@@ -2,7 +2,7 @@
 
 use super::interval::Interval;
 use crate::numbers::{Numbers, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// Motor with its own control loop. The input u is its target: a position, a velocity, or a combination set by the gains.
 ///
@@ -166,7 +166,7 @@ impl<P: Scalar> Servo<P> {
     /// Least and largest force on the joint that the range of the motor allows.
     pub(super) fn joint_range<T: Over<P>>(&self) -> Option<Interval<T>> {
         let range: Interval<T> = self.force_range?.lift();
-        let [a, b] = [range.lower, range.upper].map(|end| end * self.gear);
+        let [a, b] = [range.lower, range.upper].map_each(|end| end * self.gear);
         Some(Interval {
             lower: a.select_lt(b, a, b),
             upper: a.select_lt(b, b, a),

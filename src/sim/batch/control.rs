@@ -1,7 +1,7 @@
 //! Context of a batch controller: the step, the time and the states in its lanes.
 
 use super::{BATCH_WIDTH, BatchScalar};
-use crate::scalar::Lanes;
+use crate::scalar::{Lanes, MapEach, from_each};
 
 /// The step and the states for which an input is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ impl BatchMoment {
         Self {
             step: 0,
             time: 0.0,
-            indices: std::array::from_fn(|lane| (group * BATCH_WIDTH + lane).min(n - 1)),
+            indices: from_each(|lane| (group * BATCH_WIDTH + lane).min(n - 1)),
         }
     }
 
@@ -42,6 +42,6 @@ impl BatchMoment {
     /// ```
     #[inline]
     pub fn gather(&self, number: impl Fn(usize) -> f64) -> BatchScalar {
-        Lanes(self.indices.map(number))
+        Lanes(self.indices.map_each(number))
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use crate::cone::Status;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar, from_each};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::status::{RolloutStatus, SolverFailure};
@@ -33,8 +33,8 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     pub(super) fn set(&mut self, lane: usize, state: &State) {
         let (own, given) = (&mut self.state, state);
         assert_eq!(
-            [&own.q, &own.v, &own.contact, &own.activation].map(DVector::len),
-            [&given.q, &given.v, &given.contact, &given.activation].map(DVector::len),
+            [&own.q, &own.v, &own.contact, &own.activation].map_each(DVector::len),
+            [&given.q, &given.v, &given.contact, &given.activation].map_each(DVector::len),
             "nq, nv and the lengths of the state of contact and of activations"
         );
         for (own, &given) in own.numbers_mut().zip(given.numbers()) {
@@ -73,7 +73,7 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     pub(super) fn runs(&self) -> [bool; N] {
         match self.all_run {
             true => [true; N],
-            false => std::array::from_fn(|lane| is_running(&self.status[lane])),
+            false => from_each(|lane| is_running(&self.status[lane])),
         }
     }
 

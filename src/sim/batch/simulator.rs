@@ -11,7 +11,7 @@ use crate::contact::Contacts;
 use crate::error::StructureMismatch;
 use crate::model::Model;
 use crate::parallel::{available_threads, for_each_part};
-use crate::scalar::{Lanes, has_lanes};
+use crate::scalar::{Lanes, from_each, has_lanes};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -122,7 +122,7 @@ impl BatchSimulator {
             simulator.model().check_structure(model, index)?;
         }
         let groups = models.chunks(BATCH_WIDTH).map(|models| {
-            let lanes = std::array::from_fn(|lane| &models[lane.min(models.len() - 1)]);
+            let lanes = from_each(|lane| &models[lane.min(models.len() - 1)]);
             Ok(simulator.with_variant(Model::side_by_side(lanes)?))
         });
         let groups = groups.collect::<Result<_, StructureMismatch>>()?;
@@ -172,7 +172,7 @@ impl BatchSimulator {
         let singles = singles.collect();
         let groups = rows.chunks(BATCH_WIDTH).map(|rows| {
             let of_lane = |j: usize, lane: usize| rows[lane.min(rows.len() - 1)][j];
-            let number = |j| Lanes(std::array::from_fn(|lane| of_lane(j, lane)));
+            let number = |j| Lanes(from_each(|lane| of_lane(j, lane)));
             let lanes: Vec<BatchScalar> = (0..width).map(number).collect();
             simulator.with_parameters(&lanes)
         });

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::numbers::numbers;
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, MapEach, Over, Scalar, from_each};
 use crate::sim::user_function::{Erased, NumberFunction, erase, evaluate};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
@@ -71,8 +71,8 @@ struct OfNumbers<F>(F);
 
 impl<F: ForceFunction> NumberFunction for OfNumbers<F> {
     fn evaluate<T: Scalar>(&self, x: &[T], out: &mut [T]) {
-        let pose = Transform::from_entries(std::array::from_fn(|k| x[k]));
-        let velocity = Motion::from_array(std::array::from_fn(|k| x[TRANSFORM_ENTRIES + k]));
+        let pose = Transform::from_entries(from_each(|k| x[k]));
+        let velocity = Motion::from_array(from_each(|k| x[TRANSFORM_ENTRIES + k]));
         let force = self.0.force(&pose, &velocity, &x[PLACE..]);
         out.copy_from_slice(&force.to_array());
     }
@@ -124,7 +124,7 @@ impl Function<f64> {
         }
         let force = self.at(&x);
         for k in 0..self.parameters.len() {
-            each(Force::from_array(force.map(|x| x.eps[k])));
+            each(Force::from_array(force.map_each(|x| x.eps[k])));
         }
     }
 }

@@ -26,7 +26,7 @@ pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 use crate::constraint::Anchor;
 use crate::model::Model;
 use crate::numbers::{Each, numbers};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
 /// The terms of a simulator.
@@ -194,7 +194,7 @@ fn each_place<P: Scalar>(place: &mut Anchor<P>, each: &mut Each<'_, P>) {
 /// A force of one along each coordinate.
 fn unit_forces<T: Scalar>() -> [Force<T>; SPATIAL] {
     let unit = |i: usize, k: usize| if i == k { T::one() } else { T::zero() };
-    std::array::from_fn(|k| Force::from_array(std::array::from_fn(|i| unit(i, k))))
+    from_each(|k| Force::from_array(from_each(|i| unit(i, k))))
 }
 
 /// Refuses an attachment frame that is fixed to the world.

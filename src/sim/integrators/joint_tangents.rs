@@ -7,7 +7,7 @@ use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
-use crate::scalar::{CHUNK, Dual, Scalar};
+use crate::scalar::{CHUNK, Dual, MapEach, Scalar, from_each};
 use crate::sim::State;
 
 /// Directions in which a joint is differentiated: a position or offset, then an offset or velocity.
@@ -148,7 +148,7 @@ pub(super) fn joint_step<T: Scalar>(
     dt: T,
 ) -> (JointTangent<T>, JointTangent<T>) {
     let (joint, own) = (body.joint, q_range(body));
-    let (center, dt, w) = (body.center(), Dual::constant_of(dt), w.map(|w| w.re));
+    let (center, dt, w) = (body.center(), Dual::constant_of(dt), w.map_each(|w| w.re));
     let (start, end) = (&state.q.as_slice()[own.clone()], &next.q.as_slice()[own]);
     let nv = joint.nv();
     let [dq, dv] = in_both(joint, |first| {
@@ -187,7 +187,7 @@ pub(super) fn joint_step_in_numbers<T: Scalar>(
     let center: Vector3<T> = body.center();
     let part = |x: OfNumbers<T>, first: usize| {
         let own = |k| x.eps.get(first + k).copied().unwrap_or(T::zero());
-        Dual::new(x.re, std::array::from_fn(own))
+        Dual::new(x.re, from_each(own))
     };
     in_parts(
         TIMES + 3,

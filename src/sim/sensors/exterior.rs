@@ -3,7 +3,7 @@
 use crate::constraint::{CarrierMotion, Constraint};
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, FrameId};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::simulator::Simulator;
@@ -74,8 +74,8 @@ fn each_constraint_force<P: Scalar, T: Over<P>>(
             continue;
         };
         let anchors = [first, second];
-        let mounted = anchors.map(|anchor| anchor.mounted(at.model()));
-        let bodies = mounted.map(|on| carrier(kinematics, on.body));
+        let mounted = anchors.map_each(|anchor| anchor.mounted(at.model()));
+        let bodies = mounted.map_each(|on| carrier(kinematics, on.body));
         constraint.each_carried_row(&mounted, &bodies, |row| {
             let force = own.next().unwrap_or_else(T::zero);
             for (side, unit) in row.unit_forces.iter().enumerate() {

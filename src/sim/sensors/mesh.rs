@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use crate::collision::{Bounds, BroadPhase, Surface};
 use crate::memory;
 use crate::model::{Geometry, UpAxis};
+use crate::scalar::MapEach;
 
 /// Bytes of a triangle with its boxes and those above it.
 const TRIANGLE_BYTES: usize = 3 * size_of::<u32>() + 6 * size_of::<Bounds>();
@@ -85,7 +86,7 @@ impl MeshFiles {
 }
 
 fn corners(surface: &Surface, triangle: usize) -> [Vector3<f64>; 3] {
-    surface.triangles()[triangle].map(|k| surface.vertices()[k as usize])
+    surface.triangles()[triangle].map_each(|k| surface.vertices()[k as usize])
 }
 
 fn around([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::mesh::{MeshFiles, MeshTree};
 use crate::contact::ShapeWithoutPoints;
 use crate::model::{BodyId, Geometry, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{dot, scale};
 
@@ -72,7 +72,7 @@ impl Solid {
     /// The shape of a geometry, or why there is none, as a sentence about it.
     fn new(geometry: &Geometry, meshes: &mut MeshFiles) -> Result<Self, String> {
         Ok(match geometry {
-            Geometry::Box { size } => Self::Box(size.map(|x| 0.5 * x)),
+            Geometry::Box { size } => Self::Box(size.map_each(|x| 0.5 * x)),
             Geometry::Sphere { radius } => Self::Sphere(*radius),
             Geometry::Cylinder { radius, length } => Self::Cylinder {
                 radius: *radius,

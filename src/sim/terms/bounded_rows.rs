@@ -7,7 +7,7 @@
 use super::bounded_forces::BoundedForces;
 use crate::cone::Block;
 use crate::dynamics::TreeMatrix;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 
@@ -71,7 +71,8 @@ impl<T: Scalar> BoundedForces<T> {
         for (site, own) in self.all() {
             let k = site.coordinate;
             let parts = own.parts();
-            let [push, resistance] = parts.map(|x| T::zero().select_lt(self.in_rows, T::zero(), x));
+            let [push, resistance] =
+                parts.map_each(|x| T::zero().select_lt(self.in_rows, T::zero(), x));
             forces[k] += push;
             mass[(k, k)] += resistance;
         }

@@ -18,7 +18,7 @@ use super::term::TermDerivatives;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Hold, Mounted,
 };
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, MapEach, Over, Scalar};
 use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, SPATIAL};
@@ -91,8 +91,8 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         let [first, second] = self.constraint.kind().anchors() else {
             return;
         };
-        let mounted = [first, second].map(|anchor| anchor.mounted(self.at.point.model()));
-        let motions = mounted.map(|on| out.turn_to(self.at, on.body, None));
+        let mounted = [first, second].map_each(|anchor| anchor.mounted(self.at.point.model()));
+        let motions = mounted.map_each(|on| out.turn_to(self.at, on.body, None));
         for side in [1, 0] {
             let on = mounted[side].body;
             if on.is_none() && !out.wants_parameters() {
@@ -187,13 +187,13 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
             let unit = row.unit_forces[acting].to_array();
             let spring = row.row.spring_force().filter(|_| springs);
             sum + Force::from_array(match spring {
-                None => unit.map(|x| x.each(|x| x * push)),
-                Some(force) => unit.map(|x| x * force),
+                None => unit.map_each(|x| x.each(|x| x * push)),
+                Some(force) => unit.map_each(|x| x * force),
             })
         });
         match is_own {
             true => sum,
-            false => Force::from_array(sum.to_array().map(|x| Dual::new(T::zero(), x.eps))),
+            false => Force::from_array(sum.to_array().map_each(|x| Dual::new(T::zero(), x.eps))),
         }
     }
 

@@ -12,7 +12,7 @@ use crate::dynamics::{
     Blocks, EnergyGradientSum, EnergySweep, Pushed, Rates, Sweep, each_kinetic_derivative,
 };
 use crate::model::Model;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::{Force, Motion};
@@ -73,7 +73,7 @@ impl<T: Scalar> DelassusColumns<T> {
         let Some(chain) = chains[normal.side] else {
             return;
         };
-        let along = (normal.along)(&chains.map(|chain| motion_along(chain, s)));
+        let along = (normal.along)(&chains.map_each(|chain| motion_along(chain, s)));
         chain.turns(s, &mut self.turns);
         for (&(k, S), turn) in chain.coordinates.iter().zip(&self.turns) {
             by_q[k] += (along.by_pose(&S) + turn.power(&normal.force)) * 2.0;
@@ -152,7 +152,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);
         respond(diagonal.balance, diagonal.row, s);
         self.energy.start(model, sweep, s, normal.with_mass);
-        let V = normal.on.map(|on| self.energy.motion(on));
+        let V = normal.on.map_each(|on| self.energy.motion(on));
         let pushed = normal.on[normal.side].map(|body| Pushed {
             body,
             force: normal.force,
@@ -165,6 +165,6 @@ impl<T: Scalar> DelassusAdjoint<T> {
             let squares = by_resistance.iter_mut().zip(s);
             squares.for_each(|(sum, s)| *sum -= weight * *s * *s);
         }
-        V.map(|V| V * -weight)
+        V.map_each(|V| V * -weight)
     }
 }

@@ -17,7 +17,7 @@ use super::sink::{Acting, ActingPlace, BodyRow, DerivativePoint, Own, Sink};
 use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::constraint::{CarriedRow, CarrierMotion, ConstraintRows, Mounted};
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, MapEach, Over, Scalar};
 use crate::sim::actuation::OfActuator;
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -190,7 +190,7 @@ impl<T: Scalar> Found<'_, T> {
             U: constant_motion(&motion.U),
         };
         let (carried, y, without_seen) = self.y(&mounted, &body, &world, at.point.dt());
-        let [on_world, unit] = carried.unit_forces.map(|unit| part(&unit, |x| x.re));
+        let [on_world, unit] = carried.unit_forces.map_each(|unit| part(&unit, |x| x.re));
         let input = simulator.actuated().len() + self.input;
         let row = BodyRow {
             row: self.row,
@@ -233,7 +233,7 @@ impl<T: Scalar> Found<'_, T> {
     /// The force of the row on the body.
     fn pull(&self, carried: &CarriedRow<OfBody<T>>) -> Force<OfBody<T>> {
         let unit = carried.unit_forces[1].to_array();
-        Force::from_array(unit.map(|x| x.each(|x| x * self.force)))
+        Force::from_array(unit.map_each(|x| x.each(|x| x * self.force)))
     }
 
     /// States derivatives in the coordinates of the wrench, some at a time.
@@ -268,7 +268,7 @@ impl<T: Scalar> Found<'_, T> {
             out.rows(&[row], own.clone());
             // Its value is stated once.
             let pull = self.pull(&carried).to_array();
-            let slopes = Force::from_array(pull.map(|x| Dual::new(T::zero(), x.eps)));
+            let slopes = Force::from_array(pull.map_each(|x| Dual::new(T::zero(), x.eps)));
             out.force(mounted.body, &slopes, own);
         }
     }

@@ -17,7 +17,7 @@ use crate::dynamics::{
     AccelerationDerivatives, Blocks, Calls, Entries, Kinematics, forward_kinematics_into,
 };
 use crate::model::BodyId;
-use crate::scalar::{Differentiable, Scalar, each};
+use crate::scalar::{Differentiable, MapEach, Scalar, each};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};
 
@@ -263,7 +263,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
         };
         let memory = &mut *self.memory;
         let model = self.at.point.model();
-        let chains = normal.on.map(|on| {
+        let chains = normal.on.map_each(|on| {
             let own = memory.carried.iter().find(|own| own.body == on);
             own.filter(|_| on.is_some()).map(|own| &own.chain)
         });

@@ -15,7 +15,7 @@ use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::contact::StepForce;
 use crate::dynamics::AbaScratch;
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, MapEach, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -423,7 +423,7 @@ fn emit_time_step<T: Scalar>(
 
 /// An end whose depth has its derivative in the position of its coordinate.
 fn moving<'a, T: Scalar>(end: &End<'a, f64, T>) -> End<'a, f64, OfCoordinate<T>> {
-    let by_position = [-end.inward, 0.0, 0.0, 0.0].map(T::constant);
+    let by_position = [-end.inward, 0.0, 0.0, 0.0].map_each(T::constant);
     End {
         depth: OfCoordinate::new(end.depth, by_position),
         inward: end.inward,

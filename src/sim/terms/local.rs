@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::constraint::CarrierMotion;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, MapEach, Scalar, from_each};
 use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -66,7 +66,7 @@ impl<T: Scalar> BodyDerivatives<T> for OfBody<T> {
 }
 
 fn slopes_from<T: Scalar>(x: &OfBody<T>, first: usize) -> Force<T> {
-    Force::from_array(std::array::from_fn(|k| x.eps[first + k]))
+    Force::from_array(from_each(|k| x.eps[first + k]))
 }
 
 #[inline(always)]
@@ -80,7 +80,7 @@ fn along<T: Scalar>(slopes: &[T], V: &Motion<T>) -> T {
 
 /// One derivative of each coordinate of a force, or its values.
 pub(super) fn part<T: Scalar>(F: &Force<OfBody<T>>, of: impl Fn(&OfBody<T>) -> T) -> Force<T> {
-    Force::from_array(F.to_array().map(|x| of(&x)))
+    Force::from_array(F.to_array().map_each(|x| of(&x)))
 }
 
 /// X exp(ξ) to first order in ξ, a motion of B in B, along the first six directions: δp = R ξᵥ, δR = R `[ξ_ω]×`.
@@ -129,7 +129,7 @@ pub(super) fn in_directions_of<T: Scalar>(
     side: usize,
     motions: &[CarrierMotion<T>; 2],
 ) -> [CarrierMotion<OfBody<T>>; 2] {
-    std::array::from_fn(|i| {
+    from_each(|i| {
         let at = &motions[i];
         let (X_WB, V) = match i == side {
             true => (seeded_pose(&at.X_WB), seeded_velocity(&at.V)),

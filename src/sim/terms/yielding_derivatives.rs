@@ -8,7 +8,7 @@ use super::numbers::Numbers;
 use super::sink::BodySink;
 use crate::constraint::{ConstraintKind, ConstraintRow, Hold};
 use crate::linalg::product::dot;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, MapEach, Scalar};
 
 /// Directions of stiffness, damping, bound and length of a spring at an instant.
 const SPRING: [usize; 4] = [0, 1, 2, 3];
@@ -19,7 +19,7 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         let rows = &rows[self.first_row..][..self.constraint.rows()];
         if self.is_spring_force() {
             let slopes = self.spring_slopes(rows, out);
-            let [stiffness, damping, bound, length] = SPRING.map(|k| slopes.eps[k]);
+            let [stiffness, damping, bound, length] = SPRING.map_each(|k| slopes.eps[k]);
             out.add(&self.slots.bound, &[bound]);
             match self.constraint.kind() {
                 ConstraintKind::Distance { .. } => {

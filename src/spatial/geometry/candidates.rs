@@ -11,6 +11,7 @@
 //!
 //! Time and memory are linear in the number of points.
 
+use crate::scalar::MapEach;
 use glam::Vec3A;
 use nalgebra::Vector3;
 
@@ -110,7 +111,7 @@ impl Polytope {
         let middle = middle(corners.iter().copied());
         let corner = |i: u32| wide(found.vertices()[i as usize]);
         let planes = found.indices().iter().filter_map(|triangle| {
-            let [a, b, c] = triangle.map(corner);
+            let [a, b, c] = triangle.map_each(corner);
             // A triangle without area bounds nothing.
             let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
             let outwards = if normal.dot(&(a - middle)) < 0.0 {

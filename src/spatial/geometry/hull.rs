@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::linalg::symmetric_eigen3;
+use crate::scalar::MapEach;
 use glam::Vec3A;
 use nalgebra::{Matrix3, Vector3};
 
@@ -47,7 +48,7 @@ pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
     let chosen = candidates(&stretched, &flat);
     let own = chosen.indices.iter().map(|&i| stretched[i]);
     let found = convex(&own.chain(flat).collect::<Vec<_>>())?;
-    let bits = |point: &Vec3A| point.to_array().map(f32::to_bits);
+    let bits = |point: &Vec3A| point.to_array().map_each(f32::to_bits);
     let numbered = chosen.indices.iter().rev();
     let index_of: HashMap<_, _> = numbered.map(|&i| (bits(&stretched[i]), i)).collect();
     let vertices = found.vertices().iter();

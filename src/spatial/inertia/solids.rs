@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Inertia;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Symmetric3;
 
 /// Distance of a half ball's centre of mass from its flat face, in r; also that of the cross term 2 (½ l) (⅜ r) = ⅜ l
@@ -17,7 +17,7 @@ const ROD: f64 = 1.0 / 12.0;
 impl<P: Scalar> Inertia<P> {
     /// A solid box with full edge lengths `size`:  J = m/12 (y² + z², x² + z², x² + y²).
     pub(crate) fn solid_box(mass: P, size: [P; 3]) -> Self {
-        let [x, y, z] = size.map(|length| length * length * mass * ROD);
+        let [x, y, z] = size.map_each(|length| length * length * mass * ROD);
         Self::centred(mass, [y + z, x + z, x + y])
     }
 
@@ -28,7 +28,7 @@ impl<P: Scalar> Inertia<P> {
 
     /// A solid ellipsoid with the semi-axes a, b, c:  J = m/5 (b² + c², a² + c², a² + b²).
     pub(crate) fn solid_ellipsoid(mass: P, semi_axes: [P; 3]) -> Self {
-        let [x, y, z] = semi_axes.map(|length| length * length * mass * (0.5 * BALL));
+        let [x, y, z] = semi_axes.map_each(|length| length * length * mass * (0.5 * BALL));
         Self::centred(mass, [y + z, x + z, x + y])
     }
 

@@ -6,6 +6,7 @@ use super::point_data::{Memory, PointData};
 use super::points::Points;
 use crate::linalg::FreeFactor;
 use crate::parallel::for_each_part;
+use crate::scalar::MapEach;
 use crate::trajopt::problem::Problem;
 
 /// The problem to first order, its costs to second.
@@ -129,7 +130,10 @@ fn interval<'a>(
     k: usize,
 ) -> ([&'a [f64]; 3], [&'a Flow; 3]) {
     let all = [2 * k, 2 * k + 1, 2 * k + 2];
-    (all.map(|i| at.at(i).x), all.map(|i| &points[i].flow))
+    (
+        all.map_each(|i| at.at(i).x),
+        all.map_each(|i| &points[i].flow),
+    )
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use super::chart::{Chart, ChartScratch, FLOW, POINT, RATE, START, XI};
 use crate::linearize::Linearization;
+use crate::scalar::MapEach;
 use crate::trajopt::system::{AnySystem, zero_linearization};
 
 /// The rate of one point, and its Jacobians.
@@ -69,7 +70,7 @@ impl Defects {
         flows: [&Flow; 3],
     ) {
         let h = system.time_step();
-        let [f0, fm, f1] = flows.map(|flow| flow.rate.as_slice());
+        let [f0, fm, f1] = flows.map_each(|flow| flow.rate.as_slice());
         self.middle.measure(system, x0, xm, fm);
         self.end.measure(system, x0, x1, f1);
         let (m, e) = (&self.middle, &self.end);

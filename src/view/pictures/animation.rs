@@ -2,6 +2,7 @@
 //!
 //! GIF is the only animation format that browsers, notebooks and code hosts show like a picture, without a codec. Unchanged pixels take no space.
 
+use crate::scalar::MapEach;
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
@@ -46,7 +47,7 @@ impl Animation {
         let colors = Colors::of(count, picture);
         let (mut out, mut last) = (Vec::new(), Vec::new());
         let Picture { width, height, .. } = picture(0);
-        let [width, height] = [width, height].map(|n| u16::try_from(n).unwrap_or(u16::MAX));
+        let [width, height] = [width, height].map_each(|n| u16::try_from(n).unwrap_or(u16::MAX));
         let written = (|| {
             let mut encoder = Encoder::new(&mut out, width, height, &colors.palette)?;
             encoder.set_repeat(Repeat::Infinite)?;
@@ -101,7 +102,8 @@ impl Colors {
         let levels = 1_usize << BITS;
         let middle = |k: usize| ((2 * k + 1) * 256 / (2 * levels)) as u8;
         let nearest = (0..levels.pow(3)).map(|k| {
-            let [r, g, b] = [k / (levels * levels), k / levels % levels, k % levels].map(middle);
+            let [r, g, b] =
+                [k / (levels * levels), k / levels % levels, k % levels].map_each(middle);
             network.index_of(&[r, g, b, 255]) as u8
         });
         let mut palette = network.color_map_rgb();

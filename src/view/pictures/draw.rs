@@ -6,6 +6,7 @@ use super::eye::Eye;
 use super::raster::{Lens, Sample, Seen};
 use super::stage::{Poses, Stage, StagePiece};
 use super::{Picture, PictureOptions};
+use crate::scalar::{MapEach, from_each};
 use crate::spatial::Transform;
 
 /// Samples of a pixel along each side, whose mean it is.
@@ -47,13 +48,13 @@ pub(super) struct Drawing<'e> {
 
 impl<'e> Drawing<'e> {
     pub(super) fn new(eye: &'e Eye, options: PictureOptions) -> Self {
-        let size = [options.width, options.height].map(|n| n as usize * SAMPLES);
+        let size = [options.width, options.height].map_each(|n| n as usize * SAMPLES);
         let n = size[0] * size[1];
         Self {
             eye,
             options,
             lens: eye.lens(size),
-            colors: vec![BACKGROUND.map(number); n],
+            colors: vec![BACKGROUND.map_each(number); n],
             nearness: vec![0.0; n],
         }
     }
@@ -78,7 +79,7 @@ impl<'e> Drawing<'e> {
         let opacity = (16.0 * piece.color[3].clamp(0.0, 1.0)).round() as u8;
         let table = screen_of_light();
         for corners in piece.corners.chunks_exact(3) {
-            let triangle = [0, 1, 2].map(|k| {
+            let triangle = [0, 1, 2].map_each(|k| {
                 let point = pose.point(&corners[k].position);
                 let to_eye = self.eye.position() - point;
                 let light = lit(&(pose.rotation * corners[k].normal), &to_eye, &piece.color);
@@ -88,7 +89,7 @@ impl<'e> Drawing<'e> {
                 let level =
                     |light: f64| table[(light.clamp(0.0, 1.0) * (LEVELS - 1) as f64) as usize];
                 let is_drawn = THRESHOLDS[sample.y % 4][sample.x % 4] < opacity;
-                is_drawn.then(|| sample.values.map(level))
+                is_drawn.then(|| sample.values.map_each(level))
             });
         }
     }
@@ -123,7 +124,7 @@ impl<'e> Drawing<'e> {
         let sun = Vector3::from(TO_SUN);
         for (piece, pose) in placed.iter().filter(|(piece, _)| piece.color[3] > 0.5) {
             for corners in piece.corners.chunks_exact(3) {
-                let triangle = [0, 1, 2].map(|k| {
+                let triangle = [0, 1, 2].map_each(|k| {
                     let point = pose.point(&corners[k].position);
                     // Nothing below the floor throws a shadow on it.
                     let above = (point.z - height).max(0.0);
@@ -166,7 +167,7 @@ impl<'e> Drawing<'e> {
                     1.0
                 };
                 let of = |k: usize| TILES[parity][k] * shade * (1.0 - fade) + BACKGROUND[k] * fade;
-                Some([of(0), of(1), of(2)].map(number))
+                Some([of(0), of(1), of(2)].map_each(number))
             });
         }
     }
@@ -183,7 +184,7 @@ impl<'e> Drawing<'e> {
                     let sample = self.colors[row * self.lens.size[0] + x * SAMPLES + k % SAMPLES];
                     (0..3).for_each(|c| sum[c] += usize::from(sample[c]));
                 }
-                pixels.extend(sum.map(|sum| (sum / (SAMPLES * SAMPLES)) as u8));
+                pixels.extend(sum.map_each(|sum| (sum / (SAMPLES * SAMPLES)) as u8));
             }
         }
         Picture {
@@ -210,7 +211,7 @@ fn lit(normal: &Vector3<f64>, to_eye: &Vector3<f64>, color: &[f64; 4]) -> [f64; 
     let direct = n.dot(&sun).max(0.0);
     let shine = SHINE * direct * n.dot(&(sun + v).normalize()).max(0.0).powi(GLOSS);
     let up = 0.5 + 0.5 * n.z;
-    [0, 1, 2].map(|k| {
+    [0, 1, 2].map_each(|k| {
         let sky = SKY[0][k] + (SKY[1][k] - SKY[0][k]) * up;
         color[k].clamp(0.0, 1.0).powf(GAMMA) * (sky + SUN[k] * direct) + shine
     })
@@ -222,5 +223,5 @@ const LEVELS: usize = 1024;
 /// The number of the screen for each level of light.
 fn screen_of_light() -> [u8; LEVELS] {
     let of = |k: usize| 255.0 * (k as f64 / (LEVELS - 1) as f64).powf(1.0 / GAMMA);
-    std::array::from_fn(|k| of(k).round() as u8)
+    from_each(|k| of(k).round() as u8)
 }

@@ -7,6 +7,7 @@ use nalgebra::{DVector, Vector3};
 use super::surface::{Corner, rod, triangles};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
+use crate::scalar::MapEach;
 use crate::spatial::{Quaternion, Transform};
 use crate::view::meshes::Meshes;
 use crate::view::recording::Recording;
@@ -167,7 +168,7 @@ impl Stage {
         for (axis, [r, g, b]) in AXES.into_iter().enumerate() {
             // z along the axis: the columns of the frame, one place on.
             let R = transform(frame).rotation;
-            let columns = [1, 2, 0].map(|k| R.column((axis + k) % 3).into_owned());
+            let columns = [1, 2, 0].map_each(|k| R.column((axis + k) % 3).into_owned());
             let turned = Transform::new(
                 nalgebra::Matrix3::from_columns(&columns),
                 transform(frame).translation,

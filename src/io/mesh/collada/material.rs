@@ -7,6 +7,7 @@ use roxmltree::NodeId;
 use super::{Ids, numbers};
 use crate::input::xml::{Node, child, children};
 use crate::io::mesh::soup::Color;
+use crate::scalar::MapEach;
 
 /// The colour of an effect that gives none, or a picture.
 const DEFAULT: Color = Some([0.6, 0.6, 0.6, 1.0]);
@@ -67,7 +68,7 @@ impl<'a> Colors<'a> {
         let shader = technique.and_then(|node| SHADERS.iter().find_map(|name| child(node, name)));
         let diffuse = shader.and_then(|node| child(node, "diffuse"));
         let color = match diffuse.and_then(|node| child(node, "color")) {
-            Some(color) => Some(numbers::<4>(color)?.map(|x| x as f32)),
+            Some(color) => Some(numbers::<4>(color)?.map_each(|x| x as f32)),
             None => DEFAULT,
         };
         self.known.insert(effect.id(), color);

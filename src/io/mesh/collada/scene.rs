@@ -15,6 +15,7 @@ use super::material::Colors;
 use super::node::{self, SceneNode};
 use crate::input::xml::{Node, child, tag};
 use crate::io::mesh::soup::{Color, Soup};
+use crate::scalar::MapEach;
 
 /// Most nodes that are drawn again.
 const MAX_NODES_AGAIN: usize = 100_000;
@@ -227,9 +228,9 @@ impl Source {
                 instance: instance.number,
                 index,
             };
-            let position = Point3::from(self.positions[i].map(f64::from));
+            let position = Point3::from(self.positions[i].map_each(f64::from));
             let position = instance.placement.fixed_view::<3, 4>(0, 0) * position.to_homogeneous();
-            positions.push([position.x, position.y, position.z].map(|x| x as f32));
+            positions.push([position.x, position.y, position.z].map_each(|x| x as f32));
         }
         Ok(placed.index)
     }

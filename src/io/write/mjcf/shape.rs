@@ -3,6 +3,7 @@
 use super::mesh::Collides;
 use super::{Writer, numbers, pose};
 use crate::model::{Geometry, LinkSpec};
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Groups of geoms: the first three are shown by default.
@@ -64,7 +65,7 @@ impl Writer<'_> {
 /// The type of a shape in `MuJoCo`, which gives radii and half lengths.
 fn half_lengths(geometry: &Geometry) -> (&'static str, Vec<f64>) {
     match geometry {
-        Geometry::Box { size } => ("box", size.map(|length| length / 2.0).to_vec()),
+        Geometry::Box { size } => ("box", size.map_each(|length| length / 2.0).to_vec()),
         Geometry::Sphere { radius } => ("sphere", vec![*radius]),
         Geometry::Cylinder { radius, length } => ("cylinder", vec![*radius, length / 2.0]),
         Geometry::Capsule { radius, length } => ("capsule", vec![*radius, length / 2.0]),

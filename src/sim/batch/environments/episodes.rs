@@ -10,6 +10,7 @@ use super::environment::{Environment, Episode};
 use super::memory::Memory;
 use super::rules::{AutoReset, Rules};
 use super::transitions::Rows;
+use crate::scalar::MapEach;
 use crate::sim::batch::group::Group;
 use crate::sim::batch::simulator::Stepper;
 use crate::sim::batch::{BATCH_WIDTH, BatchScalar};
@@ -129,7 +130,7 @@ impl Episodes {
         let episode = self.at(&group.state);
         let reward = rules.environment.reward(&episode, action).0;
         let (over, runs) = (rules.environment.is_over(&episode), group.runs());
-        let is_long = self.lengths.map(|length| length >= rules.max_length);
+        let is_long = self.lengths.map_each(|length| length >= rules.max_length);
         let over: Flags = from_fn(|k| (over[k] | !runs[k]) & !again[k]);
         let cut: Flags = from_fn(|k| is_long[k] & !again[k] & !over[k]);
         let reward: [f64; BATCH_WIDTH] = from_fn(|k| if again[k] { 0.0 } else { reward[k] });

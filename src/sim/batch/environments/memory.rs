@@ -4,6 +4,7 @@ use num_traits::Zero;
 use rand::Rng;
 
 use super::environment::{Environment, Episode};
+use crate::scalar::from_each;
 use crate::sim::batch::{BATCH_WIDTH, BatchScalar};
 use crate::sim::state::State;
 
@@ -41,7 +42,7 @@ impl Memory {
     pub(super) fn read_actions(&mut self, rows: &[f64]) {
         let width = self.action.len();
         for (j, out) in self.action.iter_mut().enumerate() {
-            out.0 = std::array::from_fn(|lane| rows[(lane * width).min(rows.len() - width) + j]);
+            out.0 = from_each(|lane| rows[(lane * width).min(rows.len() - width) + j]);
         }
     }
 

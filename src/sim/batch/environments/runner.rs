@@ -5,6 +5,7 @@ use super::episodes::Episodes;
 use super::memory::Memory;
 use super::rules::{AutoReset, Rules};
 use super::transitions::{Rows, Transitions};
+use crate::scalar::from_each;
 use crate::sim::batch::{BATCH_WIDTH, BatchSimulator, BatchStates};
 use crate::sim::state::State;
 
@@ -65,7 +66,7 @@ impl<E: Environment> Environments<E> {
         let states = batch.states(&vec![neutral.clone(); batch.len()]);
         let last = batch.len().saturating_sub(1);
         let of_lane = |group: usize, lane: usize| (group * BATCH_WIDTH + lane).min(last) as u64;
-        let seeds = |group| std::array::from_fn(|lane| seed.wrapping_add(of_lane(group, lane)));
+        let seeds = |group| from_each(|lane| seed.wrapping_add(of_lane(group, lane)));
         let groups = 0..batch.len().div_ceil(BATCH_WIDTH);
         let episodes = groups.map(|k| Episodes::new(&environment, seeds(k)));
         let mut out = Self {

@@ -1,6 +1,7 @@
 //! Results of a step of environments.
 
 use super::environment::Environment;
+use crate::scalar::MapEach;
 
 /// Results of the actions of all episodes, row by row. Made by [`Environments::transitions`](super::Environments::transitions).
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +61,8 @@ impl<'a> Rows<'a> {
         if states >= all {
             return std::mem::take(self);
         }
-        let [n_actions, width] = [self.actions.len(), self.observations.len()].map(|n| n / all);
+        let [n_actions, width] =
+            [self.actions.len(), self.observations.len()].map_each(|n| n / all);
         let actions = self.actions.split_off(..states * n_actions);
         let rows =
             |all: &mut &'a mut [f64]| all.split_off_mut(..states * width).unwrap_or_default();

@@ -8,7 +8,7 @@ use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
+use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar, from_each};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
@@ -125,7 +125,7 @@ fn curved_rows<T: Scalar>(
         let (dq, dv) = joint_step(body, state, &w, next, T::constant(dt));
         let nv = body.joint.nv();
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
-            let by_a = std::array::from_fn(|k| std::array::from_fn(|l| D[k].eps[MAX_NV + l] * dt));
+            let by_a = from_each(|k| from_each(|l| D[k].eps[MAX_NV + l] * dt));
             write_rows(columns, body, &by_a, first, out);
             for (k, D) in D.iter().enumerate().take(nv) {
                 let (by_q, by_w) = D.eps.split_at(MAX_NV);

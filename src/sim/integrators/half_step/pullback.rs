@@ -16,7 +16,7 @@ use crate::dynamics::{Gradients, Sweep, Weighted};
 use crate::joint::Joint as _;
 use crate::linalg::product::{add_scaled, dot};
 use crate::model::Model;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, MapEach, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceAdjoint;
 use crate::sim::simulator::Simulator;
@@ -280,7 +280,7 @@ impl<T: Scalar> Adjoint<T> {
     fn add_centers(&self, model: &Model, parameters: &mut [T]) {
         for (id, body) in model.independent_with_ids() {
             if body.joint.turns_with_body() {
-                let [spin, weights] = [&self.v, &self.by_v].map(|v| body.motion(v));
+                let [spin, weights] = [&self.v, &self.by_v].map_each(|v| body.motion(v));
                 let by_center = cross(&spin.angular, &weights.linear);
                 (self.sweep.slots).add_center(id, body, &by_center, parameters);
             }

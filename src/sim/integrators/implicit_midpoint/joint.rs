@@ -10,7 +10,7 @@ use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
 use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, MapEach, Scalar, from_each};
 use crate::sim::integrators::joint_tangents::{Part, in_both, integrated_alone, seeded};
 use crate::spatial::{Force, SPATIAL};
 
@@ -45,7 +45,7 @@ fn dexp_transposed<T: Scalar>(joint: JointKind, phi: &Along<T>, x: &Along<T>) ->
     let (mut term, mut out) = (*x, *x);
     for n in 0..TERMS {
         let turned = -V.cross_force(&to_force(joint, &term));
-        term = from_force(joint, &turned).map(|x| x / (n as f64 + 2.0));
+        term = from_force(joint, &turned).map_each(|x| x / (n as f64 + 2.0));
         out.iter_mut().zip(term).for_each(|(out, x)| *out += x);
     }
     out
@@ -164,7 +164,7 @@ impl<T: Scalar> JointDerivatives<T> {
             };
             let phi = of(at.offsets[0], 0.5 * at.dt, 0);
             let (p, impulse) = (of(at.p, 0.0, 0), of(at.impulse, 2.0, nv));
-            let middle = at_middle(joint, &phi, &p, &impulse.map(|x| x * 0.5));
+            let middle = at_middle(joint, &phi, &p, &impulse.map_each(|x| x * 0.5));
             let end = at_end(joint, &phi, &p, &of(at.impulse, 0.0, 0));
             [middle, end, carried(joint, &phi, &of(at.p, 1.0, nv))]
         });
@@ -186,13 +186,13 @@ fn moved<T: Scalar>(joint: JointKind, q: &[T], offset: &[T], time: f64) -> [OwnM
     let x = integrated_alone(joint, q, offset, &end[..q.len()]);
     [
         part(&x, 0),
-        part(&x, MAX_NV).map(|row| row.map(|x| x * time)),
+        part(&x, MAX_NV).map_each(|row| row.map_each(|x| x * time)),
     ]
 }
 
 /// Some directions of dual numbers.
 fn part<T: Scalar, const N: usize>(x: &Along<Dual<T, N>>, first: usize) -> OwnMatrix<T> {
-    x.map(|x| std::array::from_fn(|k| x.eps[first + k]))
+    x.map_each(|x| from_each(|k| x.eps[first + k]))
 }
 
 /// x ← m x of one joint.

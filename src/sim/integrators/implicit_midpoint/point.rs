@@ -15,7 +15,7 @@ use crate::dynamics::{
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::simulator::Simulator;
@@ -208,7 +208,7 @@ impl<T: Scalar> Midpoint<T> {
             self.find_end(simulator, start);
         }
         for body in simulator.model().independent() {
-            let half_impulse = own(body, &self.impulse).map(|x| x * 0.5);
+            let half_impulse = own(body, &self.impulse).map_each(|x| x * 0.5);
             let (phi, p) = (own(body, &self.half_offset), own(body, &self.p));
             let expected = at_middle(body.joint, &phi, &p, &half_impulse);
             for (k, expected) in v_range(body).zip(expected) {

@@ -10,7 +10,7 @@ use crate::dynamics::{At, Calls, CrbaScratch, mass_matrix_into};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{CHUNK, Differentiable, Dual, Scalar};
+use crate::scalar::{CHUNK, Differentiable, Dual, MapEach, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::simulator::Simulator;
@@ -257,7 +257,7 @@ impl<T: Differentiable> MidpointDerivatives<T> {
                 body,
                 &JointStep {
                     q: &start.q.as_slice()[q],
-                    offsets: [&point.half_offset, &point.offset].map(|x| &x[v.clone()]),
+                    offsets: [&point.half_offset, &point.offset].map_each(|x| &x[v.clone()]),
                     p: &point.p[v.clone()],
                     impulse: &point.impulse[v],
                     dt: simulator.time_step() * point.part,

@@ -15,7 +15,7 @@ use nalgebra::DVector;
 
 use super::AccelerationScratch;
 use super::method::Step;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -42,7 +42,7 @@ where
 /// Times for which the rates of a stage count: in the step, and up to the next stage, s.
 fn times<P: Scalar>(simulator: &Simulator<P>, stage: usize) -> [P; 2] {
     let (weight, fraction) = STAGES[stage];
-    [weight, fraction].map(|x| simulator.time_step() * x)
+    [weight, fraction].map_each(|x| simulator.time_step() * x)
 }
 
 /// Working memory: a stage, its rates, and their sums.

@@ -8,7 +8,7 @@ use crate::cone::Mode;
 use crate::contact::{BristleLoad, BristleRate, ContactLaw, Contacts, ROWS};
 use crate::dynamics::forward_kinematics_into;
 use crate::model::{BodyId, FrameId};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::spatial::Force;
@@ -52,7 +52,7 @@ impl<T: Scalar> Contact<T> {
     ) -> (ContactLaw<P>, [FrameId; 2]) {
         let links = match point.checked_sub(contacts.points().len()) {
             None => [contacts.points()[point].link; 2],
-            Some(k) => (self.pairs.get(k).shapes).map(|k| contacts.shape_link(k)),
+            Some(k) => (self.pairs.get(k).shapes).map_each(|k| contacts.shape_link(k)),
         };
         (self.touching_in(contacts).law(point), links)
     }

@@ -14,7 +14,7 @@ use super::seeds::{
 };
 use crate::contact::{Contacts, PairPoint};
 use crate::model::{BodyId, Generation};
-use crate::scalar::{Cast, Scalar};
+use crate::scalar::{Cast, MapEach, Scalar};
 use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
 use crate::sim::terms::sink::DerivativePoint;
@@ -65,7 +65,7 @@ impl<T: Scalar> PointPlace<'_, T> {
         let pose = self.term.kinematics.pose_of(own.body);
         let center = pose.point(&own.center.map(|x| x.re));
         let foot = point.position + point.normal * point.depth;
-        [center, point.position, foot].map(|p| [p.x.value(0), p.y.value(0)])
+        [center, point.position, foot].map_each(|p| [p.x.value(0), p.y.value(0)])
     }
 }
 
@@ -79,8 +79,8 @@ impl<T: Scalar> PairPlace<'_, T> {
         state: &Statement<'_, T>,
     ) -> OfBody<T> {
         let kinematics = &self.term.kinematics;
-        let X = self.bodies.map(|on| kinematics.pose(on));
-        let V = self.bodies.map(|on| kinematics.velocity(on));
+        let X = self.bodies.map_each(|on| kinematics.pose(on));
+        let V = self.bodies.map_each(|on| kinematics.velocity(on));
         let point_of = LinearizedPoint::between_numbers;
         let own = point_of(contacts, self.at.point, self.point, side, &X, &V);
         let mut sum = out.sum_between(self.bodies);

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::contact::{Contacts, PairFinder, PairPoint, PairState, PointState};
 use crate::dynamics::Kinematics;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 
 /// Points between bodies at an instant, with the memory to find them.
 #[derive(Clone, Debug)]
@@ -65,8 +65,8 @@ impl<T: Scalar> PairPoints<T> {
         self.full = !fits;
         for point in &self.points {
             let bodies = contacts.pair_bodies(point.shapes);
-            let X = bodies.map(|body| kinematics.pose(body));
-            let V = bodies.map(|body| kinematics.velocity(body));
+            let X = bodies.map_each(|body| kinematics.pose(body));
+            let V = bodies.map_each(|body| kinematics.velocity(body));
             let PairState { point, in_second } = contacts.pair_state(point, &X, &V);
             out.push(point);
             self.in_second.push(in_second);

@@ -9,7 +9,7 @@ use crate::contact::{
     BodyMotion, BristleLoad, ContactLaw, ContactRow, Contacts, PairPoint, PairState,
     PointKinematics, PointState, ROWS, Turning, TurningFriction, body_force, velocity_at,
 };
-use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::scalar::{Dual, MapEach, Over, Scalar, from_each, vectorized};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
@@ -68,7 +68,7 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
     ) -> Self {
         let contacts = at.simulator.contacts().expect("a contact point");
         let moved = in_directions_of(side, motions);
-        let (X, V) = (moved.map(|at| at.X_WB), moved.map(|at| at.V));
+        let (X, V) = (moved.map_each(|at| at.X_WB), moved.map_each(|at| at.V));
         let state = contacts.pair_state(point, &X, &V);
         let friction = contacts.turning_between(point.shapes);
         Self {
@@ -132,7 +132,10 @@ impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> Self {
-        let (X, V) = (X.map(|X| constant_pose(&X)), V.map(|V| constant_motion(&V)));
+        let (X, V) = (
+            X.map_each(|X| constant_pose(&X)),
+            V.map_each(|V| constant_motion(&V)),
+        );
         let state = contacts.pair_state_by_sizes(point, side, &X, &V);
         let law = contacts.pair_law_by_side(point.shapes, side);
         let some = contacts.turning_between(point.shapes);
@@ -150,7 +153,7 @@ fn turning_of<P: Scalar, T: Scalar>(
     X: &[Transform<OfBody<T>>; 2],
     V: &[Motion<OfBody<T>>; 2],
 ) -> Turning<P, OfBody<T>> {
-    let [first, second] = [0, 1].map(|side| rotate(&X[side].rotation, &V[side].angular));
+    let [first, second] = [0, 1].map_each(|side| rotate(&X[side].rotation, &V[side].angular));
     let rate = first - second;
     Turning { friction, rate }
 }
@@ -266,7 +269,7 @@ where
         acceleration: &Vector3<OfBody<T>>,
         forces: &[T],
     ) -> [OfBody<T>; ROWS] {
-        std::array::from_fn(|row| {
+        from_each(|row| {
             let y = own[row].y_at_rest(forces[row]);
             let along = || dot(&self.axes[row], acceleration);
             y.map_or(Dual::from(0.0), |y| along() + y)
@@ -298,7 +301,7 @@ where
     pub(super) fn moment_bounds(&self) -> Option<[OfBody<T>; 2]> {
         let turning = self.turning.as_ref()?;
         let blocks = turning.blocks(self.point.depth, self.is_speculative());
-        Some(blocks.map(|(_, bound)| bound))
+        Some(blocks.map_each(|(_, bound)| bound))
     }
 
     /// Spatial force on each body of given moments about the axes, in the body.

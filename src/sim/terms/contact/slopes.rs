@@ -14,7 +14,7 @@ use super::solved::{ActiveRows, SolvedPoint, each_solved};
 use super::time_step::emit_time_step;
 use crate::contact::{BristleLoad, Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::local::OfBody;
@@ -172,8 +172,8 @@ impl<T: Scalar> SolvedPoint<'_, T> {
         out: &mut impl Sink<T>,
     ) {
         let kinematics = Some(&term.kinematics);
-        let motions = (self.bodies).map(|on| out.turn_to(at, on, kinematics));
-        let seen = motions.map(|motion| motion.U);
+        let motions = (self.bodies).map_each(|on| out.turn_to(at, on, kinematics));
+        let seen = motions.map_each(|motion| motion.U);
         for side in [1, 0] {
             let on = self.bodies[side];
             if on.is_some() {
@@ -199,7 +199,7 @@ fn emit_explicit_between<T: Scalar>(
 ) {
     let bodies = contacts.pair_bodies(pair.shapes);
     let kinematics = Some(&term.kinematics);
-    let motions = bodies.map(|on| out.turn_to(at, on, kinematics));
+    let motions = bodies.map_each(|on| out.turn_to(at, on, kinematics));
     for side in [1, 0] {
         let on = bodies[side];
         if on.is_some() {
@@ -230,7 +230,7 @@ fn state_forces<T: Scalar>(
 
 /// A force without its value.
 fn slopes_alone<T: Scalar>(force: &Force<OfBody<T>>) -> Force<OfBody<T>> {
-    Force::from_array(force.to_array().map(|x| OfBody::new(T::zero(), x.eps)))
+    Force::from_array(force.to_array().map_each(|x| OfBody::new(T::zero(), x.eps)))
 }
 
 /// The bristle of a point: none between bodies.
@@ -349,7 +349,7 @@ impl<T: Scalar> TermDerivatives<T> for ContactDerivatives<T> {
             }
         }
         each_solved(at, term, |solved| {
-            let seen = solved.bodies.map(|on| out.seen(on));
+            let seen = solved.bodies.map_each(|on| out.seen(on));
             if let Some(point) = solved.pair {
                 let bodies = solved.bodies;
                 let place = PairPlace {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::rows::Contact;
 use crate::contact::{Contacts, PairPoint, ROWS};
 use crate::model::BodyId;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, from_each};
 use crate::sim::terms::sink::DerivativePoint;
 use crate::spatial::Force;
 
@@ -87,7 +87,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
                 let used = turning.friction.axes();
                 let own = |k: usize| solved.forces()[row + ROWS + k - used.start];
                 ActiveMoments {
-                    moments: std::array::from_fn(|k| match used.contains(&k) {
+                    moments: from_each(|k| match used.contains(&k) {
                         true => own(k),
                         false => T::zero(),
                     }),
@@ -99,7 +99,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
                 row,
                 block: place.block,
                 moments,
-                forces: std::array::from_fn(|k| solved.forces()[row + k]),
+                forces: from_each(|k| solved.forces()[row + k]),
                 delassus: solved.delassus(row),
                 axes: all.unit_forces(index, &axes),
             }

@@ -4,7 +4,7 @@ use super::places::last_forces;
 use super::rows::Contact;
 use super::touching::Touching;
 use crate::contact::{Contacts, ROWS};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, from_each};
 use crate::sim::balance::Balance;
 use crate::sim::island::Start;
 
@@ -25,7 +25,7 @@ impl<T: Scalar> Contact<T> {
         let points = self.working.active().iter().enumerate();
         let forces = points.map(|(of, &i)| {
             let own = last_forces(&self.places, balance, of);
-            (touching.key(i), std::array::from_fn(|k| own[k]))
+            (touching.key(i), from_each(|k| own[k]))
         });
         self.kept.keep(forces);
     }

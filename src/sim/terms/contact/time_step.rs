@@ -10,7 +10,7 @@ use super::solved::{SolvedPoint, each_solved};
 use crate::contact::{
     BristleLoad, BristleRate, ContactLaw, Contacts, PointKinematics, PointState, ROWS, Turning,
 };
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::sim::terms::local::{COORDINATE_DIRECTIONS, OfCoordinate, TIME_STEP};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
 use crate::sim::terms::sink::{CoordinateSink, DerivativePoint};
@@ -75,7 +75,7 @@ impl<'a, T: Scalar> TimedPoint<'a, T> {
         Self {
             contacts,
             law: touching.law(solved.index),
-            axes: touching.axes(solved.index).map(|axis| constant(&axis)),
+            axes: touching.axes(solved.index).map_each(|axis| constant(&axis)),
             state: PointState {
                 position: constant(&state.position),
                 velocity: constant(&state.velocity),

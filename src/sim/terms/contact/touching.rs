@@ -12,7 +12,7 @@ use crate::contact::{
 };
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::{rotate, rotate_back};
 
@@ -80,7 +80,7 @@ impl<'a, P: Scalar, T: Scalar> Touching<'a, P, T> {
             None => self.contacts.turning(i),
             Some(point) => self.contacts.turning_between(point.shapes),
         }?;
-        let [first, second] = self.bodies(i).map(|body| {
+        let [first, second] = self.bodies(i).map_each(|body| {
             let rate = self.kinematics.velocity(body).angular;
             rotate(&self.kinematics.pose(body).rotation, &rate)
         });
@@ -146,7 +146,7 @@ impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
 impl<P: Scalar, T: Scalar> Touching<'_, P, T> {
     /// Unit forces along the axes of a point on each of its bodies, in it: zeros on the ground.
     pub(super) fn unit_forces(&self, i: usize, axes: &[Vector3<T>; ROWS]) -> [[Force<T>; ROWS]; 2] {
-        [0, 1].map(|side| axes.map(|axis| self.force(i, side, &axis)))
+        [0, 1].map_each(|side| axes.map_each(|axis| self.force(i, side, &axis)))
     }
 
     /// Unit moments about the axes of a point on each of its bodies, in it: zeros on the ground.
@@ -155,7 +155,7 @@ impl<P: Scalar, T: Scalar> Touching<'_, P, T> {
         i: usize,
         axes: &[Vector3<T>; ROWS],
     ) -> [[Force<T>; ROWS]; 2] {
-        [0, 1].map(|side| axes.map(|axis| self.couple(i, side, &axis)))
+        [0, 1].map_each(|side| axes.map_each(|axis| self.couple(i, side, &axis)))
     }
 
     /// A moment on the first body at a point, in the world, or its opposite on the second one, as a force on the body, in the body; none on the ground.

@@ -5,7 +5,7 @@
 
 use super::{IMPACT_TIME, Impact, LoneImpact, times, without_force};
 use crate::linalg::product::add_scaled;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;
 use crate::sim::integrators::acceleration::AccelerationWeights;
@@ -223,7 +223,7 @@ fn motions<'a, T: Scalar>(
         (after, leaving, third),
         (leaving, next, last),
     ];
-    parts.map(|(from, to, times)| KickDrift {
+    parts.map_each(|(from, to, times)| KickDrift {
         model: at.model(),
         from,
         a,
