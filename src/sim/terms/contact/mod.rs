@@ -7,6 +7,7 @@ mod numbers;
 mod pairs;
 mod places;
 mod point;
+mod point_place;
 mod rows;
 mod seeds;
 mod slopes;

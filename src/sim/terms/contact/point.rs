@@ -2,14 +2,15 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
+use super::point_place::{PointPlace, SecondBody};
 use crate::constraint::CarrierMotion;
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactLaw, ContactRow, Contacts, PairPoint, PairState,
-    PointKinematics, PointState, ROWS, Turning, TurningFriction, body_force, velocity_at,
+    BodyMotion, BristleLoad, ContactLaw, Contacts, PairPoint, PairState, PointKinematics, ROWS,
+    Turning, TurningFriction,
 };
-use crate::scalar::{Dual, MapEach, Over, Scalar, from_each, vectorized};
+use crate::scalar::{Dual, MapEach, Over, Scalar, vectorized};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::state::State;
 use crate::sim::terms::delassus::DELASSUS;
@@ -17,7 +18,7 @@ use crate::sim::terms::jacobian::BRISTLE;
 use crate::sim::terms::local::{
     OfBody, constant_motion, constant_pose, in_directions_of, seeded_pose, seeded_velocity,
 };
-use crate::spatial::linear::{dot, rotate, rotate_back};
+use crate::spatial::linear::{dot, rotate};
 use crate::spatial::{Force, Motion, Transform};
 
 /// Explicit force of a contact model, and the change of its bristle over the step.
@@ -34,25 +35,13 @@ pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     law: ContactLaw<P>,
     /// Δt, s.
     dt: f64,
-    /// Axes of its body in the world.
-    R_WB: Matrix3<OfBody<T>>,
-    point: PointState<OfBody<T>>,
-    /// Where it is a point between bodies.
-    second: Option<SecondBody<T>>,
-    axes: [Vector3<OfBody<T>>; ROWS],
+    place: PointPlace<T>,
     /// Of its bristle, in the world; zero where the law has none.
     deflection: Vector3<OfBody<T>>,
     /// Zero, with the derivatives of the Delassus diagonal.
     delassus: OfBody<T>,
     /// Torsional and rolling friction; `None` without.
     turning: Option<Turning<P, OfBody<T>>>,
-}
-
-/// The second body at a point between bodies.
-struct SecondBody<T: Scalar> {
-    R_WB: Matrix3<OfBody<T>>,
-    /// Position of the point in it, m.
-    in_body: Vector3<OfBody<T>>,
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
@@ -203,12 +192,14 @@ where
             turning,
             law: contacts.laws()[index],
             dt: at.dt(),
-            axes: point.axes(),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
-            R_WB: X_WB.rotation,
-            point,
-            second: None,
+            place: PointPlace {
+                R_WB: X_WB.rotation,
+                axes: point.axes(),
+                point,
+                second: None,
+            },
         }
     }
 
@@ -223,13 +214,15 @@ where
             contacts,
             law,
             dt: at.dt(),
-            R_WB: X[0].rotation,
-            axes: state.point.axes_of_any_normal(),
-            point: state.point,
-            second: Some(SecondBody {
-                R_WB: X[1].rotation,
-                in_body: state.in_second,
-            }),
+            place: PointPlace {
+                R_WB: X[0].rotation,
+                axes: state.point.axes_of_any_normal(),
+                point: state.point,
+                second: Some(SecondBody {
+                    R_WB: X[1].rotation,
+                    in_body: state.in_second,
+                }),
+            },
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
             turning: None,
@@ -247,33 +240,19 @@ where
         forces: &[T],
     ) -> [OfBody<T>; ROWS] {
         let own = (self.contacts.rows(&self.law, &self.kinematics(delassus))).rows;
-        self.y_of(&own, &self.velocity(seen), forces)
+        self.place.y_of(&own, &self.place.velocity(seen), forces)
     }
 
     fn kinematics(&self, delassus: T) -> PointKinematics<'_, f64, OfBody<T>> {
         PointKinematics {
-            state: &self.point,
-            axes: &self.axes,
+            state: &self.place.point,
+            axes: &self.place.axes,
             deflection: Some(self.deflection),
             delassus: Dual::new(delassus, self.delassus.eps),
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
             speculative: self.is_speculative(),
         }
-    }
-
-    /// y of rows along the axes.
-    fn y_of(
-        &self,
-        own: &[ContactRow<OfBody<T>>; ROWS],
-        acceleration: &Vector3<OfBody<T>>,
-        forces: &[T],
-    ) -> [OfBody<T>; ROWS] {
-        from_each(|row| {
-            let y = own[row].y_at_rest(forces[row]);
-            let along = || dot(&self.axes[row], acceleration);
-            y.map_or(Dual::from(0.0), |y| along() + y)
-        })
     }
 
     /// [`rows`](Self::rows) of the moments about all axes; `None` without.
@@ -287,49 +266,34 @@ where
         let kinematics = self.kinematics(delassus);
         let across = &self.contacts.rows(&self.law, &kinematics).rows[1];
         let own = (self.contacts).turning_rows(&self.law, &kinematics, turning, across);
-        let rotated =
-            |R: &Matrix3<OfBody<T>>, V: &Motion<T>| rotate(R, &V.angular.map(OfBody::constant_of));
-        let first = rotated(&self.R_WB, &seen[0]);
-        let acceleration = match &self.second {
-            None => first,
-            Some(second) => first - rotated(&second.R_WB, &seen[1]),
-        };
-        Some(self.y_of(&own, &acceleration, moments))
+        Some(
+            self.place
+                .y_of(&own, &self.place.turning_rate(seen), moments),
+        )
     }
 
     /// Coefficients of all blocks of moments, as the solver sees them.
     pub(super) fn moment_bounds(&self) -> Option<[OfBody<T>; 2]> {
         let turning = self.turning.as_ref()?;
-        let blocks = turning.blocks(self.point.depth, self.is_speculative());
+        let blocks = turning.blocks(self.place.point.depth, self.is_speculative());
         Some(blocks.map_each(|(_, bound)| bound))
     }
 
     /// Spatial force on each body of given moments about the axes, in the body.
     pub(super) fn couples(&self, moments: &[T]) -> [Option<Force<OfBody<T>>>; 2] {
-        self.couples_on_both(&self.along_axes(moments))
-    }
-
-    /// A moment in the world on the first body, and its opposite on the second one, each in its body.
-    fn couples_on_both(&self, moment: &Vector3<OfBody<T>>) -> [Option<Force<OfBody<T>>>; 2] {
-        let on = |R: &Matrix3<OfBody<T>>, moment: &Vector3<OfBody<T>>| {
-            Force::new(Vector3::zeros(), rotate_back(R, moment))
-        };
-        let second = self.second.as_ref();
-        [
-            Some(on(&self.R_WB, moment)),
-            second.map(|second| on(&second.R_WB, &-moment)),
-        ]
+        self.place.couples(&self.place.along_axes(moments))
     }
 
     /// Change m⁺ − m of the bristle over a step, in the world, for given forces along the axes at its end.
     pub(super) fn bristle_step(&self, forces: &[T]) -> [OfBody<T>; ROWS] {
-        let across = self.axes[1..].iter().zip(&forces[1..]);
+        let across = self.place.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
         });
-        let separation = dot(&self.point.normal, &self.point.velocity);
+        let point = &self.place.point;
+        let separation = dot(&point.normal, &point.velocity);
         let step = self.law.bristle_step(&BristleLoad {
-            depth: self.point.depth,
+            depth: point.depth,
             separation,
             friction: &friction,
             deflection: &self.deflection,
@@ -341,17 +305,17 @@ where
     /// The explicit force of the contact model at the start of a step on each body, in the body, and the change of the bristle over the step, or its
     /// rate at an instant; `None` if only a solver finds the force.
     pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce<T>> {
-        let own = self.law.explicit_force(&self.point, &self.deflection)?;
+        let own = (self.law).explicit_force(&self.place.point, &self.deflection)?;
         let step = if is_instant {
             own.bristle.deflection
         } else {
             own.bristle.step::<f64>(self.dt)
         };
-        let mut forces = self.on_both(&own.force);
+        let mut forces = self.place.forces(&own.force);
         if let Some(turning) = &self.turning {
-            let normal = &self.point.normal;
+            let normal = &self.place.point.normal;
             let moment = turning.explicit_moment(normal, dot(normal, &own.force));
-            let couples = self.couples_on_both(&moment);
+            let couples = self.place.couples(&moment);
             let all = forces.iter_mut().flatten().zip(couples.iter().flatten());
             all.for_each(|(force, couple)| *force += *couple);
         }
@@ -363,75 +327,27 @@ where
 
     /// Gap of the point, m.
     pub(super) fn gap(&self) -> OfBody<T> {
-        -self.point.depth
+        -self.place.point.depth
     }
 
     /// The velocity at the point along the normal, when the bodies move with `V`.
     pub(super) fn along_normal(&self, V: &[Motion<T>; 2]) -> OfBody<T> {
-        dot(&self.axes[0], &self.velocity(V))
+        dot(&self.place.axes[0], &self.place.velocity(V))
     }
 
     /// μ as the solver sees it.
     pub(super) fn friction(&self) -> OfBody<T> {
         self.law
-            .friction_at(self.point.depth, self.is_speculative())
+            .friction_at(self.place.point.depth, self.is_speculative())
     }
 
     fn is_speculative(&self) -> bool {
-        self.second.is_some() && self.contacts.are_pairs_speculative()
-    }
-
-    /// The velocity of the first body at the point, less that of the second.
-    fn velocity(&self, V: &[Motion<T>; 2]) -> Vector3<OfBody<T>> {
-        let first = vectorized(
-            #[inline(always)]
-            || {
-                let V = constant_motion(&V[0]);
-                self.point.velocity_of(&self.R_WB, &V)
-            },
-        );
-        match &self.second {
-            None => first,
-            Some(second) => first - second.velocity(&V[1]),
-        }
+        self.place.second.is_some() && self.contacts.are_pairs_speculative()
     }
 
     /// Spatial force on each body of given forces along the axes, in the body.
     pub(super) fn forces(&self, forces: &[T]) -> [Option<Force<OfBody<T>>>; 2] {
-        self.on_both(&self.along_axes(forces))
-    }
-
-    fn along_axes(&self, x: &[T]) -> Vector3<OfBody<T>> {
-        let parts = self.axes.iter().zip(x);
-        parts.fold(Vector3::zeros(), |sum, (axis, &x)| {
-            sum + axis.map(|own| own.each(|own| own * x))
-        })
-    }
-
-    /// A force in the world on the first body, and its opposite on the second one, each in its body.
-    fn on_both(&self, force: &Vector3<OfBody<T>>) -> [Option<Force<OfBody<T>>>; 2] {
-        let second = self.second.as_ref();
-        [
-            Some(self.on_first(force)),
-            second.map(|second| second.force(&-force)),
-        ]
-    }
-
-    fn on_first(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
-        vectorized(
-            #[inline(always)]
-            || body_force(&self.R_WB, &self.point.in_body, force),
-        )
-    }
-}
-
-impl<T: Scalar> SecondBody<T> {
-    fn velocity(&self, V: &Motion<T>) -> Vector3<OfBody<T>> {
-        rotate(&self.R_WB, &velocity_at(&constant_motion(V), &self.in_body))
-    }
-
-    fn force(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
-        body_force(&self.R_WB, &self.in_body, force)
+        self.place.forces(&self.place.along_axes(forces))
     }
 }
 
@@ -439,7 +355,8 @@ impl<T: Scalar> SecondBody<T> {
 mod tests {
     use super::*;
     use crate::contact::{
-        ContactLaw, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+        ContactLaw, ContactRow, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact,
+        Terrain,
     };
     use crate::dynamics::forward_kinematics;
     use crate::sim::terms::local::BodyDerivatives;
