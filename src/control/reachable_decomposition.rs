@@ -8,7 +8,7 @@
 //! # References
 //! [Van Dooren 1981].
 
-use crate::linalg::symmetric_eigen;
+use crate::linalg::{svd, symmetric_eigen};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::doubling::TimeDomain;
@@ -17,9 +17,6 @@ use super::stability;
 
 /// Size of a new direction, relative to A or to B, below which it counts as rounding.
 const NEW_DIRECTION: f64 = 1e-9;
-
-/// Steps per row before a decomposition is given up; two or three are usual.
-pub(super) const STEPS_PER_ROW: usize = 100;
 
 /// The least stable mode of the part that the input does not reach, if that part is not stable.
 pub(super) fn unreachable_mode(riccati: &Riccati) -> Option<Complex<f64>> {
@@ -64,8 +61,7 @@ fn new_directions(basis: &DMatrix<f64>, mut candidates: DMatrix<f64>, size: f64)
     }
     let n = candidates.nrows();
     let threshold = NEW_DIRECTION * size;
-    let steps = STEPS_PER_ROW * n.max(candidates.ncols());
-    match candidates.try_svd(true, false, f64::EPSILON, steps) {
+    match svd(candidates, [true, false]) {
         Some(svd) => again(basis, leading(svd.u, &svd.singular_values, threshold, n)),
         None => DMatrix::zeros(n, 0),
     }

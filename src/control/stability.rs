@@ -7,10 +7,9 @@ use nalgebra::{Complex, DMatrix};
 
 use super::balance::Balance;
 use super::doubling::{TimeDomain, is_finite};
-use super::reachable_decomposition::STEPS_PER_ROW;
 use super::riccati::Riccati;
 use super::triple::Triple;
-use crate::linalg::eigenvalues as unsorted;
+use crate::linalg::{eigenvalues as unsorted, svd};
 use crate::sorting::sort_seldom;
 
 /// Tolerances of the search for a hidden mode.
@@ -133,8 +132,7 @@ fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 
             (false, true) => imaginary(i, j),
         }
     });
-    let found = pencil.try_svd(false, false, f64::EPSILON, STEPS_PER_ROW * width);
-    found.map_or(f64::INFINITY, |svd| svd.singular_values.min())
+    svd(pencil, [false, false]).map_or(f64::INFINITY, |found| found.singular_values.min())
 }
 
 /// D⁻¹ M D with rows and columns of equal size.

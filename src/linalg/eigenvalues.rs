@@ -1,6 +1,6 @@
-//! Eigenvalues of a square matrix that need not be symmetric; eigenvalues and axes of a symmetric one.
+//! Eigenvalues of a square matrix that need not be symmetric; eigenvalues and axes of a symmetric one; singular values. All end.
 
-use nalgebra::{Complex, DMatrix, DVector, Matrix3, Schur, SymmetricEigen, Vector3};
+use nalgebra::{Complex, DMatrix, DVector, Dyn, Matrix3, SVD, Schur, SymmetricEigen, Vector3};
 
 /// QR sweeps per row before a decomposition is given up; two or three are usual.
 const SWEEPS_PER_ROW: usize = 100;
@@ -35,6 +35,12 @@ fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
     let v = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
     let s = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
     &s * m * &s
+}
+
+/// The singular value decomposition, with the left or right vectors that are asked for; `None` where the iteration does not end.
+pub(crate) fn svd(m: DMatrix<f64>, [left, right]: [bool; 2]) -> Option<SVD<f64, Dyn, Dyn>> {
+    let steps = SWEEPS_PER_ROW * m.nrows().max(m.ncols());
+    m.try_svd(left, right, f64::EPSILON, steps)
 }
 
 /// Computes eigenvalues and orthonormal eigenvectors, the columns of the second, of a symmetric matrix, in no order; `None` where the iteration does not end.

@@ -9,6 +9,7 @@
 //! | A x = b, A of a joint's own coordinates, over the scalar | [`small_matrix`] | forward dynamics |
 //! | eigenvalues, A general | [`eigenvalues`](fn@eigenvalues) | regulators, remarks on time steps |
 //! | eigenvalues and axes, A symmetric | [`symmetric_eigen`], [`symmetric_eigen3`] | principal axes of inertia, constraints that repeat others |
+//! | singular values | [`svd`] | what inputs reach, forces of a stance |
 //! | C += Aᵀ B of dense columns | [`product`] | Riccati's recursion |
 
 mod box_qp;
@@ -21,7 +22,7 @@ pub(crate) mod small_matrix;
 mod symmetric;
 
 pub(crate) use box_qp::{Bounds, BoxQp};
-pub(crate) use eigenvalues::{eigenvalues, symmetric_eigen, symmetric_eigen3};
+pub(crate) use eigenvalues::{eigenvalues, svd, symmetric_eigen, symmetric_eigen3};
 pub(crate) use factors::Factors;
 pub(crate) use free_factor::{FreeFactor, NotConvex};
 pub(crate) use lu::Lu;

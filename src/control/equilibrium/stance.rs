@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::contact::{ContactLaw, Contacts, PointState};
 use crate::dynamics::gravity_forces;
+use crate::linalg::svd;
 use crate::model::Model;
 use crate::scalar::MapEach;
 use crate::sim::{Simulator, State};
@@ -134,11 +135,10 @@ fn scale() -> Matrix3<f64> {
 
 /// The shortest x of least ‖A x − b‖; zero where the decomposition fails.
 fn least_norm(a: DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
-    let (n, steps) = (a.ncols(), 100 * (a.nrows() + a.ncols()));
-    let svd = a.try_svd(true, true, f64::EPSILON, steps);
-    let solved = svd.and_then(|svd| {
-        let threshold = SINGULAR * svd.singular_values.amax();
-        svd.solve(b, threshold).ok()
+    let n = a.ncols();
+    let solved = svd(a, [true, true]).and_then(|found| {
+        let threshold = SINGULAR * found.singular_values.amax();
+        found.solve(b, threshold).ok()
     });
     solved.unwrap_or_else(|| DVector::zeros(n))
 }
