@@ -117,6 +117,7 @@ pub mod memory;
 #[cfg(any(feature = "trajopt", feature = "identification"))]
 pub mod minimize;
 pub mod model;
+mod nested;
 mod numbers;
 mod parallel;
 pub mod scalar;

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::feature::{Face, Feature};
@@ -53,7 +54,7 @@ impl<'a> Solid<'a> {
             Shape::Triangle { vertices } => vertices.as_slice(),
             _ => &[],
         };
-        let corners = corners.iter().flat_map(|v| v.iter());
+        let corners = corners.iter().nested(|v| v.iter());
         // Without an early end, so that numbers are compared together.
         let is_small = |all: bool, x: &f64| all & (x.abs() <= LARGEST);
         let [rotation, translation] = [self.X.rotation.as_slice(), self.X.translation.as_slice()];

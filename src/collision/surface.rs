@@ -1,5 +1,6 @@
 //! Triangle meshes as ground of arbitrary shape, which bodies touch from outside.
 
+use crate::nested::IntoNested;
 use crate::scalar::{MapEach, from_each};
 use std::collections::HashMap;
 use std::fmt;
@@ -173,9 +174,9 @@ impl Surface {
             let [x, y] = [origin[0] + i * spacing[0], origin[1] + j * spacing[1]];
             Vector3::new(x, y, heights[k])
         };
-        let cells = (0..y - 1).flat_map(|j| (0..x - 1).map(move |i| (j * x + i) as u32));
+        let cells = (0..y - 1).nested(|j| (0..x - 1).map(move |i| (j * x + i) as u32));
         let row = x as u32;
-        let triangles = cells.flat_map(|k| {
+        let triangles = cells.nested(|k| {
             let [right, above, both] = [k + 1, k + row, k + row + 1];
             [[k, right, both], [k, both, above]]
         });

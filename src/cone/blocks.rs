@@ -9,6 +9,7 @@
 use super::block_factor::{BlockFactor, OF_BODIES};
 use super::jacobian::Square;
 use super::system::Unit;
+use crate::nested::IntoNested;
 use crate::scalar::from_each;
 use std::ops::Range;
 
@@ -94,7 +95,7 @@ impl Columns {
 
     /// `G_ii`.
     pub(super) fn diagonal(&self, row: usize) -> f64 {
-        let all = self.parts(row).flat_map(|(_, values)| values);
+        let all = self.parts(row).nested(|(_, values)| values);
         all.map(|x| x * x).sum()
     }
 
@@ -233,7 +234,7 @@ impl Blocks {
                 for i in 0..rows {
                     let values = columns.parts(unit.row + i).find(|(other, _)| *other == a);
                     let product = &self.product[width * i..width * (i + 1)];
-                    for (k, x) in values.iter().flat_map(|(_, values)| *values).enumerate() {
+                    for (k, x) in values.iter().nested(|(_, values)| *values).enumerate() {
                         let out = out[width * k..width * (k + 1)].iter_mut().zip(product);
                         out.for_each(|(out, p)| *out += x * p);
                     }

@@ -8,6 +8,7 @@ use super::law::Piece;
 use super::newton::Newton;
 use super::system::Unit;
 use super::{ConeProblem, ConeSolver};
+use crate::nested::IntoNested;
 use crate::scalar::{Linear, Scalar, is_more_than_values};
 
 /// The equations about a solution to first order, in scaled numbers.
@@ -149,7 +150,7 @@ impl<T: Scalar> ConeSolver<T> {
         let n = system.n;
         out.clear();
         out.resize(n * n, T::zero());
-        for (of, other) in system.units.iter().flat_map(|of| {
+        for (of, other) in system.units.iter().nested(|of| {
             let others = system.units.iter();
             others.map(move |other| (of, other))
         }) {

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -160,7 +161,7 @@ fn features(shape: &Collision, meshes: &mut dyn MeshHulls, options: &ContactOpti
         Geometry::Box { size } => corners(size).map_each(|c| (c, Feature::Corner)).to_vec(),
         Geometry::Cylinder { radius, length } => {
             let ends = [-0.5, 0.5].into_iter();
-            let rims = ends.flat_map(|end| (0..RIM_POINTS).map(move |k| (end, k)));
+            let rims = ends.nested(|end| (0..RIM_POINTS).map(move |k| (end, k)));
             let rim = |(end, k): (f64, usize)| {
                 let feature = Feature::Rim {
                     axis: Vector3::z(),

@@ -9,6 +9,7 @@
 //! [Van Dooren 1981].
 
 use crate::linalg::{svd, symmetric_eigen};
+use crate::nested::IntoNested;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::doubling::TimeDomain;
@@ -95,7 +96,7 @@ fn leading(
 ) -> DMatrix<f64> {
     let columns: Vec<_> = vectors
         .iter()
-        .flat_map(|v| v.column_iter())
+        .nested(|v| v.column_iter())
         .zip(values)
         .filter(|&(_, &value)| value > threshold)
         .map(|(column, _)| column)

@@ -3,6 +3,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::ops::{Add, Range};
 
 use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
@@ -111,7 +112,7 @@ impl PackedScratch {
             self.working.restart(packed, &self.external, of_levels);
         }
         let pieces = self.working.friction.all.iter();
-        let pieces = pieces.flat_map(|own| own.piece.0);
+        let pieces = pieces.nested(|own| own.piece.0);
         for (&index, piece) in packed.v.iter().zip(pieces) {
             prefix.friction.all[index].piece = T::from(piece);
         }
@@ -212,7 +213,7 @@ impl PackedScratch {
             working.A[0] = broadcast(&prefix.A[tip]);
         }
         accelerations(packed, &broadcast(A_W), working, &mut self.a);
-        for (&index, x) in packed.v.iter().zip(self.a.iter().flat_map(|x| x.0)) {
+        for (&index, x) in packed.v.iter().zip(self.a.iter().nested(|x| x.0)) {
             a[index] = T::from(x);
         }
     }

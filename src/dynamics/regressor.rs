@@ -6,6 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, RowDVector, Vector3};
 
 use super::kinematics::forward_kinematics;
@@ -113,7 +114,7 @@ fn row<P: Scalar, T: Scalar>(
     model: &Model<P>,
     entry: impl Fn(usize, &Inertia<T>) -> T,
 ) -> RowDVector<T> {
-    let all = (0..model.n_bodies()).flat_map(|i| (0..INERTIAL_PARAMETERS).map(move |k| (i, k)));
+    let all = (0..model.n_bodies()).nested(|i| (0..INERTIAL_PARAMETERS).map(move |k| (i, k)));
     RowDVector::from_iterator(
         INERTIAL_PARAMETERS * model.n_bodies(),
         all.map(|(i, k)| entry(i, &Inertia::unit(k))),

@@ -6,6 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::crba::mass_matrix;
@@ -187,7 +188,7 @@ fn rounding(locked: &Matrix6<f64>, axis: Axis, rotor: f64) -> f64 {
 fn eliminate_dense(model: &Model) -> Vec<Unresisted> {
     let leaders = || model.independent_with_ids();
     let q: Vec<f64> = leaders()
-        .flat_map(|(id, body)| ordinary_coordinates(id.0, body))
+        .nested(|(id, body)| ordinary_coordinates(id.0, body))
         .collect();
     let mut M = mass_matrix(model, &q);
     let (whole, locked) = (M.diagonal(), locked_inertias(model));

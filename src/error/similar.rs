@@ -1,5 +1,6 @@
 //! Names that a wrong one may have been meant for.
 
+use crate::nested::IntoNested;
 use crate::sorting::sort_seldom;
 
 /// Characters of a name that are compared: longer names are not typing errors.
@@ -27,7 +28,7 @@ struct Name(Vec<char>);
 
 impl Name {
     fn of(name: &str) -> Self {
-        let lower = name.chars().flat_map(char::to_lowercase);
+        let lower = name.chars().nested(char::to_lowercase);
         Self(lower.take(MAX_CHARACTERS).collect())
     }
 

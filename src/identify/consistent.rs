@@ -8,6 +8,7 @@
 //! this crate does not ask for; and Levenberg and Marquardt's method in log-Cholesky parameters creeps where the solution is at the boundary, at infinite
 //! parameters, which is the rule: it is what a test compares with.
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4};
 
 use super::barrier::{Cone, Program, inertia, root_transposed};
@@ -182,7 +183,7 @@ fn body_metric(first: usize, nominal: &DVector<f64>) -> Vec<DVector<f64>> {
     for k in 0..INERTIAL_PARAMETERS {
         let unit = Inertia::unit(k).to_pseudo_inertia();
         let seen = inverse * unit * inverse.transpose();
-        let entries = (0..4).flat_map(|i| (i..4).map(move |j| (i, j)));
+        let entries = (0..4).nested(|i| (i..4).map(move |j| (i, j)));
         for (row, (i, j)) in rows.iter_mut().zip(entries) {
             let both = if i == j {
                 1.0

@@ -1,5 +1,6 @@
 //! Weighted least squares of base parameters, with their uncertainty.
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::base::BaseParameters;
@@ -186,7 +187,7 @@ impl System {
             let directions = eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues);
             let weakest = directions.filter(|(_, value)| weak(**value) || **value == least);
             let mut open: Vec<usize> = weakest
-                .flat_map(|(direction, _)| {
+                .nested(|(direction, _)| {
                     let large = direction.amax() * PART;
                     (0..n)
                         .filter(move |&k| direction[k].abs() >= large)

@@ -1,5 +1,6 @@
 //! Experiments: logged channels.
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::error::IdentifyError;
@@ -140,17 +141,17 @@ impl Experiment {
             let (joint, q, v) = (model.joint_name(id), q_range(body), v_range(body));
             let states = &rollout.states[..n];
             let positions: Vec<f64> = (states.iter())
-                .flat_map(|state| state.q.as_slice()[q.clone()].iter().copied())
+                .nested(|state| state.q.as_slice()[q.clone()].iter().copied())
                 .collect();
             let velocities: Vec<f64> = (states.iter())
-                .flat_map(|state| state.v.as_slice()[v.clone()].iter().copied())
+                .nested(|state| state.v.as_slice()[v.clone()].iter().copied())
                 .collect();
             let force = |k: usize, u: &nalgebra::DVector<f64>| {
                 let inputs = actuated.iter().zip(u.iter());
                 inputs.filter(|&(&at, _)| at == k).map(|(_, u)| u).sum()
             };
             let forces: Vec<f64> = (rollout.inputs.iter())
-                .flat_map(|u| v.clone().map(move |k| force(k, u)))
+                .nested(|u| v.clone().map(move |k| force(k, u)))
                 .collect();
             out = out
                 .with_channel(&joint, Quantity::Position, Unit::Si, &positions)

@@ -1,5 +1,6 @@
 //! The regressor of identification: joint forces as a linear function of unknowns.
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentifyError;
@@ -178,7 +179,7 @@ impl Regressor {
     fn coordinates(&self) -> Vec<usize> {
         let bodies = self.model.independent_with_ids();
         let named = bodies.filter(|&(id, _)| self.model.body_joint(id).is_some());
-        named.flat_map(|(_, body)| v_range(body)).collect()
+        named.nested(|(_, body)| v_range(body)).collect()
     }
 
     /// The robot with its nominal parameters.

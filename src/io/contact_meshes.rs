@@ -1,5 +1,6 @@
 //! Contact of robots with meshes: reads the mesh files of collision shapes.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
@@ -102,7 +103,7 @@ impl Hulls {
     fn read(&mut self, uri: &str, file: &MeshFile) -> Result<Vec<[f32; 3]>, String> {
         let mesh = file.read()?;
         self.remarks.add(uri, &mesh.remarks);
-        let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
+        let vertices = mesh.parts.into_iter().nested(|part| part.vertices);
         let hull = hull(&Vec::from_iter(vertices))?;
         self.remarks.add(uri, hull.remark.as_slice());
         Ok(hull.vertices)

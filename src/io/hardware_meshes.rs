@@ -1,5 +1,6 @@
 //! Design parameters of robots with meshes: reads the files whose volume is needed.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
@@ -52,7 +53,7 @@ impl MeshSolids for Solids {
 /// The solid inside of a closed surface, at density 1.
 fn solid_of(mesh: &Mesh) -> Result<Inertia<f64>, String> {
     let triangles: Vec<[[f32; 3]; 3]> = (mesh.parts.iter())
-        .flat_map(|part| {
+        .nested(|part| {
             let corner = |i: u32| part.vertices[i as usize];
             part.triangles.iter().map(move |t| t.map(corner))
         })

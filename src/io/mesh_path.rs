@@ -4,6 +4,7 @@
 //! resolved by asking whether files exist, never by running a program. In the path of a URI `%20` is a space and so on, but a file that
 //! has the escape in its name is found too; a path without a scheme is taken as it is.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::env;
 use std::ffi::OsStr;
@@ -96,7 +97,7 @@ impl MeshFinder {
                     let decoded = decoded.as_ref().map(|rest| folder.join(rest));
                     decoded.into_iter().chain([folder.join(rest)])
                 };
-                let paths = self.package(package).iter().flat_map(below).collect();
+                let paths = self.package(package).iter().nested(below).collect();
                 self.first(paths)
             }
             Some(_) => None,
@@ -167,13 +168,13 @@ impl MeshFinder {
         // A folder that the caller gives may be the package under any name, unless another one has that name.
         let given = self.search_paths.iter().map(|path| path.join(package));
         let given = given.chain(self.search_paths.iter().cloned());
-        let of_environment = self.package_folders.iter().flat_map(|path| named(path));
+        let of_environment = self.package_folders.iter().nested(|path| named(path));
         let installed = self
             .prefixes
             .iter()
             .map(|path| path.join("share").join(package));
-        let around = self.folder.iter().flat_map(|folder| folder.ancestors());
-        let around = around.flat_map(named);
+        let around = self.folder.iter().nested(|folder| folder.ancestors());
+        let around = around.nested(named);
         given
             .chain(of_environment)
             .chain(installed)

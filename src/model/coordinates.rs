@@ -1,5 +1,6 @@
 //! Coordinates of each joint, with damping, armature and springs.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::body::{Body, Coupling};
@@ -55,7 +56,7 @@ pub(super) fn assign<T: Scalar>(
     let joint_of_body: HashMap<usize, (usize, usize)> = joints
         .iter()
         .enumerate()
-        .flat_map(|(j, joint)| joint.bodies().enumerate().map(move |(k, i)| (i, (j, k))))
+        .nested(|(j, joint)| joint.bodies().enumerate().map(move |(k, i)| (i, (j, k))))
         .collect();
     let follows = |j: usize| builder.mimicry == Mimicry::Coupled && specs[j].mimic.is_some();
     let mut out = Coordinates::default();

@@ -61,6 +61,7 @@ pub(crate) mod walk;
 mod weightless;
 mod world;
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -418,7 +419,7 @@ impl<P: Scalar> Model<P> {
 
     /// Every body of a named joint, in the order of the tree.
     pub(crate) fn joint_parts(&self) -> impl Iterator<Item = JointPart<'_>> {
-        self.joints.iter().zip(0..).flat_map(|(joint, id)| {
+        self.joints.iter().zip(0..).nested(|(joint, id)| {
             let id = JointId(id);
             joint.bodies().enumerate().map(move |(k, body)| {
                 let second = joint.second.as_ref().filter(|_| k > 0);

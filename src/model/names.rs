@@ -1,5 +1,6 @@
 //! Names of joints and coordinates.
 
+use crate::nested::IntoNested;
 use std::fmt::Display;
 
 use super::manifold::v_range;
@@ -53,7 +54,7 @@ impl<P: Scalar> Model<P> {
         count: fn(JointKind) -> usize,
         base: &'a str,
     ) -> impl Iterator<Item = String> + 'a {
-        self.independent_with_ids().flat_map(move |(id, body)| {
+        self.independent_with_ids().nested(move |(id, body)| {
             let name = self.part_name(id);
             let name = name.unwrap_or_else(|| base.to_owned());
             match count(body.joint) {

@@ -4,6 +4,7 @@ use super::Simulator;
 use super::actuation::Interval;
 use crate::model::manifold::v_range;
 use crate::model::{JointPart, Model};
+use crate::nested::IntoNested;
 
 /// Bounds of an input without limits.
 const NONE: Interval = Interval {
@@ -23,7 +24,7 @@ impl Simulator {
                 bounds[range].fill(Interval::symmetric(effort));
             }
         }
-        let actuators = self.actuation().into_iter().flat_map(|own| own.actuators());
+        let actuators = self.actuation().into_iter().nested(|own| own.actuators());
         for (own, actuator) in bounds.iter_mut().zip(actuators) {
             if let Some(servo) = &actuator.servo {
                 *own = servo.input_range.unwrap_or(NONE);

@@ -6,6 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -133,7 +134,7 @@ impl<'m> EngineCoordinates<'m> {
     /// If `q` has the wrong length.
     pub fn configuration_to(&self, q: &[f64]) -> DVector<f64> {
         self.model.check_q(q);
-        let own = self.bodies().flat_map(|body| {
+        let own = self.bodies().nested(|body| {
             let q = &q[q_range(body)];
             let moved = self.placed(body).map(|X_WJ| moved(X_WJ, q));
             configuration_to(self.engine, body.joint, moved.as_deref().unwrap_or(q))

@@ -2,6 +2,7 @@
 
 use super::dense_rows::products;
 use super::sparse_rows::SparseRows;
+use crate::nested::IntoNested;
 use crate::scalar::{GROUP, Scalar, TILE, vectorized};
 
 /// Most trees: with more of them most entries of X are zero.
@@ -61,7 +62,7 @@ impl<T: Scalar> IslandMatrix<T> {
     fn list_trees(&mut self, of: &SparseRows<T>, rows: &[usize]) -> bool {
         self.trees.clear();
         self.width = 0;
-        for tree in rows.iter().flat_map(|&row| of.trees_of(row)) {
+        for tree in rows.iter().nested(|&row| of.trees_of(row)) {
             if self.trees.iter().all(|own| own.0 != tree) {
                 self.trees.push((tree, self.width));
                 self.width += of.coordinates(tree);

@@ -5,6 +5,7 @@
 
 use super::sparse_rows::SparseRows;
 use crate::cone::Block;
+use crate::nested::IntoNested;
 use crate::scalar::Scalar;
 
 /// The islands of the rows of an instant.
@@ -26,7 +27,7 @@ impl Islands {
         let mut row = 0;
         for block in blocks {
             let mut own = None;
-            for tree in (row..row + block.rows()).flat_map(|row| rows.trees_of(row)) {
+            for tree in (row..row + block.rows()).nested(|row| rows.trees_of(row)) {
                 own = Some(self.join(own.unwrap_or(tree), tree));
             }
             row += block.rows();

@@ -17,6 +17,7 @@
 //! which are unit vectors (the placement of their joint rotates them); origins and spacings of grids, and angles on rims, which are `f64` over any
 //! scalar; other numerical settings, such as smoothing.
 
+use crate::nested::IntoNested;
 use nalgebra::DVector;
 
 use super::names::velocity_names;
@@ -110,11 +111,11 @@ impl<P: Scalar> Simulator<P> {
                 *x = given;
             }
         });
-        let actuators = out.actuation().into_iter().flat_map(Actuation::actuators);
+        let actuators = out.actuation().into_iter().nested(Actuation::actuators);
         let of_tendons = out.tendon_servos().iter().map(TendonServo::actuator);
         actuators.chain(of_tendons).for_each(Actuator::check);
         out.frame_servos().for_each(|(_, own)| own.check());
-        let laws = out.contacts().into_iter().flat_map(Contacts::laws);
+        let laws = out.contacts().into_iter().nested(Contacts::laws);
         laws.for_each(ContactLaw::check);
         (out.activations().iter()).for_each(|activation| activation.own.check());
         out.with_resistance_found()

@@ -1,5 +1,6 @@
 //! The simulator: a model, its actuation, contacts and constraints, and an integrator.
 
+use crate::nested::IntoNested;
 use nalgebra::DVector;
 
 use super::activation::PlacedActivation;
@@ -80,7 +81,7 @@ impl<P: Scalar> Simulator<P> {
         let actuated = parts
             .map(|part| model.body(part.body))
             .filter(|body| body.coupling.is_none())
-            .flat_map(v_range);
+            .nested(v_range);
         let actuated = actuated.collect();
         Self {
             model,
@@ -175,7 +176,7 @@ impl<P: Scalar> Simulator<P> {
             .collect::<Result<_, _>>()?;
         self.actuated = joints
             .into_iter()
-            .flat_map(|joint| self.model.joint_v(joint))
+            .nested(|joint| self.model.joint_v(joint))
             .collect();
         Ok(self.with_activations_placed())
     }

@@ -2,6 +2,7 @@
 //!
 //! With M = Lᵀ D L, tree by tree, and Lᵀ X = Jᵀ, the entries of X are where those of J are, and G = Xᵀ D⁻¹ X. So memory and time grow with the number of rows.
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 
 use crate::cone::Columns;
@@ -143,7 +144,7 @@ impl<T: Scalar> SparseRows<T> {
 
     /// Whether some rows act on one and the same tree.
     pub(super) fn are_on_one_tree(&self, rows: &[usize]) -> bool {
-        let mut trees = rows.iter().flat_map(|&row| self.trees_of(row));
+        let mut trees = rows.iter().nested(|&row| self.trees_of(row));
         let first = trees.next();
         trees.all(|tree| Some(tree) == first)
     }
@@ -288,7 +289,7 @@ impl<T: Scalar> SparseRows<T> {
         const NONE: usize = usize::MAX;
         nodes.clear();
         nodes.resize(self.trees.len(), NONE);
-        for tree in rows.iter().flat_map(|&row| self.trees_of(row)) {
+        for tree in rows.iter().nested(|&row| self.trees_of(row)) {
             nodes[tree] = 0;
         }
         let taking_part = nodes.iter_mut().filter(|node| **node != NONE);

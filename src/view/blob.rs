@@ -1,5 +1,6 @@
 //! Arrays of numbers in an HTML viewer: the bytes of a typed array, little-endian, in base64.
 
+use crate::nested::IntoNested;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
@@ -15,23 +16,23 @@ pub(super) struct Blob {
 
 impl Blob {
     pub(super) fn f64(numbers: impl IntoIterator<Item = f64>) -> Self {
-        Self::of("f64", numbers.into_iter().flat_map(f64::to_le_bytes))
+        Self::of("f64", numbers.into_iter().nested(f64::to_le_bytes))
     }
 
     /// Converts to single precision: seven digits, more than a screen shows.
     pub(super) fn f32(numbers: impl IntoIterator<Item = f64>) -> Self {
         let bytes = |x: f64| (x as f32).to_le_bytes();
-        Self::of("f32", numbers.into_iter().flat_map(bytes))
+        Self::of("f32", numbers.into_iter().nested(bytes))
     }
 
     /// Numbers in −1..1 to 1 part in 32767.
     pub(super) fn unit(numbers: impl IntoIterator<Item = f64>) -> Self {
         let bytes = |x: f64| ((x * f64::from(i16::MAX)).round() as i16).to_le_bytes();
-        Self::of("unit", numbers.into_iter().flat_map(bytes))
+        Self::of("unit", numbers.into_iter().nested(bytes))
     }
 
     pub(super) fn u32(numbers: impl IntoIterator<Item = u32>) -> Self {
-        Self::of("u32", numbers.into_iter().flat_map(u32::to_le_bytes))
+        Self::of("u32", numbers.into_iter().nested(u32::to_le_bytes))
     }
 
     fn of(kind: &'static str, bytes: impl Iterator<Item = u8>) -> Self {

@@ -1,5 +1,6 @@
 //! Collision shapes for the HTML viewer with sliders, which marks collisions.
 
+use crate::nested::IntoNested;
 use serde::Serialize;
 
 use super::blob::Blob;
@@ -42,7 +43,7 @@ pub(super) fn collisions(model: &Model) -> Option<Collisions> {
     let touching = touching.ok()?;
     shapes.exclude(model, &touching).ok()?;
     let n = shapes.shapes().len();
-    let all = (0..n).flat_map(|j| (0..j).map(move |i| [i, j]));
+    let all = (0..n).nested(|j| (0..j).map(move |i| [i, j]));
     let pairs = all.filter(|[i, j]| shapes.may_touch(*i, *j));
     let pairs: Vec<_> = pairs.take(MAX_PAIRS + 1).collect();
     if pairs.is_empty() || pairs.len() > MAX_PAIRS {
@@ -86,11 +87,11 @@ fn shape(own: &LinkShape, link: String) -> Option<CollisionShape> {
                     .zip([x, y, z])
                     .map(|(s, half)| s * half)
             };
-            ((0..8).flat_map(corner).collect(), 0.0, 0.0)
+            ((0..8).nested(corner).collect(), 0.0, 0.0)
         }
         Shape::Hull { hull, scale } => {
             let scaled = |v: &nalgebra::Vector3<f64>| [0, 1, 2].map_each(|k| v[k] * scale[k]);
-            (hull.vertices().iter().flat_map(scaled).collect(), 0.0, 0.0)
+            (hull.vertices().iter().nested(scaled).collect(), 0.0, 0.0)
         }
         _ => return None,
     };

@@ -8,6 +8,7 @@
 //! `series.<name>`, a robot of such a name as `robot.<name>`; so do names that start in this way themselves. A name
 //! that occurs several times means its columns in their order.
 
+use crate::nested::IntoNested;
 use std::collections::{HashMap, VecDeque};
 use std::iter::Peekable;
 use std::path::Path;
@@ -36,14 +37,14 @@ const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 impl Recording {
     /// Writes the recording as a table; see [`save_csv`](Self::save_csv).
     pub fn to_csv(&self) -> String {
-        let names = self.robots.iter().flat_map(|track| self.own_columns(track));
+        let names = self.robots.iter().nested(|track| self.own_columns(track));
         let series = self.series.iter();
         let series = series.map(|series| self.series_column(&series.name));
         let names = names.chain(series).map(|name| quoted(&name));
         let header: Vec<String> = std::iter::once("time".into()).chain(names).collect();
         let mut out = (header.join(",") + "\n").into_bytes();
         for (k, &time) in self.times.iter().enumerate() {
-            let robots = self.robots.iter().flat_map(|track| track.row(k));
+            let robots = self.robots.iter().nested(|track| track.row(k));
             let cells = robots.chain(self.series.iter().map(|series| series.values[k]));
             let cells = cells.map(|x| Some(x).filter(|x| !x.is_nan()));
             // Writing to memory cannot fail.

@@ -1,5 +1,6 @@
 //! The ground in pictures.
 
+use crate::nested::IntoNested;
 use serde::{Deserialize, Serialize};
 
 use super::mesh::Mesh;
@@ -90,8 +91,8 @@ impl Heights {
             [x, y, self.heights[k]].map_each(|x| x as f32)
         };
         // Two triangles a cell, seen from above.
-        let cells = (0..ny - 1).flat_map(|j| (0..nx - 1).map(move |i| j * nx + i));
-        let triangles = cells.flat_map(|a| [[a, a + 1, a + nx], [a + nx, a + 1, a + nx + 1]]);
+        let cells = (0..ny - 1).nested(|j| (0..nx - 1).map(move |i| j * nx + i));
+        let triangles = cells.nested(|a| [[a, a + 1, a + nx], [a + nx, a + 1, a + nx + 1]]);
         let index = |k: usize| u32::try_from(k).unwrap_or(u32::MAX);
         let triangles = triangles.map(|triangle| triangle.map(index));
         Mesh::new((0..nx * ny).map(place).collect(), triangles.collect(), None)

@@ -1,5 +1,6 @@
 //! Recordings as JSON, with display settings.
 
+use crate::nested::IntoNested;
 use std::iter;
 use std::path::Path;
 
@@ -195,7 +196,7 @@ fn column(series: &Series) -> Column {
 
 fn robot(track: &Track) -> Robot {
     let rows = track.rows().into_iter();
-    let columns = rows.flat_map(|rows| (0..rows.width).map(|j| rows.column(j)));
+    let columns = rows.nested(|rows| (0..rows.width).map(|j| rows.column(j)));
     let names = track.state_names().into_iter();
     let frame = |id: &FrameId| track.frame_name(*id).to_owned();
     let forces = track.forces.iter().map(|force| Force {

@@ -1,5 +1,6 @@
 //! Motion in the HTML viewer: poses, plots and forces, at the time resolution of a screen.
 
+use crate::nested::IntoNested;
 use std::iter;
 
 use serde::Serialize;
@@ -183,7 +184,7 @@ fn line(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Line 
 fn forces(track: &Track, kept: &[usize]) -> Vec<Force> {
     let forces = track.forces.iter().map(|force| Force {
         frame: force.frame.0,
-        values: Blob::f32(kept.iter().flat_map(|&k| force.values[k].iter().copied())),
+        values: Blob::f32(kept.iter().nested(|&k| force.values[k].iter().copied())),
     });
     forces.collect()
 }
@@ -193,8 +194,8 @@ fn plots(track: &Track, kept: &[usize]) -> Vec<Plot> {
     let model = &track.model;
     let (mut plots, names) = (Vec::new(), column_names(model));
     let independent = || model.independent().map(|body| body.joint);
-    let of_q = independent().flat_map(units_of_q);
-    let of_v = independent().flat_map(|kind| kind.axes().map(unit_of_v));
+    let of_q = independent().nested(units_of_q);
+    let of_v = independent().nested(|kind| kind.axes().map(unit_of_v));
     let (q, v) = names.split_at(model.nq());
     let of_u = iter::repeat(("Input", "N, N·m"));
     let u: Vec<_> = (0..track.nu()).map(|k| track.input_name(k)).collect();

@@ -3,6 +3,7 @@
 //! A [`Plot`] has lines over two axes, linear or logarithmic; a recording [plots](super::Recording::plot) its columns over time and against each
 //! other. Use it for papers and reports; to explore a motion, the HTML viewer is better.
 
+use crate::nested::IntoNested;
 use std::error::Error;
 use std::ops::Range;
 use std::path::Path;
@@ -274,7 +275,7 @@ impl Plot {
 
     /// Range from the least to the largest number of all lines, with a margin.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
-        let points = self.lines.iter().flat_map(|line| &line.points);
+        let points = self.lines.iter().nested(|line| &line.points);
         let shown = points.filter(|&&(x, y)| self.can_show(x, y)).map(of);
         let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
             (low.min(x), high.max(x))
@@ -303,7 +304,7 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let high = (0..points.len()).max_by(by_value).unwrap_or(0);
         [points[low.min(high)], points[low.max(high)]]
     };
-    points.chunks(stretch).flat_map(ends).collect()
+    points.chunks(stretch).nested(ends).collect()
 }
 
 /// A number with as many digits as an axis needs.

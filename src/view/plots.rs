@@ -3,6 +3,7 @@
 use super::plot::Plot;
 use super::recording::Recording;
 use crate::error::UnknownName;
+use crate::nested::IntoNested;
 
 impl Recording {
     /// Plots columns over time.
@@ -47,7 +48,7 @@ impl Recording {
 
     /// Name of a line: its column, and for an input also what it acts on.
     fn line_name(&self, column: &str) -> String {
-        let inputs = self.robots.iter().flat_map(|track| {
+        let inputs = self.robots.iter().nested(|track| {
             let prefix = self.prefix(track);
             let names = track.inputs.iter().enumerate();
             names.map(move |(k, name)| (format!("{prefix}u{k}"), name))

@@ -1,5 +1,6 @@
 //! Pictures of red, green and blue bytes as PNG [W3C Portable Network Graphics, second edition].
 
+use crate::nested::IntoNested;
 use crate::scalar::from_each;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 
@@ -21,7 +22,7 @@ pub(super) fn encode(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
     // Each row starts with its filter, none.
     let rows: Vec<u8> = pixels
         .chunks(row)
-        .flat_map(|row| [&[0], row].concat())
+        .nested(|row| [&[0], row].concat())
         .collect();
     let mut out = SIGNATURE.to_vec();
     add_chunk(&mut out, b"IHDR", &header);

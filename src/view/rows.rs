@@ -1,5 +1,6 @@
 //! Rows of numbers.
 
+use crate::nested::IntoNested;
 /// Rows of equal width, in sequence.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Rows {
@@ -21,7 +22,7 @@ impl Rows {
         Self {
             width: columns.len(),
             length,
-            numbers: (0..length).flat_map(row).collect(),
+            numbers: (0..length).nested(row).collect(),
         }
     }
 

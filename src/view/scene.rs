@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::Matrix3;
 use serde::Serialize;
 
@@ -238,7 +239,7 @@ pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
     }
     let member_of_body = of_bodies(model, &member_of_link);
     let bare = (0..n).filter(|&member| !shown[member] && !touching[member]);
-    shapes.extend(bare.flat_map(|member| skeleton(model, &|body| member_of_body[body] == member)));
+    shapes.extend(bare.nested(|member| skeleton(model, &|body| member_of_body[body] == member)));
     shapes
 }
 

@@ -1,5 +1,6 @@
 //! Contact points with forces, over a recording.
 
+use crate::nested::IntoNested;
 use serde::{Deserialize, Serialize};
 
 use super::blob::Blob;
@@ -28,7 +29,7 @@ pub(super) struct ShownTouches {
 pub(super) fn of_report(report: &ContactReport) -> Vec<Touch> {
     let ground = report.points.iter().zip(&report.forces);
     let ground = ground.map(|(point, force)| (point.position, *force));
-    let pairs = report.pairs.iter().flat_map(|pair| {
+    let pairs = report.pairs.iter().nested(|pair| {
         let at = pair.point.position;
         [(at, pair.force), (at, -pair.force)]
     });

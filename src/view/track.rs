@@ -1,5 +1,6 @@
 //! One robot of a recording.
 
+use crate::nested::IntoNested;
 use nalgebra::{DVector, Vector3};
 
 use super::bond::Bond;
@@ -254,8 +255,8 @@ impl Track {
 
     /// The numbers of the columns at the `k`-th time.
     pub(super) fn row(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
-        let states = self.rows().into_iter().flat_map(move |rows| rows.row(k));
-        let forces = self.forces.iter().flat_map(move |force| &force.values[k]);
+        let states = self.rows().into_iter().nested(move |rows| rows.row(k));
+        let forces = self.forces.iter().nested(move |force| &force.values[k]);
         states.chain(forces).copied()
     }
 
@@ -269,7 +270,7 @@ impl Track {
             .for_each(|constraint| constraint.check(&self.model));
         let bonds = constraints
             .iter()
-            .flat_map(|constraint| Bond::all(&self.model, constraint));
+            .nested(|constraint| Bond::all(&self.model, constraint));
         self.bonds.extend(bonds);
         self
     }

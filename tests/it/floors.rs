@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
 const FLOORS: [&[&str]; 22] = [
-    &["sorting"],
+    &["nested", "sorting"],
     &["error", "stop"],
     &["scalar"],
     &[

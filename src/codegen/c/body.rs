@@ -1,5 +1,6 @@
 //! The statements of a function, part by part.
 
+use crate::nested::IntoNested;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
@@ -80,7 +81,7 @@ impl<'a> Body<'a> {
     /// Nodes of earlier parts that a part uses, with where they wait.
     fn taken(&self, range: &Range<usize>) -> Vec<(usize, usize)> {
         let nodes = &self.graph.nodes()[range.clone()];
-        let used = nodes.iter().flat_map(Operation::operands);
+        let used = nodes.iter().nested(Operation::operands);
         let earlier: BTreeSet<NodeId> = used.filter(|x| x.index() < range.start).collect();
         let waiting = earlier.into_iter();
         waiting

@@ -1,5 +1,6 @@
 //! Spheres and capsules: points and segments with a radius around them.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::when::{Nearest, When};
@@ -69,7 +70,7 @@ impl<T: Scalar> Round<T> {
 
 /// The nearest points of two of them.
 pub(super) fn nearest<T: Scalar>(a: &Round<T>, b: &Round<T>) -> Witness<T> {
-    let pairs = a.vertices().flat_map(|p| b.vertices().map(move |q| [p, q]));
+    let pairs = a.vertices().nested(|p| b.vertices().map(move |q| [p, q]));
     let mut found = pairs.map(|pair| nearest_of_features(&pair));
     let first = found.next().expect("each has an end");
     let mut best = Nearest(first);

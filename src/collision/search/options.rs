@@ -1,5 +1,6 @@
 //! The features of a shape that may take part where it is approached from a direction.
 
+use crate::nested::IntoNested;
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
@@ -260,7 +261,7 @@ fn is_widest_of_a_face(
 
 /// All triples i < j < k of indices.
 fn triples(len: usize) -> impl Iterator<Item = [usize; 3]> {
-    (2..len).flat_map(|k| (1..k).flat_map(move |j| (0..j).map(move |i| [i, j, k])))
+    (2..len).nested(|k| (1..k).nested(move |j| (0..j).map(move |i| [i, j, k])))
 }
 
 /// Number of semi-axes that are zero, and the last of these.

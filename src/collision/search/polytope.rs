@@ -1,5 +1,6 @@
 //! A growing polytope inside the differences of two shapes that overlap: its face nearest to the origin tends to the least depth.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::difference::Difference;
@@ -192,7 +193,7 @@ pub(super) fn tetrahedron(difference: &Difference<'_>, points: &[Vector3<f64>]) 
     let p = points[0];
     // The point that lies farthest by some measure, of those given and of those farthest along some directions either way.
     let farthest = |directions: &[Vector3<f64>], measure: &dyn Fn(&Vector3<f64>) -> f64| {
-        let ends = directions.iter().flat_map(|&d| [d, -d]);
+        let ends = directions.iter().nested(|&d| [d, -d]);
         let found = points
             .iter()
             .copied()

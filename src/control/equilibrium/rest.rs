@@ -1,5 +1,6 @@
 //! Accelerations as residuals of an equilibrium.
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::stance::near_the_ground;
@@ -178,5 +179,5 @@ fn bristles_near_the_ground(simulator: &Simulator, state: &State) -> Vec<usize> 
     let contacts = simulator.contacts().filter(|_| simulator.n_contact() > 0);
     let near = contacts.map(|contacts| near_the_ground(simulator.model(), contacts, state));
     let near = near.unwrap_or_default().into_iter();
-    near.flat_map(|point| 3 * point..3 * point + 3).collect()
+    near.nested(|point| 3 * point..3 * point + 3).collect()
 }

@@ -6,6 +6,7 @@
 //! # References
 //! [Carpentier, Mansard 2018].
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::blocks::Blocks;
@@ -198,7 +199,7 @@ fn derivatives_with<P: Scalar, T: Over<P> + Differentiable>(
     s.balance(model, &At { q, v, a }, external);
     s.solve([]);
     let outputs = [&mut out.dq, &mut out.dv, &mut out.dtau].into_iter();
-    let outputs = outputs.flat_map(|m| {
+    let outputs = outputs.nested(|m| {
         assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
         m.as_mut_slice().chunks_exact_mut(nv.max(1))
     });

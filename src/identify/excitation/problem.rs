@@ -1,5 +1,6 @@
 //! The condition of a motion as an objective, with its gradient.
 
+use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::{Excitation, ExcitationOptions, MotionPoint};
@@ -227,7 +228,7 @@ impl Objective for Problem<'_> {
             }
         }
         let rows = self.series.iter().zip(x.chunks_exact(n)).enumerate();
-        let all = rows.flat_map(|(i, (series, x))| {
+        let all = rows.nested(|(i, (series, x))| {
             let own: Vec<f64> = by_coefficient.row(i).iter().copied().collect();
             series.bounded_derivatives(x, &own)
         });

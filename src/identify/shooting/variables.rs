@@ -1,5 +1,6 @@
 //! Variables of the robot that shooting adjusts, and where they go.
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::Adjustable;
@@ -165,7 +166,7 @@ impl Variables {
     /// Not finite where there is none.
     pub(super) fn distances<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let log = |x: &[f64]| Body::new(x).map(|body| body.log_cholesky());
-        self.inertias.iter().flat_map(move |&first| {
+        self.inertias.iter().nested(move |&first| {
             let both = log(&x[first..]).zip(log(&self.nominal[first..]));
             (0..INERTIAL_PARAMETERS)
                 .map(move |k| both.map_or(f64::NAN, |(own, nominal)| own[k] - nominal[k]))

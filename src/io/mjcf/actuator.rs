@@ -1,5 +1,6 @@
 //! Actuators: on joints, sites and fixed tendons, and what is not modelled.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::actuator_law::Law;
@@ -200,7 +201,7 @@ pub(super) fn share(
             of_joint.entry(joint.to_owned()).or_default().push(entry);
         }
     }
-    let joints = bodies.entries.iter_mut().flat_map(|body| &mut body.joints);
+    let joints = bodies.entries.iter_mut().nested(|body| &mut body.joints);
     for joint in joints {
         let Some(own) = of_joint.get_mut(joint.name.as_str()) else {
             continue;

@@ -12,6 +12,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
@@ -63,7 +64,7 @@ pub(super) fn assemble<'a>(
 ) -> Assembly<'a> {
     let own = || bodies.entries.iter().skip(1);
     let links = own().map(|body| body.name.as_str()).chain([WORLD]);
-    let joints = own().flat_map(|body| &body.joints);
+    let joints = own().nested(|body| &body.joints);
     let alone = free_alone(&bodies.entries);
     let mut assembly = Assembly {
         floats: match (wanted, alone) {

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -80,7 +81,7 @@ impl Assets {
     ) -> Result<Self, LoadError> {
         let mut out = Self::default();
         let mut finder = MeshFinder::new(settings.folder, options);
-        for node in root.all("asset").flat_map(Node::children) {
+        for node in root.all("asset").nested(Node::children) {
             match node.tag() {
                 "mesh" => out.mesh(node, settings, &mut finder)?,
                 "hfield" => out.height_field(node, settings, &mut finder)?,

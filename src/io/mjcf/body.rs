@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::collections::HashSet;
 
 use super::documents::Source;
@@ -362,7 +363,7 @@ impl Bodies {
     /// Makes up names: of bodies by their number, of joints after their body.
     fn make_names(&mut self) {
         let mut bodies = Names::of(self.entries.iter().map(|body| body.name.as_str()));
-        let joints = self.entries.iter().flat_map(|body| &body.joints);
+        let joints = self.entries.iter().nested(|body| &body.joints);
         let mut joints = Names::of(joints.map(|joint| joint.name.as_str()));
         for (i, body) in self.entries.iter_mut().enumerate().skip(1) {
             if body.name.is_empty() {

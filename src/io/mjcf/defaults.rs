@@ -1,5 +1,6 @@
 //! Classes of defaults.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::tree::Node;
@@ -143,7 +144,7 @@ impl<'t> Classes<'t> {
             let own = tags
                 .iter()
                 .filter_map(|tag| self.classes[id].defaults.get(tag));
-            let own = own.flat_map(|nodes| nodes.iter().rev());
+            let own = own.nested(|nodes| nodes.iter().rev());
             let mut found = own.filter_map(|&node| Some((node, node.attribute(name)?)));
             if let Some(found) = found.next() {
                 return Some(found);

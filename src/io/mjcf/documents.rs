@@ -1,5 +1,6 @@
 //! The models of a description: its own, and those that it attaches, each with its settings.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +60,7 @@ fn attached(
     document: &Document,
 ) -> Result<Vec<(String, Document)>, LoadError> {
     let mut out = Vec::new();
-    let assets = document.tree.root().all("asset").flat_map(Node::children);
+    let assets = document.tree.root().all("asset").nested(Node::children);
     for node in assets.filter(|node| node.tag() == "model").map(Node::read) {
         let missing = |name: &str| node.place().missing(&format!("attribute {name}"));
         let uri = node.filled("file").ok_or_else(|| missing("file"))?;

@@ -6,6 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::collections::{BTreeMap, HashMap};
 
 use super::entry::Entry;
@@ -68,7 +69,7 @@ const OUT_OF_RANGE: &str = "has numbers that are out of range";
 
 fn is_finite(constraint: &Constraint) -> bool {
     let anchors = constraint.kind().anchors().iter();
-    let mut numbers = anchors.flat_map(|anchor| {
+    let mut numbers = anchors.nested(|anchor| {
         let X = &anchor.placement;
         X.translation.iter().chain(X.rotation.iter())
     });

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use nalgebra::{DVector, Vector3};
@@ -41,7 +42,7 @@ pub(super) fn read(
     context: &mut Context<'_>,
 ) -> Result<Option<MjcfKeyframe>, LoadError> {
     let entry = part.plain();
-    let joints = || of.bodies.entries.iter().flat_map(|body| &body.joints);
+    let joints = || of.bodies.entries.iter().nested(|body| &body.joints);
     let nq: usize = joints().map(|joint| joint.kind.nq()).sum();
     let nv: usize = joints().map(|joint| joint.kind.nv()).sum();
     let qpos = numbers(&entry, "qpos", nq)?;

@@ -1,5 +1,6 @@
 //! Inertia of what a mesh encloses.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use crate::io::mesh::Mesh;
@@ -53,7 +54,7 @@ fn about(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>, volumes: Volumes)
 }
 
 fn triangles(mesh: &Mesh, scale: [f64; 3]) -> Vec<[Vector3<f64>; 3]> {
-    let parts = mesh.parts.iter().flat_map(|part| {
+    let parts = mesh.parts.iter().nested(|part| {
         let corner = move |i: u32| {
             let p = part.vertices[i as usize];
             Vector3::from_fn(|k, _| f64::from(p[k]) * scale[k])

@@ -7,6 +7,7 @@ use super::scene::{MjcfContacts, MjcfGeom, MjcfPair};
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
+use crate::nested::IntoNested;
 
 /// Reads a pair of a `<contact>` section.
 pub(super) fn read_pair(
@@ -60,7 +61,7 @@ impl MjcfPair {
 impl MjcfContacts {
     /// Remarks on more kinds of surfaces than are told apart.
     pub(super) fn note_kinds(&self, bodies: &Bodies, context: &mut Context<'_>) {
-        let geoms = bodies.entries.iter().flat_map(|body| &body.contacts);
+        let geoms = bodies.entries.iter().nested(|body| &body.contacts);
         let first = bodies.entries.first().filter(|_| self.kinds(geoms).1);
         if let Some(first) = first {
             let reason = "friction, solref, solimp: too many kinds of geoms; those beyond the first 64 touch as the first two geoms that can";

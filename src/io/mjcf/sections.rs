@@ -1,5 +1,6 @@
 //! The sections beside the bodies: of the description, and of the models that it attaches.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::body::Bodies;
@@ -22,7 +23,7 @@ pub(super) struct Names {
 impl Names {
     /// The joints of bodies; sites come when they have frames.
     pub(super) fn of(bodies: &Bodies) -> Self {
-        let joints = bodies.entries.iter().flat_map(|body| &body.joints);
+        let joints = bodies.entries.iter().nested(|body| &body.joints);
         Self {
             kinds: joints
                 .map(|joint| (joint.name.clone(), joint.kind))
@@ -40,9 +41,9 @@ fn parts<'t, 'c>(
 ) -> Vec<Part<'t, 'c>> {
     let own = [(0, Naming::plain())].into_iter();
     let all = own.chain(walk.attached.iter().cloned());
-    let parts = all.flat_map(|(index, naming)| {
+    let parts = all.nested(|(index, naming)| {
         let source = &sources[index];
-        let children = source.root.all(section).flat_map(|node| node.children());
+        let children = source.root.all(section).nested(|node| node.children());
         children.map(move |node| Part::of(node, source, naming.clone()))
     });
     parts.collect()

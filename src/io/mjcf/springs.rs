@@ -1,5 +1,6 @@
 //! Springs and dampers by their time constant and damping ratio.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::assemble::reference;
@@ -35,7 +36,7 @@ pub(super) fn add(
     base: Base,
     floats: bool,
 ) -> Result<ModelBuilder, LoadError> {
-    let all = bodies.entries.iter().flat_map(|body| &body.joints);
+    let all = bodies.entries.iter().nested(|body| &body.joints);
     let wanted: Vec<_> = all
         .filter_map(|joint| {
             let [time, ratio] = joint.springdamper?;

@@ -1,5 +1,6 @@
 //! Kinds of surfaces of geoms: by them pairs of bodies have contact parameters.
 
+use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::contact::Touch;
@@ -12,7 +13,7 @@ const MOST: usize = 64;
 impl MjcfContacts {
     /// The names of geoms that pairs name.
     pub(super) fn paired(&self) -> HashSet<&str> {
-        let names = self.pairs.iter().flat_map(|pair| &pair.geoms);
+        let names = self.pairs.iter().nested(|pair| &pair.geoms);
         names.map(String::as_str).collect()
     }
 

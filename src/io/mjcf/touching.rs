@@ -1,5 +1,6 @@
 //! Contacts of a scene: links with the ground, and bodies with each other.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::contact::Touch;
@@ -93,7 +94,7 @@ impl MjcfScene {
         sort_seldom(&mut all, |one, other| place(one).cmp(&place(other)));
         all.truncate(MOST_COMPARED);
         let pairs = (all.iter().enumerate())
-            .flat_map(|(i, one)| all[..i].iter().map(move |other| (other, one)));
+            .nested(|(i, one)| all[..i].iter().map(move |other| (other, one)));
         let mut touching = pairs.filter(|(one, other)| {
             let moves = self.moves(&one.link) || self.moves(&other.link);
             one.link != other.link && moves && self.may_touch(one, other)

@@ -9,6 +9,7 @@
 use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, WORLD};
 use crate::error::LoadError;
 use crate::io::place::SourcePlace;
+use crate::nested::IntoNested;
 use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
@@ -181,7 +182,7 @@ fn carriers(scene: &Scene, robot: usize) -> Result<Vec<Option<usize>>, LoadError
     let mut known = vec![None; scene.frames.len()];
     let mut is_open = vec![false; scene.frames.len()];
     known[WORLD] = Some(None);
-    let ends = scene.joints.iter().flat_map(|joint| {
+    let ends = scene.joints.iter().nested(|joint| {
         let scope = scene.frames[joint.frame].scope;
         [&joint.parent, &joint.child].map_each(|name| scene.find(scope, name))
     });

@@ -1,6 +1,7 @@
 //! Links and joints of a URDF before they become those of a model. Colours of materials that are named elsewhere, and
 //! joints to mimic, are looked up when all parts are read.
 
+use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::control::{self, Commands, Movable};
@@ -211,7 +212,7 @@ impl<'a> Parts<'a> {
         });
         let (model, mut report) = finished?;
         let sensors = self.sensors.iter().zip(&frames);
-        let found = sensors.flat_map(|(own, frame)| own.element.in_model(&model, frame));
+        let found = sensors.nested(|(own, frame)| own.element.in_model(&model, frame));
         report.sensors = sensors::with_names(found.collect());
         Ok((model, report))
     }
@@ -259,7 +260,7 @@ impl<'a> Parts<'a> {
 
     /// The colours by the names of their materials: those of the robot, then those that links define.
     fn colors(&self) -> HashMap<&'a str, [f64; 4]> {
-        let visuals = self.links.iter().flat_map(|link| &link.visuals);
+        let visuals = self.links.iter().nested(|link| &link.visuals);
         let of_links = visuals.filter_map(|(_, material)| material.as_ref());
         let mut colors = HashMap::new();
         for material in self.materials.iter().chain(of_links) {

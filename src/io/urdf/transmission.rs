@@ -5,6 +5,7 @@
 
 use super::control::{Command, Commands, NO_GAINS, number};
 use crate::io::context::{Context, Node, child, children};
+use crate::nested::IntoNested;
 
 /// Names of interfaces of ROS 1, and whether they are efforts.
 const INTERFACES: [(&str, bool); 3] = [
@@ -37,7 +38,7 @@ pub(super) fn read<'a>(context: &mut Context<'_>, node: Node<'a>, commands: &mut
     if let Some(own) = commands.find(name) {
         for interface in ends
             .iter()
-            .flat_map(|end| children(*end, "hardwareInterface"))
+            .nested(|end| children(*end, "hardwareInterface"))
         {
             context.ignore(interface, "the joint has another input");
         }
@@ -70,7 +71,7 @@ fn kind<'a>(node: Node<'a>) -> &'a str {
 /// Turns of the motor for one of the joint, if they are stated and not none.
 fn gear(context: &mut Context<'_>, node: Node<'_>, ends: &[Node<'_>]) -> Option<f64> {
     let mut out = None;
-    for own in ends.iter().chain([&node]).flat_map(|own| own.children()) {
+    for own in ends.iter().chain([&node]).nested(|own| own.children()) {
         match own.tag_name().name() {
             "mechanicalReduction" | "mechanical_reduction" => {
                 let Some(n) = number(context, own) else {
@@ -95,7 +96,7 @@ fn interface<'a>(context: &mut Context<'_>, ends: &[Node<'a>]) -> Option<Node<'a
     let mut found = None;
     for own in ends
         .iter()
-        .flat_map(|end| children(*end, "hardwareInterface"))
+        .nested(|end| children(*end, "hardwareInterface"))
     {
         let text = own.text().unwrap_or_default().trim();
         let name = text.rsplit('/').next().unwrap_or_default();

@@ -22,6 +22,7 @@
 //! the middle of its column, where the worst case changes by 4 % per revolution: ordinary motion would exceed a lower limit. With implicit velocity
 //! the energy of linkages oscillates, and its limit is safe for the humanoid. That of the Runge–Kutta method is the minimum of its column.
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::frozen::{Frozen, shape};
@@ -81,7 +82,7 @@ fn leave_out_translation(model: &Model, a: &mut DMatrix<f64>) {
     let nv = model.nv();
     let bodies = model.independent();
     let turning = bodies.filter(|body| body.joint.turns_with_body());
-    let axes = turning.flat_map(|body| body.axes());
+    let axes = turning.nested(|body| body.axes());
     for (k, _) in axes.filter(|(_, axis)| !axis.is_angular()) {
         for k in [k, nv + k] {
             a.row_mut(k).fill(0.0);

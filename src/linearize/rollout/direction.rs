@@ -1,5 +1,6 @@
 //! Directions in the start and the inputs of a rollout.
 
+use crate::nested::IntoNested;
 use nalgebra::DVector;
 
 use crate::sim::Simulator;
@@ -24,7 +25,7 @@ impl RolloutDirection {
 
     /// All numbers, those of the start first.
     pub(super) fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
-        let inputs = self.inputs.iter_mut().flat_map(|u| u.iter_mut());
+        let inputs = self.inputs.iter_mut().nested(|u| u.iter_mut());
         self.start.iter_mut().chain(inputs)
     }
 

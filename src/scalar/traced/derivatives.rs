@@ -6,6 +6,7 @@ use super::port::Port;
 use super::sparsity::Sparsity;
 use super::trace::{Tracer, trace};
 use crate::error::UnknownName;
+use crate::nested::IntoNested;
 use crate::scalar::{Dual, One, Zero};
 
 /// Numbers of the ports of some names: where they begin, and the index of each among those of all ports.
@@ -101,7 +102,7 @@ impl Graph {
         let x = Chosen::new(inputs, |name| self.input(name))?;
         Ok(self.derived(|t, all| {
             let weight = |y: &Port| Port::matrix(format!("{}_weight", &y.name), y.rows, y.columns);
-            let weights = self.outputs().iter().flat_map(|y| t.input(weight(y)));
+            let weights = self.outputs().iter().nested(|y| t.input(weight(y)));
             let weights: Vec<_> = weights.collect();
             let bar = self.reverse_sweep(&self.replay_nodes(all), &weights);
             self.declare_weights(t, &x, &bar, |x| format!("{x}_weight"));
@@ -111,7 +112,7 @@ impl Graph {
     /// A graph with the same inputs, of the same robot.
     fn derived(&self, work: impl FnOnce(&mut Tracer, &[Traced])) -> Self {
         let out = trace(|t| {
-            let inputs = self.inputs().iter().flat_map(|port| t.input(port.clone()));
+            let inputs = self.inputs().iter().nested(|port| t.input(port.clone()));
             let inputs: Vec<_> = inputs.collect();
             work(t, &inputs);
         });
@@ -193,7 +194,7 @@ fn declare(t: &mut Tracer, entries: &[Traced], y: &Chosen<'_>, x: &Chosen<'_>) {
         let mut column = 0;
         for input in &x.ports {
             let columns = column..column + input.len();
-            let block = columns.flat_map(|k| &entries[k * height + row..][..output.len()]);
+            let block = columns.nested(|k| &entries[k * height + row..][..output.len()]);
             let name = format!("d{}_d{}", &output.name, &input.name);
             t.output(Port::matrix(name, output.len(), input.len()), block);
             column += input.len();

@@ -2,6 +2,7 @@
 
 use super::graph::Graph;
 use super::operation::Operation;
+use crate::nested::IntoNested;
 
 /// Bits in a word.
 const WORD: usize = u64::BITS as usize;
@@ -34,7 +35,7 @@ impl Sparsity {
         }
         let of = |&output: &usize| graph.results()[output].index();
         let rows = outputs.iter().map(of);
-        let bits = rows.flat_map(|i| sets[i * words..][..words].to_vec());
+        let bits = rows.nested(|i| sets[i * words..][..words].to_vec());
         Self {
             words,
             bits: bits.collect(),

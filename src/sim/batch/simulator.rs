@@ -1,5 +1,6 @@
 //! The simulator of a batch.
 
+use crate::nested::IntoNested;
 use std::sync::Arc;
 
 use super::group::Group;
@@ -199,7 +200,7 @@ impl BatchSimulator {
     }
 
     fn of(simulator: Simulator, variants: Option<Arc<Variants>>, len: usize) -> Self {
-        let singles = variants.iter().flat_map(|all| &all.singles);
+        let singles = variants.iter().nested(|all| &all.singles);
         let may_bounce = simulator.may_bounce() || singles.into_iter().any(Simulator::may_bounce);
         let out = Self {
             variants,

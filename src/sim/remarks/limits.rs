@@ -5,6 +5,7 @@
 use super::remark::SimulatorRemark;
 use super::spring_damper::SpringDamper;
 use crate::dynamics::mass_matrix_inverse;
+use crate::nested::IntoNested;
 use crate::sim::actuation::Actuator;
 use crate::sim::integrator::Integrator;
 use crate::sim::simulator::Simulator;
@@ -18,7 +19,7 @@ impl Simulator<f64> {
         }
         let mobility = mass_matrix_inverse(self.model(), q).diagonal();
         let each = actuation.actuators().iter().enumerate();
-        let longest = each.flat_map(|(k, actuator)| {
+        let longest = each.nested(|(k, actuator)| {
             let springs = limits(actuator, 1.0 / mobility[k]).into_iter().flatten();
             springs.map(move |spring| (k, spring.longest_of_runge_kutta()))
         });

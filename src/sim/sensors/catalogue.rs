@@ -1,5 +1,6 @@
 //! The list of sensors of a robot, with the layout of their reading vector.
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::held_links::{HeldLinks, carrying_link};
@@ -160,7 +161,7 @@ impl Sensors {
         if bodies().any(|body| body.coupling.is_some()) {
             return false;
         }
-        let coordinates = bodies().flat_map(|body| [q_range(body), v_range(body)][kind].clone());
+        let coordinates = bodies().nested(|body| [q_range(body), v_range(body)][kind].clone());
         let encoders = coordinates
             .zip(first..)
             .map(|(coordinate, reading)| Encoder {

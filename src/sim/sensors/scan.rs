@@ -1,5 +1,6 @@
 //! Directions of the rays of a scanning range finder.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use crate::numbers::Domain;
@@ -45,7 +46,7 @@ pub(super) fn directions(
     horizontal: ScanAngles,
     vertical: ScanAngles,
 ) -> impl Iterator<Item = Vector3<f64>> {
-    vertical.each().flat_map(move |elevation| {
+    vertical.each().nested(move |elevation| {
         let (up, along) = elevation.sin_cos();
         horizontal.each().map(move |angle| {
             let (sin, cos) = angle.sin_cos();

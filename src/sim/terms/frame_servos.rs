@@ -4,6 +4,7 @@
 //! (`bounded_law.rs`), with  ℓ̈ = J ã + b:  a row with the reference p / r − b and the compliance 1 / r. At an instant, and for the middle of its limits, it is
 //! one of the forces of `frame_forces.rs`.
 
+use crate::nested::IntoNested;
 use std::marker::PhantomData;
 
 use super::bounded_law::servo_line;
@@ -144,7 +145,7 @@ fn found<'a, T: Scalar>(
     let acts = matches!(at.acting, Acting::All(_)) && !at.point.is_explicit();
     let balance = at.balance().filter(|_| acts && term.rows.is_some());
     let inputs = simulator.frame_inputs(at.point.u);
-    balance.into_iter().flat_map(move |balance| {
+    balance.into_iter().nested(move |balance| {
         let servos = simulator.frame_servos().enumerate();
         servos.map(move |(k, (input, own))| Found {
             own,

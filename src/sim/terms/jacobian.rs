@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::chain::{Chain, Turns, most_coordinates};
@@ -211,7 +212,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
         };
         let F = force.to_array();
         let depends_on = |directions: Range<usize>| {
-            let mut slopes = F.iter().flat_map(|x| &x.eps[directions.clone()]);
+            let mut slopes = F.iter().nested(|x| &x.eps[directions.clone()]);
             slopes.any(|x| !x.is_zero())
         };
         let by_velocity = depends_on(SPATIAL..FURTHER);

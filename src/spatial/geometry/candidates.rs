@@ -11,6 +11,7 @@
 //!
 //! Time and memory are linear in the number of points.
 
+use crate::nested::IntoNested;
 use crate::scalar::MapEach;
 use glam::Vec3A;
 use nalgebra::Vector3;
@@ -106,7 +107,7 @@ impl Polytope {
     /// The hull of some points, thickened along axes in which they are flat; `None` if it is not found.
     fn of(points: &[Vec3A], chosen: &[usize], flat: &[Vec3A]) -> Option<Self> {
         let mut corners: Vec<Vec3A> = chosen.iter().map(|&i| points[i]).collect();
-        corners.extend(flat.iter().flat_map(|&axis| [axis, -axis]));
+        corners.extend(flat.iter().nested(|&axis| [axis, -axis]));
         let found = convex(&corners).ok()?;
         let middle = middle(corners.iter().copied());
         let corner = |i: u32| wide(found.vertices()[i as usize]);

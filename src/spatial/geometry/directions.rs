@@ -1,5 +1,6 @@
 //! Directions spread over the sphere.
 
+use crate::nested::IntoNested;
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
@@ -14,6 +15,6 @@ pub(super) fn directions(count: usize) -> Vec<Vector3<f64>> {
         Vector3::new(radius * cos, radius * sin, z)
     });
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let axes = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    let axes = axes.into_iter().nested(|axis| [axis, -axis]);
     axes.chain(spiral).collect()
 }

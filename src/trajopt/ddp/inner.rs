@@ -6,6 +6,7 @@ use super::forward::{Along, Merit};
 use super::predicted::{PredictedChange, predict_change};
 use super::stage::ExpansionPoint;
 use crate::minimize::{COST_LIMIT, Status};
+use crate::nested::IntoNested;
 use crate::parallel::for_each_part;
 use crate::stop::is_stopped;
 use crate::trajopt::curvature::Curvature;
@@ -117,7 +118,7 @@ impl Ddp {
             },
         );
         if self.has_gaps {
-            let gaps = self.stages.iter().flat_map(|stage| &stage.gap);
+            let gaps = self.stages.iter().nested(|stage| &stage.gap);
             let largest = gaps
                 .chain(&self.first_gap)
                 .fold(0.0_f64, |max, gap| max.max(gap.abs()));

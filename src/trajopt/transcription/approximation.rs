@@ -5,6 +5,7 @@ use super::merit::Merit;
 use super::point_data::{Memory, PointData};
 use super::points::Points;
 use crate::linalg::FreeFactor;
+use crate::nested::IntoNested;
 use crate::parallel::for_each_part;
 use crate::scalar::MapEach;
 use crate::trajopt::problem::Problem;
@@ -73,8 +74,8 @@ impl Approximation {
     ///
     /// * `weights` – ν of all defects
     pub(super) fn merit(&self, weights: &[f64]) -> Merit {
-        let defects = self.defects.iter().flat_map(|defects| &defects.values);
-        let entries = self.points.iter().flat_map(|point| &point.entries);
+        let defects = self.defects.iter().nested(|defects| &defects.values);
+        let entries = self.points.iter().nested(|point| &point.entries);
         let weighed = defects.clone().zip(weights).map(|(d, nu)| nu * d.abs());
         let largest = |max: f64, x: f64| {
             if x.is_nan() {

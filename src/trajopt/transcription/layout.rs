@@ -4,6 +4,7 @@
 //! given start, the defects of each interval, inputs whose bounds leave no choice; then upper and lower bounds of the
 //! other inputs, upper and lower bounds of constraints, and that slacks are not negative.
 
+use crate::nested::IntoNested;
 use std::ops::Range;
 
 use clarabel::solver::{NonnegativeConeT, SupportedConeT, ZeroConeT};
@@ -39,12 +40,12 @@ impl Layout {
         let (lower, upper) = problem.input_bounds();
         let (fixed, free): (Vec<usize>, Vec<usize>) =
             (0..system.nu()).partition(|&j| lower[j] == upper[j]);
-        let sides = free.into_iter().flat_map(|j| [(j, 1.0), (j, -1.0)]);
+        let sides = free.into_iter().nested(|j| [(j, 1.0), (j, -1.0)]);
         let is_finite = |&(j, side): &(usize, f64)| match side > 0.0 {
             true => upper[j].is_finite(),
             false => lower[j].is_finite(),
         };
-        let entries = || at.points.iter().flat_map(|point| &point.entries);
+        let entries = || at.points.iter().nested(|point| &point.entries);
         Self {
             ndx: system.ndx(),
             nz: system.ndx() + system.nu(),
@@ -172,11 +173,11 @@ impl Layout {
     ) {
         let (lower, upper) = problem.input_bounds();
         let start = (0..self.start).map(|_| 0.0);
-        let fixed = points.inputs.iter().flat_map(|u| {
+        let fixed = points.inputs.iter().nested(|u| {
             let fixed = self.fixed.iter();
             fixed.map(|&j| lower[j] - u[j])
         });
-        let bounded = points.inputs.iter().flat_map(|u| {
+        let bounded = points.inputs.iter().nested(|u| {
             self.bounded.iter().map(|&(j, side)| match side > 0.0 {
                 true => upper[j] - u[j],
                 false => u[j] - lower[j],
@@ -235,14 +236,14 @@ impl Layout {
 }
 
 fn minus_defects(at: &Approximation) -> impl Iterator<Item = f64> {
-    let values = at.defects.iter().flat_map(|defects| &defects.values);
+    let values = at.defects.iter().nested(|defects| &defects.values);
     values.map(|value| -value)
 }
 
 /// The distance of each constraint to each of its bounds; negative where it is violated.
 fn distances(at: &Approximation) -> impl Iterator<Item = f64> {
-    let entries = at.points.iter().flat_map(|point| &point.entries);
-    entries.flat_map(|entry| {
+    let entries = at.points.iter().nested(|point| &point.entries);
+    entries.nested(|entry| {
         sides_of(entry).map(|side| match side > 0.0 {
             true => entry.upper - entry.value,
             false => entry.value - entry.lower,

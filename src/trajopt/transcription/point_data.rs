@@ -1,5 +1,6 @@
 //! Data of one point: its rate, its costs, its constraints.
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::chart::ChartScratch;
@@ -134,7 +135,7 @@ fn constraints(problem: &Problem, i: usize) -> impl Iterator<Item = (usize, &Con
     let n = problem.horizon();
     let path = (n > 0).then(|| stage_of(problem, i));
     let stages = path.into_iter().chain((i == 2 * n).then_some(n));
-    stages.flat_map(|stage| {
+    stages.nested(|stage| {
         let own = problem.constraints_at(stage).iter();
         own.map(move |constraint| (stage, constraint))
     })

@@ -8,6 +8,7 @@ use super::points::Points;
 use super::qp::{QpData, Step, Weights};
 use super::solution::{Continuous, TranscriptionSolution};
 use crate::minimize::{COST_LIMIT, Status};
+use crate::nested::IntoNested;
 use crate::stop::is_stopped;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
@@ -288,7 +289,7 @@ impl<'a> SqpSolver<'a> {
     fn raise_regularization(&mut self) {
         /// Share of the Hessian above which a regularisation shortens steps.
         const FELT: f64 = 1e-6;
-        let diagonals = self.approximation.points.iter().flat_map(|point| {
+        let diagonals = self.approximation.points.iter().nested(|point| {
             let hessian = &point.cost.hessian;
             (0..hessian.nrows()).map(|k| hessian[(k, k)].abs())
         });

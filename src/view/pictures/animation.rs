@@ -2,6 +2,7 @@
 //!
 //! GIF is the only animation format that browsers, notebooks and code hosts show like a picture, without a codec. Unchanged pixels take no space.
 
+use crate::nested::IntoNested;
 use crate::scalar::MapEach;
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
@@ -92,11 +93,11 @@ impl Colors {
         let step = count.div_ceil(LOOKED_AT).max(1);
         let pixels: Vec<u8> = (0..count)
             .step_by(step)
-            .flat_map(|k| picture(k).pixels)
+            .nested(|k| picture(k).pixels)
             .collect();
         let opaque: Vec<u8> = pixels
             .chunks(3)
-            .flat_map(|p| [p[0], p[1], p[2], 255])
+            .nested(|p| [p[0], p[1], p[2], 255])
             .collect();
         let network = NeuQuant::new(SAMPLED, COLORS, &opaque);
         let levels = 1_usize << BITS;

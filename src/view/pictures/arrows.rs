@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::stage::{Poses, Stage, StagePiece};
@@ -24,8 +25,8 @@ pub(super) fn arrows(
     poses: &Poses,
     time: f64,
 ) -> Vec<StagePiece> {
-    let all = recording.robots.iter().flat_map(|track| &track.forces);
-    let norms = all.flat_map(|force| &force.values).map(Vector3::norm);
+    let all = recording.robots.iter().nested(|track| &track.forces);
+    let norms = all.nested(|force| &force.values).map(Vector3::norm);
     let largest = norms.filter(|norm| norm.is_finite()).fold(0.0, f64::max);
     let after = recording.times().partition_point(|&t| t <= time);
     let scale = LONGEST * stage.radius() / largest;

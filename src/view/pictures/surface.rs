@@ -1,5 +1,6 @@
 //! Triangles of the shapes.
 
+use crate::nested::IntoNested;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
@@ -72,7 +73,7 @@ pub(super) fn rod(radius: f64, from: f64, to: f64) -> Vec<Corner> {
 
 fn mesh(mesh: &Mesh, size: &Vector3<f64>) -> Vec<Corner> {
     let vertex = |i: u32| Vector3::from(mesh.positions[i as usize]).component_mul(size);
-    let triangles = mesh.triangles.iter().flat_map(|corners| {
+    let triangles = mesh.triangles.iter().nested(|corners| {
         let at = corners.map_each(vertex);
         let normal = (at[1] - at[0]).cross(&(at[2] - at[0])).try_normalize(0.0);
         let normal = normal.unwrap_or_else(Vector3::z);

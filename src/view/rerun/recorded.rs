@@ -1,5 +1,6 @@
 //! A whole recording at once: what a stream would have sent, and what needs all moments.
 
+use crate::nested::IntoNested;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -53,8 +54,8 @@ impl RerunStream {
                 self.push_scalar(time, &series.name, series.values[k]);
             }
         }
-        let forces = recording.robots().iter().flat_map(Track::forces);
-        let sizes = forces.flat_map(|force| force.values.iter().map_each(Vector3::norm));
+        let forces = recording.robots().iter().nested(Track::forces);
+        let sizes = forces.nested(|force| force.values.iter().map_each(Vector3::norm));
         let largest = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
         let scale = if largest > 0.0 {
             f64::from(LONGEST_ARROW) / largest

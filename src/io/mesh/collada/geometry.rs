@@ -2,6 +2,7 @@
 
 use super::{Ids, number, words};
 use crate::input::xml::{Node, child, children, tag};
+use crate::nested::IntoNested;
 
 /// A shape of a file.
 pub(super) struct Geometry<'a> {
@@ -94,7 +95,7 @@ fn primitive<'a>(node: Node<'a>) -> Result<Option<Primitive<'a>>, String> {
 
 /// Numbers of corners; one that is none ends them.
 fn polygon_sizes<'a>(polylist: Node<'a>) -> impl Iterator<Item = usize> {
-    let sizes = children(polylist, "vcount").flat_map(words);
+    let sizes = children(polylist, "vcount").nested(words);
     sizes.map_while(|size| size.parse().ok())
 }
 

@@ -1,5 +1,6 @@
 //! Diffuse colours.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use roxmltree::NodeId;
@@ -37,7 +38,7 @@ impl<'a> Colors<'a> {
             let mut bound = HashMap::new();
             for node in technique
                 .into_iter()
-                .flat_map(|technique| children(technique, "instance_material"))
+                .nested(|technique| children(technique, "instance_material"))
             {
                 let material = ids.target(node, "target");
                 if let (Some(name), Some(material)) = (node.attribute("symbol"), material) {

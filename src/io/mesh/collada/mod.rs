@@ -13,6 +13,7 @@ mod material;
 mod node;
 mod scene;
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::soup::Soup;
@@ -69,7 +70,7 @@ fn words<'a>(node: Node<'a>) -> impl Iterator<Item = &'a str> {
     let texts = node
         .children()
         .filter_map(|child| child.text().filter(|_| child.is_text()));
-    texts.flat_map(str::split_ascii_whitespace)
+    texts.nested(str::split_ascii_whitespace)
 }
 
 /// A number, with the decimal comma that some exporters write.

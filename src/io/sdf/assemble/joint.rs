@@ -8,6 +8,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::nested::IntoNested;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Assembly;
@@ -60,7 +61,7 @@ impl Assembly<'_, '_> {
     /// Notes the joints that others follow; a name that is none shows where it is needed.
     pub(super) fn find_leaders(&mut self) {
         let joints = self.scene.joints.iter();
-        let follows = joints.flat_map(|joint| {
+        let follows = joints.nested(|joint| {
             let mimics = joint.motions.iter().filter_map(|own| own.mimic.as_ref());
             mimics.map(|follow| (joint.frame, follow))
         });

@@ -9,6 +9,7 @@
 //! Their volume is of no use, as bodies have inertias of their own; all count as shells, which may be flat. Flat ones
 //! have no hull there and do not collide.
 
+use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -243,7 +244,7 @@ fn triangles_of(path: &Path) -> Result<Mesh, String> {
 /// Whether all corners are in one plane.
 fn is_flat(parts: &[Part]) -> bool {
     let corners = || {
-        let corners = parts.iter().flat_map(|part| &part.vertices);
+        let corners = parts.iter().nested(|part| &part.vertices);
         corners.map(|corner| Vector3::from(*corner).cast::<f64>())
     };
     let Some(origin) = corners().next() else {

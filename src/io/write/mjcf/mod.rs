@@ -6,6 +6,7 @@ mod mesh;
 mod shape;
 mod stack;
 
+use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::{Names, WORLD};
@@ -313,7 +314,7 @@ impl<'a> Writer<'a> {
 
     fn motors(&mut self) {
         let joints = self.builder.joints.iter();
-        let hinges = joints.filter(|joint| !joint.is_passive).flat_map(|joint| {
+        let hinges = joints.filter(|joint| !joint.is_passive).nested(|joint| {
             let second = joint
                 .second
                 .as_ref()

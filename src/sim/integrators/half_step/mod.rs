@@ -10,6 +10,7 @@ mod pullback;
 mod pushforward;
 
 use crate::dynamics::TreeMatrix;
+use crate::nested::IntoNested;
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::forces::Forces;
@@ -145,7 +146,7 @@ impl<P: Scalar> Simulator<P> {
     /// The coordinates that are angles.
     fn turning(&self) -> impl Iterator<Item = usize> {
         let bodies = self.model().independent();
-        let axes = bodies.flat_map(|body| body.axes());
+        let axes = bodies.nested(|body| body.axes());
         axes.filter(|(_, axis)| axis.is_angular()).map(|(k, _)| k)
     }
 

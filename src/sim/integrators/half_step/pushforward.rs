@@ -9,6 +9,7 @@
 //! c is quadratic in v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed. The rows
 //! that constraints have in the step itself look ahead along ã₀, and change with it.
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
@@ -212,7 +213,7 @@ impl<T: Differentiable> Columns<T> {
         let (s, product) = (half_step(at), &mut self.memory);
         let BalanceColumns { forces, rows } = &mut self.balance;
         let mut rows = rows.columns.blocks_mut();
-        let mut minus_a = (self.ahead.iter_mut()).flat_map(|ahead| ahead.minus_a.blocks_mut());
+        let mut minus_a = (self.ahead.iter_mut()).nested(|ahead| ahead.minus_a.blocks_mut());
         let columns = &mut forces.acceleration.columns;
         for (x, direct) in columns.blocks_mut().zip(self.direct.blocks()) {
             x.iter_mut()

@@ -1,5 +1,6 @@
 //! Derivatives of momenta and forces, and the matrix of Newton's method.
 
+use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::joint::{JointDerivatives, JointStep, OwnMatrix, apply, apply_transposed};
@@ -231,7 +232,7 @@ impl<T: Differentiable> MidpointDerivatives<T> {
         forces.acceleration.balance(model, &at_rest, bodies);
         let nv = model.nv().max(1);
         let outputs = self.force_by.iter_mut();
-        let columns = outputs.flat_map(|m| m.as_mut_slice().chunks_exact_mut(nv));
+        let columns = outputs.nested(|m| m.as_mut_slice().chunks_exact_mut(nv));
         forces.acceleration.columns.copy_columns_to(columns, |x| -x);
         let KineticDerivatives {
             momentum_by_q,

@@ -1,5 +1,6 @@
 //! Forces of contact: those that follow from the state, those that a solver has found, and what they do to links and bristles.
 
+use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::places::{Place, last_forces};
@@ -94,7 +95,7 @@ impl<T: Scalar> Contact<T> {
     /// The rates of all numbers of the contact state, in sequence.
     pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
-        rates.flat_map(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
+        rates.nested(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
     }
 
     /// Changes of the contact state over a step of Δt.
@@ -104,7 +105,7 @@ impl<T: Scalar> Contact<T> {
     {
         let rates = self.rates.iter();
         let steps = rates.map(move |rate| rate.step(dt));
-        steps.flat_map(|step| [step.x, step.y, step.z])
+        steps.nested(|step| [step.x, step.y, step.z])
     }
 
     /// Rate of each bristle; empty for laws without.

@@ -4,6 +4,7 @@ use super::places::last_forces;
 use super::rows::Contact;
 use super::touching::Touching;
 use crate::contact::{Contacts, ROWS};
+use crate::nested::IntoNested;
 use crate::scalar::{Scalar, from_each};
 use crate::sim::balance::Balance;
 use crate::sim::island::Start;
@@ -54,7 +55,7 @@ impl<T: Scalar> Contact<T> {
         let touching = self.touching_in(contacts);
         let points = self.working.active().iter().enumerate();
         let (start, first, zero) = (Start::of(stay), self.first, T::zero());
-        let forces = points.flat_map(|(of, &i)| {
+        let forces = points.nested(|(of, &i)| {
             let kept = self.kept.find(touching.key(i)).unwrap_or([zero; ROWS]);
             let start = match (stay, kept) {
                 (true, kept) => kept,
