@@ -224,6 +224,15 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.column(k)[k]
     }
 
+    /// yᵀ D⁻¹ y of some coordinates, from a first one on: with Lᵀ y = b,  bᵀ M⁻¹ b.
+    #[inline(always)]
+    pub(crate) fn square(&self, first: usize, y: &[T]) -> T {
+        let entries = (first..).zip(y);
+        entries.fold(T::zero(), |sum, (k, &y)| {
+            (y * self.reciprocal(k)).mul_add(y, sum)
+        })
+    }
+
     /// Backward substitution of groups of `N` right-hand sides, which stand side by side for each coordinate; group
     /// after group.
     ///

@@ -3,6 +3,7 @@
 //! With the acceleration `a_free` without the rows, a = `a_free` + M⁻¹ Jᵀ f. In the rows this is y = G f + J `a_free` − reference with
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The order of rows is: kinematic constraints, joints at their limits and with dry friction, contact points.
 
+use super::bare_mass::BareMass;
 use super::evaluation_point::EvaluationPoint;
 use super::force_solver::ForceSolver;
 use super::forces::Forces;
@@ -21,6 +22,8 @@ use crate::spatial::{Motion, Transform};
 pub(crate) struct Balance<T: Scalar> {
     placed: Placed<T>,
     factor: MassMatrixFactor<T>,
+    /// Where contact models read the Delassus diagonal and there are bounded forces.
+    bare: Option<Box<BareMass<T>>>,
     pub(super) rows: Rows<T>,
     solver: ForceSolver<T>,
     certificate: Certificate,
@@ -44,9 +47,15 @@ impl<T: Scalar> Balance<T> {
             measured: false,
             ..given.cone()
         };
+        let reads = simulator.contacts().is_some_and(Contacts::read_delassus);
+        let is_bounded = simulator
+            .actuation()
+            .is_some_and(|own| own.bounded_forces() > 0);
         Self {
             placed: Placed::new(model),
             factor: MassMatrixFactor::unfilled(model),
+            // Recorded, bounded forces are never added to M.
+            bare: (T::HAS_VALUES && reads && is_bounded).then(|| BareMass::new(model)),
             rows: Rows::new(model, rows, blocks),
             solver: ForceSolver::new(rows, blocks, options),
             certificate: Certificate::default(),
@@ -81,6 +90,38 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn change_mass(&mut self, write: impl FnOnce(&mut TreeMatrix<T>, &mut [T])) {
         let forces = &mut self.placed.forces;
         self.factor.refactor_filled(|mass| write(mass, forces));
+    }
+
+    /// The factors of M without bounded forces, where they are read.
+    ///
+    /// * `mass` – that matrix; `None` in steps without such forces
+    pub(super) fn find_bare_mass(&mut self, mass: Option<&TreeMatrix<T>>) {
+        if let Some(bare) = &mut self.bare {
+            bare.find(mass);
+        }
+    }
+
+    /// The Delassus diagonal of a row without bounded forces.
+    pub(super) fn bare_delassus(&mut self, row: usize) -> T {
+        let bare = self.bare.as_mut();
+        let own = bare.and_then(|bare| bare.delassus(&self.rows, row));
+        own.unwrap_or_else(|| self.rows.delassus(row))
+    }
+
+    /// M⁻¹ nᵀ of a row n without bounded forces, once derivatives are prepared.
+    pub(super) fn bare_response_into(&self, row: usize, response: &mut [T]) {
+        match self.bare.as_ref().and_then(|bare| bare.factor()) {
+            None => {
+                let half = response.iter_mut().zip(self.rows.half(row));
+                half.for_each(|(s, x)| *s = x);
+                self.factor.forward_substitute(response);
+            }
+            Some(factor) => {
+                let nv = response.len();
+                response.copy_from_slice(&self.rows.first_rows(row + 1)[nv * row..]);
+                factor.solve(response);
+            }
+        }
     }
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).

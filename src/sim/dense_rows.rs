@@ -155,6 +155,24 @@ impl<T: Scalar> DenseRows<T> {
         &self.matrix
     }
 
+    /// n M⁻¹ nᵀ of a row n under a matrix M of which the factors are given.
+    pub(super) fn delassus_of(
+        &self,
+        factor: &MassMatrixFactor<T>,
+        row: usize,
+        memory: &mut Vec<T>,
+    ) -> T {
+        memory.clear();
+        memory.extend_from_slice(&self.jacobian[self.nv * row..][..self.nv]);
+        vectorized(
+            #[inline(always)]
+            || {
+                factor.back_substitute(&mut memory[..]);
+                factor.square(0, memory)
+            },
+        )
+    }
+
     /// Adds J of a coordinate, times `x`.
     pub(super) fn turn(&self, k: usize, x: T, offset: &mut [T]) {
         for (row, offset) in offset.iter_mut().enumerate() {

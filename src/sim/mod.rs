@@ -37,6 +37,7 @@ mod actuation;
 mod applied_forces;
 mod assembly;
 mod balance;
+mod bare_mass;
 mod batch;
 mod carried;
 mod dense_rows;

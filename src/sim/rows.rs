@@ -232,6 +232,19 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
+    /// n M⁻¹ nᵀ of a row n under a matrix M of which the factors are given.
+    pub(super) fn delassus_of(
+        &self,
+        factor: &MassMatrixFactor<T>,
+        row: usize,
+        memory: &mut Vec<T>,
+    ) -> T {
+        match &self.sparse {
+            None => self.dense.delassus_of(factor, row, memory),
+            Some(sparse) => sparse.delassus_of(factor, row, memory),
+        }
+    }
+
     /// All rows see another acceleration, by `x` along the coordinate `k`.
     pub(super) fn turn(&mut self, k: usize, x: T) {
         match self.sparse {

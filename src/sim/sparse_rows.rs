@@ -200,6 +200,24 @@ impl<T: Scalar> SparseRows<T> {
         self.diagonal[row]
     }
 
+    /// n M⁻¹ nᵀ of a row n under a matrix M of which the factors are given.
+    pub(super) fn delassus_of(
+        &self,
+        factor: &MassMatrixFactor<T>,
+        row: usize,
+        memory: &mut Vec<T>,
+    ) -> T {
+        let mut sum = T::zero();
+        for (tree, j) in self.parts(&self.values, row) {
+            let own = self.trees[tree].clone();
+            memory.clear();
+            memory.extend_from_slice(j);
+            factor.back_substitute_in(own.clone(), memory);
+            sum += factor.square(own.start, memory);
+        }
+        sum
+    }
+
     /// `G_ij` of a row and some others.
     pub(super) fn products(&self, row: usize, others: &[usize], out: &mut [T]) {
         out.fill(T::zero());

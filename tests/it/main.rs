@@ -15,6 +15,7 @@ mod batch;
 mod batch_contact;
 mod batch_parameters;
 mod bibliography;
+mod bounded_in_contact;
 mod by_link;
 mod collision;
 mod collision_files;

@@ -91,6 +91,7 @@ impl<T: Scalar> Found<'_, T> {
     /// States the force and its resistance on the piece that holds; of a row y at a fixed force, R f − reference.
     fn emit<const N: usize>(
         &self,
+        at: &DerivativePoint<'_, T>,
         line: &Line<Dual<T, N>>,
         out: &mut impl CoordinateSink<Dual<T, N>>,
     ) {
@@ -106,8 +107,13 @@ impl<T: Scalar> Found<'_, T> {
         }
         let at_bound = line.bound.each(|x| own.select(zero, x * own.piece));
         let push = line.push.each(|x| own.select(x, zero)) + at_bound;
-        out.coordinate(coordinate, input, push);
         let resistance = line.resistance.each(|x| own.select(x, zero));
+        if at.balance().is_some() {
+            // The Delassus diagonal that contact models read is without it.
+            let a = at.a[coordinate];
+            return out.coordinate(coordinate, input, push - resistance.each(|x| x * a));
+        }
+        out.coordinate(coordinate, input, push);
         out.resistance(coordinate, resistance);
     }
 }
@@ -123,7 +129,7 @@ impl<T: Scalar> TermDerivatives<T> for BoundedDerivatives<T> {
     ) {
         for found in found(at, term).filter(|found| found.solved.is_none()) {
             if let Some(line) = found.moving(at) {
-                found.emit(&line, out);
+                found.emit(at, &line, out);
             }
         }
     }
@@ -136,7 +142,7 @@ impl<T: Scalar> TermDerivatives<T> for BoundedDerivatives<T> {
     ) {
         for found in found(at, term).filter(|found| found.solved.is_some()) {
             if let Some(line) = found.moving(at) {
-                found.emit(&line, out);
+                found.emit(at, &line, out);
             }
         }
     }
@@ -158,10 +164,10 @@ impl<T: Scalar> TermDerivatives<T> for BoundedDerivatives<T> {
                 continue;
             };
             let mut sum = out.sum(None);
-            found.emit(&moving, &mut sum);
+            found.emit(at, &moving, &mut sum);
             let by_time_step = sum.value.eps[TIME_STEP];
             let mut sum = out.sum(None);
-            found.emit(&own, &mut sum);
+            found.emit(at, &own, &mut sum);
             let mut slopes = sum.value.eps;
             if let Some(solved) = found.solved {
                 let weight = out.block_weight(solved.block);

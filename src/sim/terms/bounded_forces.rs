@@ -9,7 +9,7 @@
 //!
 //! An active set contains the forces on their line and those at a bound. Forces on their line are added to M. Forward dynamics then shows which
 //! forces violate their law; these switch to another piece, until none does. M is positive definite, so there is one solution; block pivots usually
-//! find it in one or two rounds, and single pivots always do. With other forces in a solver, the solver finds the pieces (`bounded_rows.rs`).
+//! find it in one or two rounds, and single pivots always do. Beside forces of a solver, each round is a solution of it (`bounded_rows.rs`).
 //!
 //! # References
 //! [Júdice & Pires 1994].
@@ -112,6 +112,11 @@ impl<T: Scalar> BoundedForces<T> {
     /// Where they act, and the forces of the last step.
     pub(super) fn all(&self) -> impl Iterator<Item = (&Site, &Bounded<T>)> {
         self.sites.iter().zip(&self.forces)
+    }
+
+    /// Where they act, and the forces of the last step, which may be changed.
+    pub(super) fn all_mut(&mut self) -> impl Iterator<Item = (&Site, &mut Bounded<T>)> {
+        self.sites.iter().zip(&mut self.forces)
     }
 
     /// Finds v̇ under given forces and those that are bounded, by forward dynamics.

@@ -2,7 +2,7 @@
 //!
 //! The pieces of their laws are changed in few rounds of the whole solution, with forces on their line added to M. Usually the first guess is
 //! correct, and the problem of the solver is not larger than without them. Otherwise all become rows with a bounded force. They are rows from the
-//! start with contact models that depend on the Delassus diagonal, which the addition to M changes, and while a step is recorded.
+//! start while a step is recorded. Contact models that read the Delassus diagonal read that of M without the addition (`bare_mass.rs`).
 
 use super::bounded_forces::BoundedForces;
 use crate::cone::Block;
@@ -44,18 +44,34 @@ impl<T: Scalar> BoundedForces<T> {
     ) where
         T: Over<P>,
     {
-        let reads = at.solved_contacts().is_some_and(|c| c.read_delassus());
-        if reads || !at.v().iter().all(T::has_value) {
+        if !at.v().iter().all(T::has_value) {
             self.in_rows = T::one();
         }
         if self.is_empty() {
             return;
+        }
+        if !self.are_rows() {
+            self.guess(mass);
         }
         if let Some(beside) = self.beside.as_deref_mut() {
             beside.mass.copy_from_own(mass);
             beside.forces.copy_from_slice(forces);
             self.add_to(mass, forces);
         }
+    }
+
+    /// First takes joints to stick whose friction stops them within the step if nothing else moves.
+    fn guess(&mut self, mass: &TreeMatrix<T>) {
+        for (site, own) in self.all_mut().filter(|(site, _)| site.holds()) {
+            let needed = own.stop.abs() * mass[(site.coordinate, site.coordinate)];
+            own.piece = needed.select_lt(own.line.bound, T::zero(), own.piece);
+        }
+    }
+
+    /// The mass matrix without bounded forces; `None` where there are none.
+    pub(in crate::sim) fn mass_beside(&self) -> Option<&TreeMatrix<T>> {
+        let beside = self.beside.as_deref().filter(|_| !self.is_empty());
+        beside.map(|beside| &beside.mass)
     }
 
     /// Writes mass matrix and forces with those on pieces of their laws.

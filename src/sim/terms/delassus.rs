@@ -1,6 +1,6 @@
 //! Derivatives of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n.
 //!
-//! With the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s: twice that of the power n · s less the kinetic energy at the rates s. In all coordinates for columns,
+//! M is without bounded forces. With the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s: twice that of the power n · s less the kinetic energy at the rates s. In all coordinates for columns,
 //! by a sweep for a weighted sum, which has parameters too.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -19,13 +19,6 @@ use crate::spatial::{Force, Motion};
 
 /// Direction of the Delassus diagonal of a contact point.
 pub(super) const DELASSUS: usize = FURTHER;
-
-/// s of a row.
-fn respond<T: Scalar>(balance: &Balance<T>, row: usize, response: &mut [T]) {
-    let half = response.iter_mut().zip(balance.rows().half(row));
-    half.for_each(|(s, x)| *s = x);
-    balance.factor().forward_substitute(response);
-}
 
 /// ∂d in all coordinates.
 #[derive(Clone, Debug)]
@@ -61,7 +54,7 @@ impl<T: Scalar> DelassusColumns<T> {
         normal: &Normal<'_, T>,
     ) {
         let (s, by_q) = (&mut self.response, &mut self.by_q);
-        respond(balance, row, s);
+        balance.bare_response_into(row, s);
         by_q.fill(T::zero());
         if normal.with_mass {
             let poses = balance.motions().0;
@@ -150,7 +143,7 @@ impl<T: Scalar> DelassusAdjoint<T> {
         by_resistance: &mut [T],
     ) -> [Motion<T>; 2] {
         let (model, weight, s) = (point.model(), diagonal.weight, &mut self.response);
-        respond(diagonal.balance, diagonal.row, s);
+        (diagonal.balance).bare_response_into(diagonal.row, s);
         self.energy.start(model, sweep, s, normal.with_mass);
         let V = normal.on.map_each(|on| self.energy.motion(on));
         let pushed = normal.on[normal.side].map(|body| Pushed {

@@ -169,6 +169,7 @@ impl<T: Scalar> AccelerationScratch<T> {
             }
             terms.bounded_forces.start(at, mass, forces);
         });
+        balance.find_bare_mass(terms.bounded_forces.mass_beside());
         if let Some(gyroscopic) = gyroscopic {
             terms.constraints.look_ahead(at, &gyroscopic.a);
         }

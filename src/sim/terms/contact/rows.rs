@@ -37,6 +37,8 @@ pub(crate) struct Contact<T> {
     pub(super) working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     pub(super) axes: Vec<[Vector3<T>; ROWS]>,
+    /// Delassus diagonal of their normals.
+    pub(super) delassus: Vec<T>,
     /// Where their rows are.
     pub(super) places: RowPlaces,
     /// Forces of the last solution.
@@ -64,6 +66,7 @@ impl<T: Scalar> Contact<T> {
             moments: Vec::new(),
             working: WorkingSet::new(solved, nv, limit),
             axes: Vec::with_capacity(solved),
+            delassus: Vec::with_capacity(solved),
             places: RowPlaces::new(solved),
             kept: KeptForces::new(),
             first: Mark::default(),
@@ -238,8 +241,13 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
+        let first = balance.rows.n_references();
+        self.delassus.clear();
+        for of in 0..self.working.active().len() {
+            let row = first + self.places.start(of).row;
+            self.delassus.push(balance.bare_delassus(row));
+        }
         let rows = &mut balance.rows;
-        let first = rows.n_references();
         let touching = self.touching_in(contacts);
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
@@ -247,7 +255,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 state: &self.points[i],
                 axes,
                 deflection: bristles.get(i).map(|&m| Vector3::from(m)),
-                delassus: rows.delassus(first + self.places.start(of).row),
+                delassus: self.delassus[of],
                 dt: at.dt(),
                 kappa: contacts.kappa_over_step(at.dt()),
                 speculative: touching.is_speculative(i),

@@ -100,7 +100,7 @@ pub(super) fn each_solved<'a, T: Scalar>(
                 block: place.block,
                 moments,
                 forces: from_each(|k| solved.forces()[row + k]),
-                delassus: solved.delassus(row),
+                delassus: term.delassus[of],
                 axes: all.unit_forces(index, &axes),
             }
         });
