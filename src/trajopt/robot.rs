@@ -201,7 +201,7 @@ struct StepMemory<T: Scalar> {
 impl<T: Scalar> StepMemory<T> {
     fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator),
+            step: StepScratch::awake(simulator),
             state: simulator.neutral_state(),
             next: simulator.neutral_state(),
         }
@@ -217,7 +217,7 @@ struct RateMemory<T: Scalar> {
 impl<T: Scalar> RateMemory<T> {
     fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator),
+            step: StepScratch::awake(simulator),
             state: State::neutral(simulator.model()),
         }
     }
