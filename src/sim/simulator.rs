@@ -156,7 +156,7 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Lets islands of trees that have come to rest [sleep](Sleeping); without this call nothing sleeps.
+    /// Lets islands of trees that have come to rest [sleep](Sleeping); by default, and with `None`, nothing sleeps.
     ///
     /// # Panics
     /// If a number is negative or not finite.
@@ -165,10 +165,12 @@ impl<P: Scalar> Simulator<P> {
     /// ```
     /// use dualbody::contact::{ContactLaw, Contacts, Rigid, Terrain};
     /// use dualbody::model::{Mass, Object, World};
+    /// use dualbody::spatial::Transform;
     /// use dualbody::{Simulator, sim::Sleeping};
     ///
     /// let mut world = World::default();
-    /// world.add_box("crate", [0.2; 3], &Object::free(Mass::Kilograms(1.0)).at([0.0, 0.0, 0.1]))?;
+    /// let place = Transform::from_translation([0.0, 0.0, 0.1].into());
+    /// world.add_box("crate", [0.2; 3], &Object::free(Mass::Kilograms(1.0)).at(place))?;
     /// let model = world.build()?;
     /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
     /// let simulator = Simulator::new(model).with_contacts(contacts).with_sleeping(Sleeping::default());
@@ -177,10 +179,12 @@ impl<P: Scalar> Simulator<P> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
-    pub fn with_sleeping(mut self, sleeping: Sleeping) -> Self {
-        sleeping.check();
-        self.n_sleep = n_sleep(&self.model);
-        self.sleeping = Some(sleeping);
+    pub fn with_sleeping(mut self, sleeping: impl Into<Option<Sleeping>>) -> Self {
+        self.sleeping = sleeping.into();
+        if let Some(own) = &self.sleeping {
+            own.check();
+        }
+        self.n_sleep = self.sleeping.map_or(0, |_| n_sleep(&self.model));
         self
     }
 

@@ -111,6 +111,9 @@ impl Simulator {
         let sleeper = memory.sleeper.take();
         let mut sleeper = sleeper.unwrap_or_else(|| Box::new(Sleeper::new(self)));
         sleeper.find(self, state);
+        if next.sleep.len() != self.n_sleep() {
+            next.sleep = DVector::zeros(self.n_sleep());
+        }
         if sleeper.all_sleep() && self.activations().is_empty() {
             next.copy_from(state);
         } else {
@@ -171,15 +174,18 @@ impl<P: Scalar> Simulator<P> {
         self.check_input(u);
         self.check(state);
         let memory = memory.get_mut();
-        if self.n_sleep() > 0 || !next.sleep.is_empty() {
-            self.wake_all(next);
-            if const { P::IS_F64 && T::IS_F64 } && self.n_sleep() > 0 && !memory.awake {
-                let simulator = same(cast!(self, &Simulator));
-                let (state, u) = (same(cast!(state, &State)), same(cast!(u, &[f64])));
-                let memory = same(cast!(memory, &mut Memory<f64>));
-                return simulator.step_some(state, u, memory, same(cast!(next, &mut State)));
-            }
+        if const { P::IS_F64 && T::IS_F64 } && self.n_sleep() > 0 && !memory.awake {
+            let simulator = same(cast!(self, &Simulator));
+            let (state, u) = (same(cast!(state, &State)), same(cast!(u, &[f64])));
+            let memory = same(cast!(memory, &mut Memory<f64>));
+            return simulator.step_some(state, u, memory, same(cast!(next, &mut State)));
         }
+        assert!(
+            T::HAS_VALUES || self.n_sleep() == 0,
+            "the steps of \"{}\" decide on values, since islands sleep: record them with_sleeping(None)",
+            self.model().name(),
+        );
+        next.sleep.fill(T::zero());
         self.step_all(state, u, memory, next);
     }
 
@@ -203,15 +209,6 @@ impl<P: Scalar> Simulator<P> {
             *method = StepMemory::new(self);
         }
         method.step(self, state, u, acceleration, next);
-    }
-
-    /// Writes that all is awake.
-    fn wake_all<T: Scalar>(&self, next: &mut State<T>) {
-        if next.sleep.len() == self.n_sleep() {
-            next.sleep.fill(T::zero());
-        } else {
-            next.sleep = DVector::zeros(self.n_sleep());
-        }
     }
 
     /// The acceleration v̇ of a state under the input `u` (length `nu`; N·m or N), length `nv` (rad/s² or m/s²):

@@ -1,6 +1,7 @@
 //! Contacts, terrain, motors, constraints and forces of a simulator, from the small classes of Python that describe them.
 
 mod activations;
+mod sleeping;
 mod collisions;
 mod law;
 mod motors;

@@ -43,8 +43,8 @@ use trees::Trees;
 /// that time an island moves by at most `speed` · `time`, so a rest position differs by little more than that from one without sleep.
 ///
 /// Derivatives ignore sleep: [`linearize`](Simulator::linearize), vector–Jacobian products, gradients of rollouts, trajectory optimisation and
-/// identification take all steps awake, from the same state. So do steps over other scalars than `f64`, [`SingleBatch`](super::SingleBatch), recorded
-/// graphs, and questions such as [`Simulator::contact_report`].
+/// identification take all steps awake, from the same state. So do steps over other scalars than `f64`, [`SingleBatch`](super::SingleBatch), and questions
+/// such as [`Simulator::contact_report`]. A step with sleep cannot be recorded as a graph: use `with_sleeping(None)` for that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sleeping {
     /// Largest rate of each coordinate at rest, m/s or rad/s. Larger values let islands sleep that creep or tremble. With zero only islands sleep that
@@ -55,10 +55,10 @@ pub struct Sleeping {
 }
 
 impl Default for Sleeping {
-    /// A tenth of a millimetre per second, for half a second.
+    /// A millimetre per second, for half a second.
     fn default() -> Self {
         Self {
-            speed: 1e-4,
+            speed: 1e-3,
             time: 0.5,
         }
     }
