@@ -44,7 +44,8 @@ impl Record {
                 fingerprint,
             };
         }
-        Self::Awake(if first > 0.0 { first } else { 0.0 })
+        let is_time = first > 0.0 && first.is_finite();
+        Self::Awake(if is_time { first } else { 0.0 })
     }
 
     /// Writes that of a tree.
@@ -98,7 +99,7 @@ mod tests {
         for (tree, record) in records.into_iter().enumerate() {
             assert_eq!(Record::of(&sleep, tree), record);
         }
-        for strange in [f64::NAN, f64::NEG_INFINITY, -1.5, -4.0, -0.5] {
+        for strange in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.5, -4.0, -0.5] {
             sleep[0] = strange;
             assert_eq!(Record::of(&sleep, 0), Record::Awake(0.0), "{strange}");
         }
