@@ -15,7 +15,7 @@ const TIME_STEP: f64 = 0.002;
 /// Default magnetic field.
 const MAGNETIC: [f64; 3] = [0.0, -0.5, 0.0];
 
-/// Default speed of bodies that sleep, m/s, and the steps at rest after which they do: `sleep_tolerance` and `mjMINAWAKE` of MuJoCo 4.0.
+/// Default speed of bodies that sleep, m/s, and the steps at rest after which they do: `sleep_tolerance` and `mjMINAWAKE` there, version 4.0.
 const SLEEP_SPEED: f64 = 1e-3;
 const SLEEP_STEPS: f64 = 10.0;
 

@@ -83,10 +83,11 @@ impl Waking {
             return;
         };
         contact.each_pair(contacts, |shapes, point| {
-            if let [Some(a), Some(b)] = contacts.pair_bodies(shapes) {
-                if reaches(simulator, contacts, point, APART) {
-                    each([a, b]);
-                }
+            let near = || reaches(simulator, contacts, point, APART);
+            if let [Some(a), Some(b)] = contacts.pair_bodies(shapes)
+                && near()
+            {
+                each([a, b]);
             }
         });
     }
