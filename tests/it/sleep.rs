@@ -516,3 +516,30 @@ fn thresholds_out_of_range_are_refused_and_zero_is_not() {
     let none = still.clone().with_sleeping(None);
     assert!(none.n_sleep() == 0 && none.asleep(&none.neutral_state()).is_empty());
 }
+
+// MJCF has sleep as an option of the file: 2 mm/s, and ten steps of 5 ms.
+#[cfg(feature = "formats")]
+#[test]
+fn sleep_of_mjcf_files_is_read() {
+    let read = |option: &str| {
+        let xml = format!(
+            r#"<mujoco><option timestep="0.005" {option}</option><worldbody><geom type="plane" size="1 1 1"/>
+            <body name="crate" pos="0 0 0.1"><freejoint/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>"#
+        );
+        dualbody::ModelOptions::default().load_mjcf_scene_str(&xml)
+    };
+    let sleepy = r#"sleep_tolerance="0.002"><flag sleep="enable"/>"#;
+    let (scene, _) = read(sleepy).expect("a scene");
+    let sleeping = Sleeping {
+        speed: 0.002,
+        time: 10.0 * 0.005,
+    };
+    let simulator = scene.simulator();
+    assert_eq!(simulator.sleeping(), Some(&sleeping));
+    let rest = after(&simulator, &scene.reference, 400);
+    assert_eq!(simulator.asleep(&rest), ["crate"]);
+    let (awake, _) = read(r#"sleep_tolerance="0.002">"#).expect("a scene");
+    assert_eq!(awake.simulator().sleeping(), None);
+    let error = read(r#"sleep_tolerance="-1"><flag sleep="enable"/>"#).unwrap_err();
+    assert!(error.to_string().contains("sleep_tolerance"), "{error}");
+}

@@ -186,9 +186,11 @@ impl<'a> Steps<'a> {
 fn copy_known(from: &[f64], to: &mut [f64]) {
     let n = from.len().min(to.len());
     to[..n].copy_from_slice(&from[..n]);
+    to[n..].fill(0.0);
 }
 
-/// Derivatives of a weighted sum.<'a> {
+/// Derivatives of a weighted sum.
+struct Derivatives<'a> {
     start: &'a DVector<f64>,
     inputs: &'a [f64],
     parameters: &'a [f64],
@@ -421,10 +423,13 @@ pub(super) fn run(
 fn write_trajectory(states: &[State], has_contact: bool, out: &mut [f64]) {
     let q = states.iter().flat_map(|state| state.q.iter());
     let v = states.iter().flat_map(|state| state.v.iter());
-    let contact = states
-        .iter()
-        .filter(|_| has_contact)
-        .flat_map(|state| state.contact.iter().chain(&state.activation).chain(&state.sleep));
+    let contact = states.iter().filter(|_| has_contact).flat_map(|state| {
+        state
+            .contact
+            .iter()
+            .chain(&state.activation)
+            .chain(&state.sleep)
+    });
     let numbers = out.iter_mut().zip(q.chain(v).chain(contact));
     numbers.for_each(|(out, &x)| *out = x);
 }

@@ -1,13 +1,13 @@
 //! Contacts, terrain, motors, constraints and forces of a simulator, from the small classes of Python that describe them.
 
 mod activations;
-mod sleeping;
 mod collisions;
 mod law;
 mod motors;
 mod nearest;
 mod parts;
 mod points;
+mod sleeping;
 mod terrain;
 
 pub(crate) use collisions::_srdf;

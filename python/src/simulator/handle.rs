@@ -168,7 +168,11 @@ impl PySimulator {
             if contact.activation.len() == state.activation.len() {
                 contact.activation.clone_from(&state.activation);
             }
-            let contact = contact.contact.iter().chain(&contact.activation).chain(&contact.sleep);
+            let contact = contact
+                .contact
+                .iter()
+                .chain(&contact.activation)
+                .chain(&contact.sleep);
             (q, v, vector(py, u), vector(py, contact.copied().collect()))
         };
         let still = vec![0.0; self.simulator.nu()];

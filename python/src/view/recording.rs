@@ -57,7 +57,8 @@ fn trajectory(
                 let (contact, rest) = contact.split_at(own.n_contact().min(nc));
                 let (activation, sleep) = rest.split_at(own.n_activation().min(rest.len()));
                 let mut state = state.with_contact(contact.to_vec().into());
-                (state.activation, state.sleep) = (activation.to_vec().into(), sleep.to_vec().into());
+                (state.activation, state.sleep) =
+                    (activation.to_vec().into(), sleep.to_vec().into());
                 state
             }
             _ => state.with_contact(contact.into()),
