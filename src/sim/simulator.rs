@@ -6,7 +6,7 @@ use super::activation::PlacedActivation;
 use super::actuation::{Actuation, TendonServo};
 use super::force::FrameTerms;
 use super::integrator::Integrator;
-use super::sleep::{Sleeping, n_sleep};
+use super::sleeping::{Sleeping, n_sleep};
 use super::state::State;
 use crate::constraint::Constraint;
 use crate::contact::Contacts;

@@ -9,8 +9,7 @@
 
 use nalgebra::DVector;
 
-/// Numbers of each tree.
-pub(super) const NUMBERS: usize = 2;
+use crate::sim::sleeping::NUMBERS_OF_A_TREE as NUMBERS;
 
 /// A tree in a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
