@@ -16,11 +16,13 @@ use crate::scalar::Scalar;
 /// - something awake reaches one of its bodies, by the velocities at the start of the step and gravity;
 /// - its configuration or velocity, or a bristle of its contacts, is not the one with which it fell asleep, because the caller changed the state.
 ///
-/// A tree with an input never sleeps: a joint [input](crate::Simulator::actuated), a frame actuator or a tendon servo. Nor does one with an
-/// [external force](super::ExternalForce). An object that is moved by hand, through its state, is awake. Terrain and shapes fixed to the world neither wake what rests on them nor keep it awake.
+/// A tree with an input never sleeps: a joint [input](crate::Simulator::actuated), a frame actuator or a tendon servo. Nor does one with an [external
+/// force](super::ExternalForce). An object that is moved by hand, through its state, is awake. Terrain and shapes fixed to the world neither wake
+/// what rests on them nor keep it awake.
 ///
-/// A step is a function of state and input still: what sleeps is a part of the [state](super::State::sleep). [`Simulator::state`](crate::Simulator::state) makes a state in which all
-/// is awake. So is the result of [`carried_state`](crate::Simulator::carried_state), since supports may be gone. After a change of the simulator itself, such as gravity or
+/// A step is a function of state and input still: what sleeps is a part of the [state](super::State::sleep).
+/// [`Simulator::state`](crate::Simulator::state) makes a state in which all is awake. So is the result of
+/// [`carried_state`](crate::Simulator::carried_state), since supports may be gone. After a change of the simulator itself, such as gravity or
 /// friction, make a new state from q and v.
 ///
 /// # Limitations
@@ -28,8 +30,9 @@ use crate::scalar::Scalar;
 /// that time an island moves by at most `speed` · `time`, so a rest position differs by little more than that from one without sleep.
 ///
 /// Derivatives ignore sleep: [`linearize`](crate::Simulator::linearize), vector–Jacobian products, gradients of rollouts, trajectory optimisation and
-/// identification take all steps awake, from the same state. So do steps over other scalars than `f64`, [`SingleBatch`](super::SingleBatch), and questions
-/// such as [`contact_report`](crate::Simulator::contact_report). A step with sleep cannot be recorded as a graph: use `with_sleeping(None)` for that.
+/// identification take all steps awake, from the same state. So do steps over other scalars than `f64`, [`SingleBatch`](super::SingleBatch), and
+/// questions such as [`contact_report`](crate::Simulator::contact_report). A step with sleep cannot be recorded as a graph: use `with_sleeping(None)`
+/// for that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sleeping {
     /// Largest rate of each coordinate at rest, m/s or rad/s. Larger values let islands sleep that creep or tremble. With zero only islands sleep that
