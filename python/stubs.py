@@ -84,6 +84,7 @@ class DdpKeywords(TypedDict, total=False):
 ARGUMENTS = {
     "adjustable": "object",
     "activations": "Mapping[str, _sim.Activation]",
+    "sleeping": "bool | tuple[float, float]",
     "actuated": "Sequence[str]",
     "actuation": '_sim.Actuation | Literal["ideal", "model"]',
     "checkpoints": "int | str",

@@ -9,7 +9,7 @@ use dualbody::autodiff::CHUNK;
 use dualbody::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::constraint::{Anchor, Constraint as HoldTogether};
 use dualbody::contact::{
-    ContactLaw, Contacts, PointState, RelaxedRigid, Rigid, SoftContact, Terrain,
+    CollisionOptions, ContactLaw, Contacts, PointState, RelaxedRigid, Rigid, SoftContact, Terrain,
 };
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
@@ -23,9 +23,9 @@ use dualbody::dynamics::{
     inverse_dynamics_vjp_into, mass_matrix_into, mass_matrix_inverse_into,
 };
 use dualbody::linearize::{LinearizeScratch, StepGradient, VjpScratch};
-use dualbody::model::{FrameId, Model, samples};
+use dualbody::model::{FrameId, Mass, Model, Object, World, samples};
 use dualbody::sim::{
-    Actuation, BatchSimulator, ExternalForce, ForceFunction, FrameActuator, StepScratch,
+    Actuation, BatchSimulator, ExternalForce, ForceFunction, FrameActuator, Sleeping, StepScratch,
 };
 use dualbody::spatial::{Force, Motion, Representation, Transform};
 use dualbody::trajopt::{
@@ -280,6 +280,48 @@ fn states_of_contact_points_do_not_allocate() {
         forward_kinematics_into(&model, q.as_slice(), &v, &mut kinematics);
         contacts.states_into(&kinematics, &mut points);
     });
+}
+
+#[test]
+fn steps_with_sleep_do_not_allocate() {
+    let mut world = World::default();
+    for (name, x, z) in [("low", 0.0, 0.1), ("top", 0.0, 0.3), ("beside", 1.0, 0.1)] {
+        let place = Transform::from_translation([x, 0.0, z].into());
+        let object = Object::free(Mass::Kilograms(1.0)).at(place);
+        world.add_box(name, [0.2; 3], &object).expect("a box");
+    }
+    let model = world.build().expect("a world");
+    let law = ContactLaw::Rigid(Rigid::default());
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
+        .with_collisions(&model, law, &CollisionOptions::default())
+        .expect("links");
+    let sleeping = Sleeping {
+        speed: 1e-3,
+        time: 0.02,
+    };
+    let simulator = Simulator::new(model)
+        .with_contacts(contacts)
+        .with_sleeping(sleeping);
+    let rest = simulator.rollout(&simulator.neutral_state(), 200, |_, _, _| {});
+    let asleep = rest.last().clone();
+    let mut some = asleep.clone();
+    some.v[12] = 0.1;
+    let mut pushed = asleep.clone();
+    pushed.v[0] = 0.1;
+    assert_eq!(simulator.asleep(&asleep).len(), 3);
+    let mut step = StepScratch::new(&simulator);
+    let mut next = asleep.clone();
+    for measured in [false, true] {
+        for start in [&simulator.neutral_state(), &asleep, &some, &pushed] {
+            let mut take = || {
+                simulator.step_into(start, &[], &mut step, &mut next);
+            };
+            match measured {
+                false => take(),
+                true => without_allocation("step with sleep", take),
+            }
+        }
+    }
 }
 
 #[test]

@@ -746,10 +746,15 @@ class Simulator:
         """The robot."""
     @property
     def n_activation(self) -> int:
-        """Numbers of the activations of inputs: the last ones of `contact`."""
+        """Numbers of the activations of inputs, in `contact`."""
     @property
     def n_contact(self) -> int:
-        """Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations."""
+        """Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations, then n_sleep
+        of what sleeps.
+        """
+    @property
+    def n_sleep(self) -> int:
+        """Numbers of what sleeps: the last ones of `contact`. All zeros: everything is awake."""
     @property
     def n_tangent(self) -> int:
         """Number of tangent directions of the state."""
@@ -807,7 +812,7 @@ class Simulator:
         q (..., nq), v (..., nv), u (..., nu), adjoint (..., n_tangent): weights of the tangent of the next state. The cost is three to six steps, for
         any number of parameters. parameters: False omits parameters and friction.
         """
-    def __new__(cls, model: Model, *, time_step: float | None = None, integrator: IntegratorName | None = "semi_implicit_euler", actuated: Sequence[str] | None = None, contacts: _contact.Contacts | None = None, actuation: _sim.Actuation | Literal["ideal", "model"] | None = None, constraints: Sequence[Constraint] | None = None, external_forces: Sequence[_sim.ExternalForce] | None = None, frame_actuators: Sequence[_sim.FrameActuator] | None = None, tendon_servos: Sequence[_sim.TendonServo] | None = None, activations: Mapping[str, _sim.Activation] | None = None, divergence_bound: float | None = None, parameters: ArrayLike | None = None, _scene: ArrayLike | None = None) -> Self: ...
+    def __new__(cls, model: Model, *, time_step: float | None = None, integrator: IntegratorName | None = "semi_implicit_euler", actuated: Sequence[str] | None = None, contacts: _contact.Contacts | None = None, actuation: _sim.Actuation | Literal["ideal", "model"] | None = None, constraints: Sequence[Constraint] | None = None, external_forces: Sequence[_sim.ExternalForce] | None = None, frame_actuators: Sequence[_sim.FrameActuator] | None = None, tendon_servos: Sequence[_sim.TendonServo] | None = None, activations: Mapping[str, _sim.Activation] | None = None, sleeping: bool | tuple[float, float] | None = None, divergence_bound: float | None = None, parameters: ArrayLike | None = None, _scene: ArrayLike | None = None) -> Self: ...
     @staticmethod
     def from_mjcf(description: Path, **keywords: Unpack[LoaderKeywords]) -> Simulator:
         """Makes a simulator of the supported content of an MJCF file, the XML of MuJoCo: a text that begins with "<", or the path of a file.
@@ -846,7 +851,9 @@ class Simulator:
         Raises ValueError with rigid contact, whose forces act over a step. [Carpentier, Mansard 2018]
         """
     def neutral_contact(self) -> Array:
-        """The state of contact of a robot that touches nothing, and activations of 0, (n_contact,)."""
+        """The state of contact of a robot that touches nothing and is awake, and activations of 0, (n_contact,)."""
+    def asleep(self, q: ArrayLike, v: ArrayLike, contact: ArrayLike | None = None) -> list[str]:
+        """Names of the links that sleep in a state of which `contact` says what sleeps; a state without `contact` is awake."""
     def constraint_errors(self, q: ArrayLike, v: ArrayLike) -> Array:
         """Errors of the constraints in a state, row by row."""
     def assemble(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:

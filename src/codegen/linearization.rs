@@ -123,5 +123,6 @@ fn lifted(state: &State<Traced>) -> State<Number> {
         v: lift(&state.v),
         contact: lift(&state.contact),
         activation: lift(&state.activation),
+        sleep: lift(&state.sleep),
     }
 }

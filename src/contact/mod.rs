@@ -88,7 +88,7 @@ pub use material::{Material, Materials};
 pub(crate) use moments::Turning;
 pub use nearest::{Nearest, NearestError, nearest};
 pub use pairs::CollisionOptions;
-pub(crate) use pairs::{PairFinder, PairPoint, PairState};
+pub(crate) use pairs::{FoundPairs, PairFinder, PairPoint, PairState};
 pub(crate) use part::{ContactPart, MaterialOf};
 pub use point::{ContactPoint, Feature};
 pub(crate) use point::{POINT_NUMBERS, body_force, velocity_at};

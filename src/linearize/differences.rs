@@ -14,14 +14,14 @@ pub(super) fn by_finite_differences(
     u: &[f64],
     options: &Options,
 ) -> LinearizationEstimate {
-    let next = simulator.step(state, u);
+    let (mut scratch, mut next) = (TangentScratch::new(simulator), state.clone());
+    simulator.step_into(state, u, &mut scratch.step, &mut next);
     let point = Point {
         state,
         u,
         next: &next,
     };
     let n = simulator.n_tangent();
-    let mut scratch = TangentScratch::new(simulator);
     let step = |dx: &[f64], dy: &mut [f64]| tangent_step(simulator, &point, dx, &mut scratch, dy);
     let zeros = vec![0.0; n + u.len()];
     let estimate = estimate_of(n, step, &zeros, options);
@@ -58,7 +58,7 @@ impl<T: Scalar> TangentScratch<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let state: State<T> = simulator.neutral_state();
         Self {
-            step: StepScratch::new(simulator),
+            step: StepScratch::awake(simulator),
             next: state.clone(),
             start: state.clone(),
             next_q: state.q.clone(),

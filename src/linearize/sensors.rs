@@ -100,6 +100,7 @@ impl Sensors {
             v: lifted(&state.v),
             contact: lifted(&state.contact),
             activation: lifted(&state.activation),
+            sleep: lifted(&state.sleep),
         };
         let moved = start.integrate(simulator.model(), &dx);
         let mut y = DVector::zeros(self.len());

@@ -18,6 +18,7 @@
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | forces by name? | [`Simulator::step_with_forces`], [`Simulator::inputs_of`], [`Simulator::with_frame_forces`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
+//! | resting islands that cost nothing? | [`Simulator::with_sleeping`], [`Sleeping`], [`Simulator::asleep`] | a comparison of their numbers | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
 //! | sensors: encoders, inertial units, force and torque, touch, range finders? | [`Sensors`], [`Sensor`] | a few per cent of a step; see there | |
 //! | all parameters as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
@@ -67,6 +68,8 @@ mod rows;
 mod sensors;
 mod signals;
 mod simulator;
+mod sleep;
+mod sleeping;
 mod sparse_rows;
 mod state;
 mod status;
@@ -113,6 +116,7 @@ pub(crate) use rollout::{most_states, write_row};
 pub(crate) use sensors::MeshTree;
 pub use sensors::{NoisySensors, ScanAngles, Sensor, SensorNoise, SensorScratch, Sensors};
 pub use simulator::Simulator;
+pub use sleeping::Sleeping;
 pub use state::State;
 pub use status::{RolloutStatus, SolverFailure};
 pub use step::StepScratch;

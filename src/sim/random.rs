@@ -73,6 +73,7 @@ impl State<f64> {
             v,
             activation: DVector::zeros(0),
             contact: DVector::zeros(0),
+            sleep: DVector::zeros(0),
         };
         if model.has_floating_base() {
             state.place_base(rng, bounds);

@@ -7,6 +7,7 @@ use super::activation::PlacedActivation;
 use super::actuation::{Actuation, TendonServo};
 use super::force::FrameTerms;
 use super::integrator::Integrator;
+use super::sleeping::{Sleeping, n_sleep};
 use super::state::State;
 use crate::constraint::Constraint;
 use crate::contact::Contacts;
@@ -65,6 +66,10 @@ pub struct Simulator<P = f64> {
     pub(super) activations: Vec<PlacedActivation<P>>,
     /// Whether joints have dampers, springs, friction, speed limits or joint limits.
     resists: bool,
+    /// `None` where nothing sleeps.
+    sleeping: Option<Sleeping>,
+    /// Numbers of a state that say what sleeps.
+    n_sleep: usize,
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -96,6 +101,8 @@ impl<P: Scalar> Simulator<P> {
             tendons: Vec::new(),
             activations: Vec::new(),
             resists: false,
+            sleeping: None,
+            n_sleep: 0,
         }
         .with_resistance_found()
     }
@@ -148,6 +155,43 @@ impl<P: Scalar> Simulator<P> {
         );
         self.divergence_bound = speed;
         self
+    }
+
+    /// Lets islands of trees that have come to rest [sleep](Sleeping); by default, and with `None`, nothing sleeps.
+    ///
+    /// # Panics
+    /// If a number is negative or not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::contact::{ContactLaw, Contacts, Rigid, Terrain};
+    /// use dualbody::model::{Mass, Object, World};
+    /// use dualbody::spatial::Transform;
+    /// use dualbody::{Simulator, sim::Sleeping};
+    ///
+    /// let mut world = World::default();
+    /// let place = Transform::from_translation([0.0, 0.0, 0.1].into());
+    /// world.add_box("crate", [0.2; 3], &Object::free(Mass::Kilograms(1.0)).at(place))?;
+    /// let model = world.build()?;
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
+    /// let simulator = Simulator::new(model).with_contacts(contacts).with_sleeping(Sleeping::default());
+    /// let rest = simulator.rollout(&simulator.neutral_state(), 600, |_, _, _| {});
+    /// assert_eq!(simulator.asleep(rest.last()), ["crate"]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn with_sleeping(mut self, sleeping: impl Into<Option<Sleeping>>) -> Self {
+        self.sleeping = sleeping.into();
+        if let Some(own) = &self.sleeping {
+            own.check();
+        }
+        self.n_sleep = self.sleeping.map_or(0, |_| n_sleep(&self.model));
+        self
+    }
+
+    /// When resting islands fall asleep; `None` where nothing sleeps.
+    pub fn sleeping(&self) -> Option<&Sleeping> {
+        self.sleeping.as_ref()
     }
 
     /// Sets the integrator.
@@ -356,21 +400,34 @@ impl<P: Scalar> Simulator<P> {
         2 * self.model.nv() + self.n_contact()
     }
 
-    /// A state of this simulator whose bristles are straight, and whose activations are 0. Allocates.
+    /// Number of entries of [`State::sleep`].
+    pub fn n_sleep(&self) -> usize {
+        self.n_sleep
+    }
+
+    /// A state of this simulator in which all is awake, whose bristles are straight, and whose activations are 0. Allocates.
     ///
     /// # Panics
     /// If a slice has the wrong length.
     pub fn state<T: Scalar>(&self, q: &[T], v: &[T]) -> State<T> {
         self.model.check_q(q);
         self.model.check_v(v);
-        (State::new(q, v).with_contact(DVector::zeros(self.n_contact())))
-            .with_activation(DVector::zeros(self.n_activation()))
+        self.neutral_beside(State::new(q, v))
     }
 
-    /// The neutral configuration at rest, with straight bristles and activations of 0. Allocates.
+    /// The neutral configuration at rest and awake, with straight bristles and activations of 0. Allocates.
     pub fn neutral_state<T: Scalar>(&self) -> State<T> {
-        (State::neutral(&self.model).with_contact(DVector::zeros(self.n_contact())))
-            .with_activation(DVector::zeros(self.n_activation()))
+        self.neutral_beside(State::neutral(&self.model))
+    }
+
+    /// A configuration and velocity with straight bristles, activations of 0, and all awake.
+    fn neutral_beside<T: Scalar>(&self, state: State<T>) -> State<T> {
+        State {
+            contact: DVector::zeros(self.n_contact()),
+            activation: DVector::zeros(self.n_activation()),
+            sleep: DVector::zeros(self.n_sleep),
+            ..state
+        }
     }
 
     /// Checks the length of a state.
@@ -390,6 +447,13 @@ impl<P: Scalar> Simulator<P> {
             "the activations of \"{}\" have {} entries; Simulator::state makes a state with them",
             self.model.name(),
             self.n_activation()
+        );
+        assert!(
+            [0, self.n_sleep].contains(&state.sleep.len()),
+            "a state has {} numbers of what sleeps, expected {} or none of \"{}\"; Simulator::state makes a state with them",
+            state.sleep.len(),
+            self.n_sleep,
+            self.model.name(),
         );
     }
 
@@ -472,6 +536,8 @@ impl<P: Scalar> Simulator<P> {
             tendons: self.tendons.lift(),
             activations: self.activations.lift(),
             resists: false,
+            sleeping: self.sleeping,
+            n_sleep: self.n_sleep,
         }
         .with_resistance_found()
     }
@@ -492,6 +558,8 @@ impl<P: Scalar> Simulator<P> {
             tendons: self.tendons.map_numbers(value),
             activations: self.activations.map_numbers(value),
             resists: self.resists,
+            sleeping: self.sleeping,
+            n_sleep: self.n_sleep,
         }
     }
 

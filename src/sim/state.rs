@@ -11,7 +11,7 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Cast, Over, Scalar};
 
-/// Configuration, velocity, the state of soft contact, and the activations of inputs.
+/// Configuration, velocity, the state of soft contact, the activations of inputs, and what sleeps.
 ///
 /// A state carries no model identity; functions check lengths only, so the state of another robot with the same number of coordinates is not refused.
 /// [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
@@ -27,6 +27,9 @@ pub struct State<T: Scalar = f64> {
     /// The [activations](super::Activation) of inputs, in the order in which they were set. Each has its delayed inputs, the oldest first, then the state
     /// of its dynamics. Empty without activations. It is a vector space.
     pub activation: DVector<T>,
+    /// What [sleeps](super::Sleeping), in numbers of the simulator: two for each tree of joints. All zeros, or empty: everything is awake. Tangents and
+    /// derivatives ignore it.
+    pub sleep: DVector<T>,
 }
 
 #[expect(
@@ -49,6 +52,7 @@ impl<T: Scalar> State<T> {
             v: DVector::from_column_slice(v),
             contact: DVector::zeros(0),
             activation: DVector::zeros(0),
+            sleep: DVector::zeros(0),
         }
     }
 
@@ -84,6 +88,16 @@ impl<T: Scalar> State<T> {
         self.v.copy_from(&other.v);
         self.contact.copy_from(&other.contact);
         self.activation.copy_from(&other.activation);
+        self.copy_sleep_from(other);
+    }
+
+    /// Takes what sleeps from another state of the same robot; does not allocate where both know it.
+    pub(crate) fn copy_sleep_from(&mut self, other: &Self) {
+        if self.sleep.len() == other.sleep.len() {
+            self.sleep.copy_from(&other.sleep);
+        } else {
+            self.sleep.clone_from(&other.sleep);
+        }
     }
 
     /// The neutral configuration at rest.
@@ -93,6 +107,7 @@ impl<T: Scalar> State<T> {
             v: DVector::zeros(model.nv()),
             contact: DVector::zeros(0),
             activation: DVector::zeros(0),
+            sleep: DVector::zeros(0),
         }
     }
 
@@ -151,26 +166,28 @@ impl<T: Scalar> State<T> {
         for (out, (&x, &dx)) in out.beside_q_mut().zip(numbers.zip(rest)) {
             *out = x + dx;
         }
+        out.copy_sleep_from(self);
     }
 
-    /// All numbers: q, then v, then the contact state, then activations.
+    /// All numbers: q, then v, then the contact state, then activations, then what sleeps.
     pub fn numbers(&self) -> impl Iterator<Item = &T> {
-        self.q.iter().chain(self.beside_q())
+        self.q.iter().chain(self.beside_q()).chain(&self.sleep)
     }
 
-    /// All numbers, to be changed: q, then v, then the contact state, then activations.
+    /// All numbers, to be changed: q, then v, then the contact state, then activations, then what sleeps.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut T> {
         let (v, contact) = (self.v.iter_mut(), self.contact.iter_mut());
         let others = v.chain(contact).chain(&mut self.activation);
-        self.q.iter_mut().chain(others)
+        self.q.iter_mut().chain(others).chain(&mut self.sleep)
     }
 
-    /// Number of entries of q, v, the contact state and activations.
+    /// Number of entries of q, v, the contact state, activations and what sleeps.
     pub fn len(&self) -> usize {
-        self.q.len() + self.v.len() + self.contact.len() + self.activation.len()
+        let beside = self.contact.len() + self.activation.len() + self.sleep.len();
+        self.q.len() + self.v.len() + beside
     }
 
-    /// Takes over all numbers from a slice (q, v, contact state, activations).
+    /// Takes over all numbers from a slice (q, v, contact state, activations, what sleeps).
     ///
     /// # Panics
     /// If there are not as many.
@@ -181,7 +198,7 @@ impl<T: Scalar> State<T> {
             .for_each(|(own, &given)| *own = given);
     }
 
-    /// Writes all numbers to a slice (q, v, contact state, activations).
+    /// Writes all numbers to a slice (q, v, contact state, activations, what sleeps).
     ///
     /// # Panics
     /// If there are not as many.
@@ -203,6 +220,7 @@ impl<P: Scalar> Cast<P> for State<P> {
             v: self.v.map(<Q as From<P>>::from),
             contact: self.contact.map(<Q as From<P>>::from),
             activation: self.activation.map(<Q as From<P>>::from),
+            sleep: self.sleep.map(<Q as From<P>>::from),
         }
     }
 }
@@ -339,6 +357,7 @@ impl State<f64> {
             v: model.random_velocity(rng, speed),
             contact: DVector::zeros(0),
             activation: DVector::zeros(0),
+            sleep: DVector::zeros(0),
         }
     }
 }

@@ -102,6 +102,7 @@ mod tests {
             v: one([-5.0, 0.0, f64::NEG_INFINITY, 5.1]),
             contact: one([0.0; 4]),
             activation: one([0.0; 4]),
+            sleep: one([0.0; 4]),
         };
         let after = |lanes| RolloutStatus::after(7, &next, 5.0, lanes).is_none();
         assert_eq!(

@@ -1,15 +1,17 @@
 //! One step of time.
 
+use castaway::cast;
 use nalgebra::DVector;
 
 use super::evaluation_point::EvaluationPoint;
 use super::integrators::{AccelerationScratch, Step, StepMemory};
 use super::signals::Signals;
 use super::simulator::Simulator;
+use super::sleep::Sleeper;
 use super::state::State;
 use crate::cone::Status;
 use crate::dynamics::Calls;
-use crate::scalar::{Opaque, Over, Scalar, compiled_over_f64};
+use crate::scalar::{Opaque, Over, Scalar, compiled_over_f64, same};
 
 /// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
 /// placements or armature a new one is needed.
@@ -22,6 +24,10 @@ struct Memory<T: Scalar> {
     method: StepMemory<T>,
     /// Where an acceleration is found without a step.
     signals: Signals<T>,
+    /// From the first step on whose simulator lets islands sleep.
+    sleeper: Option<Box<Sleeper>>,
+    /// Whether steps ignore what sleeps.
+    awake: bool,
 }
 
 impl<T: Scalar> Memory<T> {
@@ -30,6 +36,8 @@ impl<T: Scalar> Memory<T> {
             acceleration: AccelerationScratch::new(simulator, calls),
             method: StepMemory::new(simulator),
             signals: Signals::default(),
+            sleeper: None,
+            awake: false,
         })
     }
 }
@@ -45,6 +53,19 @@ impl<T: Scalar> StepScratch<T> {
         Self(compiled_over_f64!(
             [P, T] Memory::new, simulator: &Simulator, calls: Calls => Opaque<Memory<f64>> as Opaque<Memory<T>>
         ))
+    }
+
+    /// Memory for steps that are differentiated: nothing sleeps in them, nor after them.
+    pub(crate) fn awake<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let mut own = Self::new(simulator);
+        own.0.get_mut().awake = true;
+        own
+    }
+
+    /// Whether something slept in the last step, of whose forces and acceleration nothing is known.
+    pub(crate) fn has_slept(&self) -> bool {
+        let sleeper = self.0.get().sleeper.as_ref();
+        sleeper.is_some_and(|sleeper| sleeper.some_sleep())
     }
 
     /// Acceleration and forces of the last step.
@@ -75,9 +96,33 @@ impl<T: Scalar> StepScratch<T> {
             T::LANES
         );
         let memory = self.0.get();
+        if memory.sleeper.as_ref().is_some_and(|own| own.all_sleep()) {
+            return Status::Converged;
+        }
         let balance = memory.acceleration.balance.as_ref();
         let of_rows = balance.map_or(Status::Converged, |balance| balance.status(lane));
         of_rows.max(memory.method.status(lane))
+    }
+}
+
+impl Simulator {
+    /// A step in which what sleeps stays as it is.
+    fn step_some(&self, state: &State, u: &[f64], memory: &mut Memory<f64>, next: &mut State) {
+        let sleeper = memory.sleeper.take();
+        let mut sleeper = sleeper.unwrap_or_else(|| Box::new(Sleeper::new(self)));
+        sleeper.find(self, state);
+        if next.sleep.len() != self.n_sleep() {
+            next.sleep = DVector::zeros(self.n_sleep());
+        }
+        if sleeper.all_sleep() && self.activations().is_empty() {
+            next.copy_from(state);
+        } else {
+            let contact = &mut memory.acceleration.terms.contact;
+            contact.leave_out(sleeper.bodies());
+            self.step_all(state, u, memory, next);
+            sleeper.settle(self, state, &memory.acceleration.terms.contact, next);
+        }
+        memory.sleeper = Some(sleeper);
     }
 }
 
@@ -128,11 +173,35 @@ impl<P: Scalar> Simulator<P> {
     ) {
         self.check_input(u);
         self.check(state);
+        let memory = memory.get_mut();
+        if const { P::IS_F64 && T::IS_F64 } && self.n_sleep() > 0 && !memory.awake {
+            let simulator = same(cast!(self, &Simulator));
+            let (state, u) = (same(cast!(state, &State)), same(cast!(u, &[f64])));
+            let memory = same(cast!(memory, &mut Memory<f64>));
+            return simulator.step_some(state, u, memory, same(cast!(next, &mut State)));
+        }
+        assert!(
+            T::HAS_VALUES || self.n_sleep() == 0,
+            "the steps of \"{}\" decide on values, since islands sleep: record them with_sleeping(None)",
+            self.model().name(),
+        );
+        next.sleep.fill(T::zero());
+        self.step_all(state, u, memory, next);
+    }
+
+    /// A step in which nothing sleeps.
+    fn step_all<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        memory: &mut Memory<T>,
+        next: &mut State<T>,
+    ) {
         let Memory {
             acceleration,
             method,
             ..
-        } = memory.get_mut();
+        } = memory;
         if let Some(balance) = &mut acceleration.balance {
             balance.forget();
         }

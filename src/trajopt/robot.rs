@@ -23,9 +23,10 @@ pub trait Robot: System {
         self.robot().expect(NO_ROBOT)
     }
 
-    /// x = (q, v, m, w) of a state, with the state of contact m and activations w. Allocates.
+    /// x = (q, v, m, w) of a state, with the state of contact m and activations w. Nothing sleeps in it. Allocates.
     fn pack(&self, state: &State) -> DVector<f64> {
-        DVector::from_iterator(state.len(), state.numbers().copied())
+        let n = state.len() - state.sleep.len();
+        DVector::from_iterator(n, state.q.iter().chain(state.beside_q()).copied())
     }
 
     /// The state of x. Allocates.
@@ -47,7 +48,7 @@ pub(super) const NO_ROBOT: &str =
 
 impl Robot for Simulator {
     fn unpack(&self, x: &[f64]) -> State {
-        let mut out: State = self.neutral_state();
+        let mut out: State = awake_state(self);
         out.copy_from_slice(x);
         out
     }
@@ -201,10 +202,18 @@ struct StepMemory<T: Scalar> {
 impl<T: Scalar> StepMemory<T> {
     fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator),
-            state: simulator.neutral_state(),
-            next: simulator.neutral_state(),
+            step: StepScratch::awake(simulator),
+            state: awake_state(simulator),
+            next: awake_state(simulator),
         }
+    }
+}
+
+/// A state without numbers of what sleeps.
+fn awake_state<T: Scalar>(simulator: &Simulator) -> State<T> {
+    State {
+        sleep: DVector::zeros(0),
+        ..simulator.neutral_state()
     }
 }
 
@@ -217,7 +226,7 @@ struct RateMemory<T: Scalar> {
 impl<T: Scalar> RateMemory<T> {
     fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator),
+            step: StepScratch::awake(simulator),
             state: State::neutral(simulator.model()),
         }
     }
@@ -233,7 +242,7 @@ impl LinearizeMemory {
     fn new(simulator: &Simulator) -> Self {
         Self {
             linearize: LinearizeScratch::new(simulator),
-            state: simulator.neutral_state(),
+            state: awake_state(simulator),
         }
     }
 }
@@ -250,7 +259,7 @@ impl VjpMemory {
         Self {
             vjp: VjpScratch::new(simulator),
             out: StepGradient::zeros(simulator).without_parameters(),
-            state: simulator.neutral_state(),
+            state: awake_state(simulator),
         }
     }
 }

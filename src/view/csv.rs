@@ -170,6 +170,7 @@ fn fill(
     track.v = taken.rows(prefix, v)?;
     track.contact = taken.numbered_rows(prefix, "contact")?;
     track.activation = taken.numbered_rows(prefix, "activation")?;
+    track.sleep = Rows::from_columns(&[], track.q.length);
     track.u = taken.numbered_rows(prefix, "u")?;
     if track.u.width == 0 && !inputs.is_empty() {
         let names: Vec<_> = inputs.iter().map(|name| format!("u.{name}")).collect();

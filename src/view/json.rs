@@ -255,6 +255,7 @@ fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Trac
     (track.q, track.v) = (rows(q, length), rows(v, length));
     (track.contact, track.u) = (rows(contact, length), rows(u, length));
     track.activation = rows(activation, length);
+    track.sleep = rows(&[], length);
     track.inputs = robot.inputs;
     track.placement = Transform::from_entries(robot.placement);
     let unknown = |error: UnknownName| other_robots(path, error.to_string());

@@ -163,9 +163,12 @@ impl Recording {
                     track
                         .activation
                         .push_if_known(activation, "the activations");
+                    track
+                        .sleep
+                        .push_if_known(rollout.sleep(i, k), "what sleeps");
                 } else {
                     let motion = [&mut track.q, &mut track.v];
-                    let others = [&mut track.contact, &mut track.activation];
+                    let others = [&mut track.contact, &mut track.activation, &mut track.sleep];
                     let rows = motion.into_iter().chain(others);
                     rows.for_each(Rows::push_unknown);
                 }

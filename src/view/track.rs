@@ -26,6 +26,8 @@ pub struct Track {
     pub(super) contact: Rows,
     /// Activations of inputs.
     pub(super) activation: Rows,
+    /// What sleeps; files do not keep it.
+    pub(super) sleep: Rows,
     pub(super) u: Rows,
     /// Names of the inputs; empty if unknown.
     pub(super) inputs: Vec<String>,
@@ -56,6 +58,7 @@ impl Track {
             v: Rows::new(model.nv()),
             contact: Rows::new(0),
             activation: Rows::new(0),
+            sleep: Rows::new(0),
             u: Rows::new(0),
             inputs: Vec::new(),
             traces: Vec::new(),
@@ -74,6 +77,8 @@ impl Track {
         self.contact.push_if_known(contact, "the contact state");
         let activation = state.activation.as_slice();
         self.activation.push_if_known(activation, "the activations");
+        let sleep = state.sleep.as_slice();
+        self.sleep.push_if_known(sleep, "what sleeps");
     }
 
     /// Name of the robot in the recording.
@@ -103,7 +108,7 @@ impl Track {
     }
 
     /// The state at the `k`-th time with contact state and activations, to continue a simulation: bit-identical to the recorded state, also after
-    /// reading a file. Unknown values are NaN. Allocates.
+    /// reading a file, except that all is awake in states of files. Unknown values are NaN. Allocates.
     ///
     /// # Panics
     /// If there is no such time.
@@ -121,7 +126,12 @@ impl Track {
     pub fn state(&self, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(k));
         let activation = DVector::from_column_slice(self.activation.row(k));
-        (State::new(self.q(k), self.v(k)).with_contact(contact)).with_activation(activation)
+        State {
+            contact,
+            activation,
+            sleep: DVector::from_column_slice(self.sleep.row(k)),
+            ..State::new(self.q(k), self.v(k))
+        }
     }
 
     /// The contact state at the `k`-th time; empty without, NaN where it is not known.

@@ -100,6 +100,7 @@ mod sensor_slopes;
 mod sensors;
 mod servos;
 mod simulation;
+mod sleep;
 mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;

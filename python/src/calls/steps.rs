@@ -110,7 +110,8 @@ impl<'a> Steps<'a> {
         }
         for (i, first) in [(1, nv), (3, 2 * nv)] {
             if let Some(dx) = self.change(i, k, direction) {
-                out.rows_mut(first, dx.len()).copy_from_slice(dx);
+                let rest = &mut out.as_mut_slice()[first..];
+                copy_known(dx, rest);
             }
         }
         out
@@ -173,12 +174,19 @@ impl<'a> Steps<'a> {
                 }
                 1 => own.copy_from_slice(&slopes.start.as_slice()[nv..2 * nv]),
                 2 => own.copy_from_slice(slopes.inputs),
-                3 if self.has_contact => own.copy_from_slice(&slopes.start.as_slice()[2 * nv..]),
+                3 if self.has_contact => copy_known(&slopes.start.as_slice()[2 * nv..], own),
                 _ => own.copy_from_slice(&slopes.parameters[..width]),
             }
             first += width * self.call.directions;
         }
     }
+}
+
+/// Copies the first numbers of a list, and leaves zeros behind them: what sleeps is in a state, and not in its tangent.
+fn copy_known(from: &[f64], to: &mut [f64]) {
+    let n = from.len().min(to.len());
+    to[..n].copy_from_slice(&from[..n]);
+    to[n..].fill(0.0);
 }
 
 /// Derivatives of a weighted sum.
@@ -237,9 +245,7 @@ impl Steps<'_> {
                 .rows_mut(0, nv)
                 .copy_from(&to_coordinates.tr_mul(&DVector::from_column_slice(by_q)));
             adjoint.rows_mut(nv, nv).copy_from_slice(by_v);
-            adjoint
-                .rows_mut(2 * nv, by_contact.len())
-                .copy_from_slice(by_contact);
+            copy_known(by_contact, &mut adjoint.as_mut_slice()[2 * nv..]);
             let all = match (linear, &mut scratch) {
                 (Some(linear), _) => {
                     let mut all = StepGradient::zeros(simulator).without_parameters();
@@ -305,8 +311,8 @@ impl Steps<'_> {
                 by_q[at * nq..(at + 1) * nq]
                     .copy_from_slice((&charts[i] * dx.rows(0, nv)).as_slice());
                 by_v[at * nv..(at + 1) * nv].copy_from_slice(dx.rows(nv, nv).as_slice());
-                by_contact[at * nc..(at + 1) * nc]
-                    .copy_from_slice(&dx.as_slice()[2 * nv..2 * nv + nc]);
+                let own = &mut by_contact[at * nc..(at + 1) * nc];
+                copy_known(&dx.as_slice()[2 * nv..], own);
             }
         }
     }
@@ -417,10 +423,13 @@ pub(super) fn run(
 fn write_trajectory(states: &[State], has_contact: bool, out: &mut [f64]) {
     let q = states.iter().flat_map(|state| state.q.iter());
     let v = states.iter().flat_map(|state| state.v.iter());
-    let contact = states
-        .iter()
-        .filter(|_| has_contact)
-        .flat_map(|state| state.contact.iter().chain(&state.activation));
+    let contact = states.iter().filter(|_| has_contact).flat_map(|state| {
+        state
+            .contact
+            .iter()
+            .chain(&state.activation)
+            .chain(&state.sleep)
+    });
     let numbers = out.iter_mut().zip(q.chain(v).chain(contact));
     numbers.for_each(|(out, &x)| *out = x);
 }

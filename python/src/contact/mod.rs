@@ -7,6 +7,7 @@ mod motors;
 mod nearest;
 mod parts;
 mod points;
+mod sleeping;
 mod terrain;
 
 pub(crate) use collisions::_srdf;

@@ -134,6 +134,7 @@ pub(crate) fn with_parts(
         let all = [simulator.tendon_servos(), &all].concat();
         simulator = simulator.with_tendon_servos(all);
     }
+    let simulator = super::sleeping::add(simulator, parts)?;
     super::activations::add(simulator, parts)
 }
 

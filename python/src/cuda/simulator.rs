@@ -97,7 +97,8 @@ methods! { PyCudaSimulator {
         let mut arrays = vec![part(nq, &|x| x.q.as_slice()), part(nv, &|x| x.v.as_slice())];
         if given.contact.is_some() {
             let beside = |x: &State| -> Vec<f64> {
-                x.contact.iter().chain(&x.activation).copied().collect()
+                let beside = x.contact.iter().chain(&x.activation);
+                beside.chain(&x.sleep).copied().collect()
             };
             let all: Vec<Vec<f64>> = next.iter().map(beside).collect();
             let rows = all.iter().map(Vec::as_slice);

@@ -114,6 +114,7 @@ impl PySimulator {
         out.q.copy_from_slice(given.q.row(k));
         out.v.copy_from_slice(given.v.row(k));
         let beside = out.contact.iter_mut().chain(&mut out.activation);
+        let beside = beside.chain(&mut out.sleep);
         match given.contact {
             Some(all) => beside.zip(all.row(k)).for_each(|(out, &x)| *out = x),
             None => beside.for_each(|out| *out = 0.0),

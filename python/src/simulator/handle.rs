@@ -28,7 +28,8 @@ pub(crate) struct Batch {
 /// actuated: names of the joints that have inputs, in the order of u; all joints if it is left out, a floating base never. actuation: an Actuation,
 /// "ideal" or "model" (motors, limits and dry friction of the description, which act in no other case). contacts: Contacts; without them a
 /// robot falls through the ground. tendon_servos: TendonServos, whose inputs are the last ones of u. activations: {name of an input: Activation}, filters, integrators, delays and
-/// learned actuators before motors and servos. parameters: all numbers by `parameter_names`, in place of those of the parts.
+/// learned actuators before motors and servos. sleeping: lets resting islands sleep, True or (speed in m/s and rad/s, time in s) instead of (0.001, 0.5); what
+/// sleeps is in `contact`, which steps return and take. parameters: all numbers by `parameter_names`, in place of those of the parts.
 #[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
 pub(crate) struct PySimulator {
     pub(crate) simulator: Arc<Simulator>,
@@ -167,7 +168,11 @@ impl PySimulator {
             if contact.activation.len() == state.activation.len() {
                 contact.activation.clone_from(&state.activation);
             }
-            let contact = contact.contact.iter().chain(&contact.activation);
+            let contact = contact
+                .contact
+                .iter()
+                .chain(&contact.activation)
+                .chain(&contact.sleep);
             (q, v, vector(py, u), vector(py, contact.copied().collect()))
         };
         let still = vec![0.0; self.simulator.nu()];
@@ -236,7 +241,7 @@ methods! { PySimulator {
         actuated: Option<Bound<'py, PyAny>> = None, contacts: Option<Bound<'py, PyAny>> = None, actuation: Option<Bound<'py, PyAny>> = None,
         constraints: Option<Vec<Bound<'py, PyAny>>> = None, external_forces: Option<Vec<Bound<'py, PyAny>>> = None,
         frame_actuators: Option<Vec<Bound<'py, PyAny>>> = None, tendon_servos: Option<Vec<Bound<'py, PyAny>>> = None,
-        activations: Option<Bound<'py, PyDict>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
+        activations: Option<Bound<'py, PyDict>> = None, sleeping: Option<Bound<'py, PyAny>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
         _scene: Option<Bound<'py, PyAny>> = None
     ) -> PyResult<Self> {
         let parts = PyDict::new(py);
@@ -251,6 +256,7 @@ methods! { PySimulator {
         parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
         parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
         parts.set_item("activations", activations)?;
+        parts.set_item("sleeping", sleeping)?;
         parts.set_item("divergence_bound", divergence_bound)?;
         let mut simulator = build(&model.get().model, &parts)?;
         let mut own = model.clone();
@@ -341,7 +347,7 @@ impl PySimulator {
             model.nq(),
             model.nv(),
             self.simulator.nu(),
-            self.simulator.n_contact() + self.simulator.n_activation(),
+            self.simulator.n_contact() + self.simulator.n_activation() + self.simulator.n_sleep(),
         )
     }
 }

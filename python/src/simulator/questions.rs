@@ -15,11 +15,15 @@ getters! { PySimulator {
     /// Number of inputs.
     nu: usize = |own| own.simulator.nu();
 
-    /// Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations.
-    n_contact: usize = |own| own.simulator.n_contact() + own.simulator.n_activation();
+    /// Numbers of the state beside q and v, which are called `contact`: those of contacts with bristles, then n_activation of activations, then n_sleep
+    /// of what sleeps.
+    n_contact: usize = |own| own.sizes().3;
 
-    /// Numbers of the activations of inputs: the last ones of `contact`.
+    /// Numbers of the activations of inputs, in `contact`.
     n_activation: usize = |own| own.simulator.n_activation();
+
+    /// Numbers of what sleeps: the last ones of `contact`. All zeros: everything is awake.
+    n_sleep: usize = |own| own.simulator.n_sleep();
 
     /// Number of tangent directions of the state.
     n_tangent: usize = |own| own.simulator.n_tangent();
@@ -82,13 +86,23 @@ impl PySimulator {
             .collect()
     }
 
-    /// The state of contact of a robot that touches nothing, and activations of 0, (n_contact,).
+    /// The state of contact of a robot that touches nothing and is awake, and activations of 0, (n_contact,).
     pub(super) fn neutral_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, vec![0.0; self.n_contact()]).into_any()
     }
 }
 
 methods! { PySimulator {
+    /// Names of the links that sleep in a state of which `contact` says what sleeps; a state without `contact` is awake.
+    fn asleep(&self, q, v, contact = None) -> PyResult<Vec<String>> {
+        let given = self.one(q, v, None, contact)?;
+        let names = self.with_memory(&given, |memory| {
+            let names = self.simulator.asleep(&memory.state).into_iter();
+            names.map(String::from).collect::<Vec<_>>()
+        })?;
+        Ok(names)
+    }
+
     /// Errors of the constraints in a state, row by row.
     fn constraint_errors(&self, q, v) -> PyResult<Bound<'py, PyAny>> {
         let given = self.one(q, v, None, None)?;

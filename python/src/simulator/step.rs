@@ -25,13 +25,13 @@ pub(super) fn write_row<T: Scalar>(
 ) {
     let none = &DVector::zeros(0);
     let parts = [
-        [&state.q, none],
-        [&state.v, none],
-        [&state.contact, &state.activation],
+        [&state.q, none, none],
+        [&state.v, none, none],
+        [&state.contact, &state.activation, &state.sleep],
     ];
     let wanted = out.iter_mut().zip(parts);
     for (out, parts) in wanted.filter(|(out, _)| !out.is_empty()) {
-        let n = parts[0].len() + parts[1].len();
+        let n: usize = parts.iter().map(|part| part.len()).sum();
         let numbers = parts.into_iter().flatten();
         let row = out[k * n..(k + 1) * n].iter_mut().zip(numbers);
         row.for_each(|(out, x)| *out = value(x));

@@ -53,10 +53,13 @@ fn trajectory(
         let state = State::new(&piece(&q, k, model.nq()), &piece(&v, k, model.nv()));
         let contact = piece(&contact, k, nc);
         match simulator {
-            Some(own) if own.n_activation() > 0 => {
-                let (contact, activation) = contact.split_at(own.n_contact().min(nc));
-                let state = state.with_contact(contact.to_vec().into());
-                state.with_activation(activation.to_vec().into())
+            Some(own) if own.n_activation() + own.n_sleep() > 0 => {
+                let (contact, rest) = contact.split_at(own.n_contact().min(nc));
+                let (activation, sleep) = rest.split_at(own.n_activation().min(rest.len()));
+                let mut state = state.with_contact(contact.to_vec().into());
+                (state.activation, state.sleep) =
+                    (activation.to_vec().into(), sleep.to_vec().into());
+                state
             }
             _ => state.with_contact(contact.into()),
         }

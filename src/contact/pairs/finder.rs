@@ -10,6 +10,7 @@ use crate::contact::point::velocity_at;
 use crate::contact::shape_pairs::ShapePairs;
 use crate::contact::{Contacts, LinkShapes};
 use crate::dynamics::Kinematics;
+use crate::model::BodyId;
 use crate::numbers::Numbers as _;
 use crate::scalar::{MapEach, Over, Scalar};
 use crate::spatial::{Motion, Transform};
@@ -20,6 +21,29 @@ pub(crate) struct PairPoint {
     /// The shapes; the first one is on a body that moves.
     pub(crate) shapes: [usize; 2],
     pub(crate) feature: PairFeature,
+}
+
+/// The pairs of bodies of which points are found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum FoundPairs<'a> {
+    /// Those of which neither body sleeps; empty for a world in which none does.
+    Awake(&'a [bool]),
+    /// Those of a sleeping body and one that is awake and may move.
+    Waking(&'a [bool]),
+}
+
+impl FoundPairs<'_> {
+    fn have(self, bodies: [Option<BodyId>; 2]) -> bool {
+        let sleeps = |asleep: &[bool], body: Option<BodyId>| body.map(|body| asleep[body.0]);
+        match self {
+            Self::Awake([]) => true,
+            Self::Awake(asleep) => !bodies.iter().any(|&own| sleeps(asleep, own) == Some(true)),
+            Self::Waking(asleep) => match bodies.map(|own| sleeps(asleep, own)) {
+                [Some(a), Some(b)] => a != b,
+                _ => false,
+            },
+        }
+    }
 }
 
 /// Finds points between bodies. Decisions are on plain values, lane by lane.
@@ -43,12 +67,14 @@ struct PlacedShape {
 }
 
 impl PairFinder {
-    /// Finds the points that could touch within a step of `dt` (s), pair after pair; those of all lanes together. Whether there was memory for all.
+    /// Finds the points of some pairs that could touch within a step of `dt` (s), pair after pair; those of all lanes together. Whether there was memory
+    /// for all.
     pub(crate) fn find<P: Scalar, T: Over<P>>(
         &mut self,
         contacts: &Contacts<P>,
         kinematics: &Kinematics<T>,
         dt: P,
+        among: FoundPairs<'_>,
         out: &mut Vec<PairPoint>,
     ) -> bool {
         let pairs = contacts.shape_pairs();
@@ -71,7 +97,7 @@ impl PairFinder {
             };
             self.place(pairs, plain, kinematics, &margin, lane);
             let still = margin.half_height(0.0);
-            fits &= self.find_near(pairs, plain, still);
+            fits &= self.find_near(pairs, plain, among, still);
             self.find_in_lane(pairs, plain, still, lane, out);
         }
         if T::LANES > 1 {
@@ -120,9 +146,12 @@ impl PairFinder {
         &mut self,
         pairs: &ShapePairs<P>,
         plain: &LinkShapes,
+        among: FoundPairs<'_>,
         still: f64,
     ) -> bool {
-        let may_touch = |i: usize, j: usize| pairs.may_touch(plain, i, j);
+        let may_touch = |i: usize, j: usize| {
+            pairs.may_touch(plain, i, j) && among.have([pairs.body(i), pairs.body(j)])
+        };
         self.near.clear();
         match self.broad_phase.pairs(&self.bounds, may_touch) {
             Ok(found) => self.near.extend_from_slice(found),

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 pub use choice::CollisionOptions;
 pub(super) use finder::plain_pose;
-pub(crate) use finder::{PairFinder, PairPoint};
+pub(crate) use finder::{FoundPairs, PairFinder, PairPoint};
 
 use super::contacts::Contacts;
 use super::laws::ContactLaw;

@@ -75,7 +75,7 @@ impl<'a> Run<'a> {
     pub(super) fn new(simulator: &'a Simulator, targets: &[Target]) -> Self {
         let carried = simulator.n_contact() + simulator.n_activation();
         Self {
-            scratch: StepScratch::new(simulator),
+            scratch: StepScratch::awake(simulator),
             next: simulator.neutral_state(),
             slopes: Derivatives::new(simulator, targets),
             carried: vec![0.0; carried],

@@ -57,7 +57,7 @@ impl Residuals for Shooting<'_> {
             out.fill(f64::NAN);
             return;
         };
-        let mut scratch = StepScratch::new(&simulator);
+        let mut scratch = StepScratch::awake(&simulator);
         let width = 2 * simulator.model().nv();
         let (mut u, mut rows) = (
             vec![0.0; simulator.nu()],

@@ -128,7 +128,7 @@ impl Part {
         let simulator = simulator.with_parameters(&seeded);
         Self {
             numbers,
-            scratch: StepScratch::new(&simulator),
+            scratch: StepScratch::awake(&simulator),
             next: simulator.neutral_state(),
             simulator,
         }

@@ -7,13 +7,17 @@ use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::model::DEFAULT_GRAVITY;
-use crate::sim::Integrator;
+use crate::sim::{Integrator, Sleeping};
 
 /// Default step, s.
 const TIME_STEP: f64 = 0.002;
 
 /// Default magnetic field.
 const MAGNETIC: [f64; 3] = [0.0, -0.5, 0.0];
+
+/// Default speed of bodies that sleep, m/s, and the steps at rest after which they do: `sleep_tolerance` and `mjMINAWAKE` there, version 4.0.
+const SLEEP_SPEED: f64 = 1e-3;
+const SLEEP_STEPS: f64 = 10.0;
 
 /// Methods, each with the nearest one here. Euler's is implicit in damping there, and in springs and dampers here.
 const INTEGRATORS: [(&str, Integrator); 4] = [
@@ -24,7 +28,7 @@ const INTEGRATORS: [(&str, Integrator); 4] = [
 ];
 
 /// Settings of the solver there, which is another one here.
-const SOLVER: [&str; 14] = [
+const SOLVER: [&str; 13] = [
     "solver",
     "iterations",
     "tolerance",
@@ -37,7 +41,6 @@ const SOLVER: [&str; 14] = [
     "sdf_iterations",
     "sdf_initpoints",
     "jacobian",
-    "sleep_tolerance",
     "actuatorgroupdisable",
 ];
 
@@ -58,23 +61,32 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
             integrator: Integrator::SemiImplicitEuler,
             has_elliptic_cones: false,
             impratio: 1.0,
+            sleeping: None,
         },
         gravity: DEFAULT_GRAVITY,
         magnetic: MAGNETIC,
     };
-    let mut weighs = true;
+    let (mut weighs, mut sleeps, mut speed) = (true, false, SLEEP_SPEED);
     for node in world.node.all("option") {
-        out.update(&Entry::plain(node, &world.source.classes))?;
+        let entry = Entry::plain(node, &world.source.classes);
+        out.update(&entry)?;
+        speed = match entry.number("sleep_tolerance")? {
+            Some(x) if x < 0.0 => return Err(entry.malformed("sleep_tolerance", "is negative")),
+            given => given.unwrap_or(speed),
+        };
         note_solver(node, context);
         for flags in node.all("flag") {
             let entry = Entry::plain(flags, &world.source.classes);
             let table = [("enable", true), ("disable", false)];
             weighs = entry.word("gravity", &table)?.unwrap_or(weighs);
+            sleeps = entry.word("sleep", &table)?.unwrap_or(sleeps);
         }
     }
     if !weighs {
         out.gravity = [0.0; 3];
     }
+    let time = (SLEEP_STEPS * out.simulation.time_step).min(f64::MAX);
+    out.simulation.sleeping = sleeps.then_some(Sleeping { speed, time });
     Ok(out)
 }
 

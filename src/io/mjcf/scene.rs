@@ -6,7 +6,7 @@ use crate::constraint::Constraint;
 use crate::contact::HeightField;
 use crate::io::sensors::{self, ImportedSensor};
 use crate::model::Model;
-use crate::sim::{Activation, Integrator, Sensors, Servo, State};
+use crate::sim::{Activation, Integrator, Sensors, Servo, Sleeping, State};
 use crate::spatial::Transform;
 
 /// The supported content of an MJCF file.
@@ -205,4 +205,6 @@ pub struct MjcfOptions {
     pub has_elliptic_cones: bool,
     /// Ratio of frictional to normal impedance.
     pub impratio: f64,
+    /// When resting islands sleep, if the file enables it: ten steps at rest, as there. Rates of rotation there count by the sizes of bodies.
+    pub sleeping: Option<Sleeping>,
 }

@@ -61,6 +61,7 @@ impl MjcfScene {
         let joints: Vec<&str> = drives.iter().map(|drive| drive.joint).collect();
         let simulator = Simulator::new(model.clone())
             .with_time_step(self.options.time_step)
+            .with_sleeping(self.options.sleeping)
             .with_integrator(self.options.integrator)
             .with_actuation(actuation(model, &drives));
         let mut simulator = match simulator.clone().with_actuated_joints(&joints) {

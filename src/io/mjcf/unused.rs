@@ -130,7 +130,9 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
             "tendons have no forces of their own: a tendon constraint holds one, with a spring if it is to yield"
         }
         ("key", "act" | "mpos" | "mquat") => "belongs to something that is not modelled",
-        ("body", "sleep") => "bodies do not sleep",
+        ("body", "sleep") => {
+            "where islands sleep, all bodies without inputs and external forces may"
+        }
         ("mesh", _) => "meshes are read as they are in their files",
         _ => ATTRIBUTE,
     }

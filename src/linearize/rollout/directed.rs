@@ -47,7 +47,7 @@ impl<'a> Directed<'a> {
         Self {
             simulator,
             rollout: rollout_under(simulator, start, inputs),
-            step: StepScratch::new(simulator),
+            step: StepScratch::awake(simulator),
             adjoint: StepAdjoint::new(simulator, Calls::Many),
             point: TwicePoint::new(simulator),
         }

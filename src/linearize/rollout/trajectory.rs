@@ -23,7 +23,7 @@ pub(super) struct Trajectory {
 impl Trajectory {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
-            scratch: StepScratch::new(simulator),
+            scratch: StepScratch::awake(simulator),
             interval: 1,
             kept: Vec::new(),
             stretch: Vec::new(),

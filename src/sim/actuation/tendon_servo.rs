@@ -149,6 +149,11 @@ impl<P: Scalar> TendonServo<P> {
         &self.actuator
     }
 
+    /// The velocity coordinates of its joints.
+    pub(crate) fn coordinates(&self) -> impl Iterator<Item = usize> {
+        self.joints.iter().map(|joint| joint.v)
+    }
+
     pub(crate) fn joints(&self) -> &[Pulled<P>] {
         &self.joints
     }

@@ -37,7 +37,9 @@ impl<T: Scalar, const N: usize> Group<T, N> {
             [&given.q, &given.v, &given.contact, &given.activation].map_each(DVector::len),
             "nq, nv and the lengths of the state of contact and of activations"
         );
-        for (own, &given) in own.numbers_mut().zip(given.numbers()) {
+        // A state that does not say what sleeps is awake.
+        let numbers = given.numbers().chain(std::iter::repeat(&0.0));
+        for (own, &given) in own.numbers_mut().zip(numbers) {
             *own = T::from_values(|k| if k == lane { given } else { own.value(k) });
         }
         self.status[lane] = RolloutStatus::Completed;
@@ -51,6 +53,7 @@ impl<T: Scalar, const N: usize> Group<T, N> {
             v: self.state.v.map(|x| x.value(lane)),
             contact: self.state.contact.map(|x| x.value(lane)),
             activation: self.state.activation.map(|x| x.value(lane)),
+            sleep: self.state.sleep.map(|x| x.value(lane)),
         }
     }
 

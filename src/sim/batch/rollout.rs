@@ -22,6 +22,7 @@ pub struct BatchRollout {
     nv: usize,
     n_contact: usize,
     n_activation: usize,
+    n_sleep: usize,
     /// Structure of the robot that they are of.
     robot: Structure,
     groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
@@ -166,10 +167,11 @@ impl BatchRollout {
     ) -> bool {
         let (template, len) = (simulator.template(), simulator.len());
         let (model, n_contact) = (template.model(), template.n_contact());
-        let n_activation = template.n_activation();
+        let (n_activation, n_sleep) = (template.n_activation(), template.n_sleep());
+        let n_beside = n_contact + n_activation + n_sleep;
         let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());
         let mut numbers = std::mem::take(&mut self.numbers);
-        let length = |steps| length(steps, nq + nv + n_contact + n_activation, groups.len());
+        let length = |steps| length(steps, nq + nv + n_beside, groups.len());
         if Some(numbers.len()) != length(steps) {
             numbers = length(steps).and_then(zeros).unwrap_or_default();
         }
@@ -186,6 +188,7 @@ impl BatchRollout {
             nv,
             n_contact,
             n_activation,
+            n_sleep,
             robot: model.structure(),
             groups,
             numbers,
@@ -298,7 +301,16 @@ impl BatchRollout {
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
     pub(crate) fn activation(&self, i: usize, k: usize) -> &[f64] {
-        &self.row(i, k)[self.nq + self.nv + self.n_contact..]
+        let first = self.nq + self.nv + self.n_contact;
+        &self.row(i, k)[first..first + self.n_activation]
+    }
+
+    /// What sleeps in trajectory `i` after `k` steps.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub(crate) fn sleep(&self, i: usize, k: usize) -> &[f64] {
+        &self.row(i, k)[self.width() - self.n_sleep..]
     }
 
     /// The state of trajectory `i` after `k` steps. Allocates.
@@ -308,7 +320,12 @@ impl BatchRollout {
     pub fn state(&self, i: usize, k: usize) -> State {
         let contact = DVector::from_column_slice(self.contact(i, k));
         let activation = DVector::from_column_slice(self.activation(i, k));
-        (State::new(self.q(i, k), self.v(i, k)).with_contact(contact)).with_activation(activation)
+        State {
+            contact,
+            activation,
+            sleep: DVector::from_column_slice(self.sleep(i, k)),
+            ..State::new(self.q(i, k), self.v(i, k))
+        }
     }
 
     /// The last state of a trajectory. Allocates.
@@ -329,7 +346,7 @@ impl BatchRollout {
 
     /// Numbers of a state.
     fn width(&self) -> usize {
-        self.nq + self.nv + self.n_contact + self.n_activation
+        self.nq + self.nv + self.n_contact + self.n_activation + self.n_sleep
     }
 
     fn row(&self, i: usize, k: usize) -> &[f64] {

@@ -205,10 +205,11 @@ impl BatchSimulator {
         let out = Self {
             variants,
             len,
-            // The features that touch, and the time of an impact, differ from state to state.
+            // The features that touch, the time of an impact, and what sleeps, differ from state to state.
             side_by_side: has_lanes()
                 && !simulator.contacts().is_some_and(Contacts::have_pairs)
-                && !may_bounce,
+                && !may_bounce
+                && simulator.sleeping().is_none(),
             workers: Vec::new(),
             simulator,
         };

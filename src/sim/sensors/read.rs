@@ -148,7 +148,7 @@ impl Sensors {
         scratch: &mut SensorScratch<T>,
         out: &mut [T],
     ) {
-        if !has_one_acceleration(simulator.integrator()) {
+        if !has_one_acceleration(simulator.integrator()) || step.has_slept() {
             return self.read_into(simulator, state, u, scratch, out);
         }
         let sensors = self;

@@ -30,6 +30,7 @@ impl VectorFunction for TangentStep<'_> {
             v: moved(&start.v, dv),
             contact: moved(&start.contact, dm),
             activation: start.activation.clone(),
+            sleep: start.sleep.clone(),
         };
         let u: Vec<T> = self.u.iter().zip(du).map(|(&u, &du)| du + u).collect();
         let next = self.simulator.step(&state, &u);

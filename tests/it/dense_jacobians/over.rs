@@ -41,6 +41,7 @@ impl Moved<'_> {
             v: lift(&self.state.v),
             contact: lift(&self.state.contact),
             activation: lift(&self.state.activation),
+            sleep: lift(&self.state.sleep),
         };
         for (k, v) in state.v.iter_mut().enumerate() {
             *v += along(model.nv() + k);

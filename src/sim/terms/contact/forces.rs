@@ -125,7 +125,9 @@ impl<T: Scalar> Contact<T> {
         forward_kinematics_into(at.model(), at.q(), at.v(), &mut self.kinematics);
         self.points.truncate(contacts.points().len());
         contacts.states_into(&self.kinematics, &mut self.points);
-        (self.pairs).find(contacts, &self.kinematics, P::zero(), &mut self.points);
+        self.hide_sleeping(contacts);
+        let (asleep, dt) = (&self.asleep, P::zero());
+        (self.pairs).find(contacts, &self.kinematics, dt, asleep, &mut self.points);
         self.clear_forces(contacts);
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for i in 0..self.points.len() {

@@ -116,7 +116,9 @@ impl<T: Scalar> Contact<T> {
     {
         self.points.truncate(contacts.points().len());
         contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
-        (self.pairs).find(contacts, &self.kinematics, dt, &mut self.points);
+        self.hide_sleeping(contacts);
+        let asleep = &self.asleep;
+        (self.pairs).find(contacts, &self.kinematics, dt, asleep, &mut self.points);
     }
 
     /// Place of the point of a lone impact among all points, of bodies the deepest one of the same shapes; `None` if these are not near.

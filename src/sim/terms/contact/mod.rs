@@ -1,5 +1,6 @@
 //! Contact of points with the ground and between bodies: the term, the points that take part, and its derivatives.
 
+mod asleep;
 mod forces;
 mod impact;
 mod kept;

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{Contacts, PairFinder, PairPoint, PairState, PointState};
+use crate::contact::{Contacts, FoundPairs, PairFinder, PairPoint, PairState, PointState};
 use crate::dynamics::Kinematics;
 use crate::scalar::{MapEach, Over, Scalar};
 
@@ -51,17 +51,21 @@ impl<T: Scalar> PairPoints<T> {
     }
 
     /// Finds the points that could touch within a step, and appends where they are to `out`.
+    ///
+    /// * `asleep` – whether each body sleeps; empty where none does
     pub(super) fn find<P: Scalar>(
         &mut self,
         contacts: &Contacts<P>,
         kinematics: &Kinematics<T>,
         dt: P,
+        asleep: &[bool],
         out: &mut Vec<PointState<T>>,
     ) where
         T: Over<P>,
     {
         self.clear();
-        let fits = (self.finder).find(contacts, kinematics, dt, &mut self.points);
+        let (among, points) = (FoundPairs::Awake(asleep), &mut self.points);
+        let fits = (self.finder).find(contacts, kinematics, dt, among, points);
         self.full = !fits;
         for point in &self.points {
             let bodies = contacts.pair_bodies(point.shapes);

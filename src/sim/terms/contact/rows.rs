@@ -47,6 +47,8 @@ pub(crate) struct Contact<T> {
     pub(super) first: Mark,
     /// The acceleration without rows, for points to be judged at.
     free: Vec<T>,
+    /// Whether each body sleeps, and has no contact; empty where none does.
+    pub(super) asleep: Vec<bool>,
 }
 
 impl<T: Scalar> Contact<T> {
@@ -71,6 +73,7 @@ impl<T: Scalar> Contact<T> {
             kept: KeptForces::new(),
             first: Mark::default(),
             free: Vec::with_capacity(nv),
+            asleep: Vec::new(),
         }
     }
 

@@ -120,7 +120,9 @@ impl<T: Scalar> Impact<T> {
     where
         T: Over<P>,
     {
-        let free = without_force(at, &lone);
+        let (free, contact) = (without_force(at, &lone), &found.terms.contact);
+        self.seen.leave_out_as(contact);
+        self.found.terms.contact.leave_out_as(contact);
         at.simulator.accelerate(&free, found);
         let a = &found.a;
         let is_found = self.find_time(at, &lone, a) && self.bounce(at, &lone, a, next);
