@@ -48,6 +48,8 @@ pub(super) struct Options {
     pub(super) gravity: [f64; 3],
     /// The magnetic field, in any unit.
     pub(super) magnetic: [f64; 3],
+    /// Whether bodies touch that a joint connects.
+    pub(super) neighbours_touch: bool,
 }
 
 /// Reads the options; later elements win.
@@ -61,6 +63,7 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
         },
         gravity: DEFAULT_GRAVITY,
         magnetic: MAGNETIC,
+        neighbours_touch: false,
     };
     let mut weighs = true;
     for node in world.node.all("option") {
@@ -70,6 +73,9 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
             let entry = Entry::plain(flags, &world.source.classes);
             let table = [("enable", true), ("disable", false)];
             weighs = entry.word("gravity", &table)?.unwrap_or(weighs);
+            if let Some(is_filtered) = entry.word("filterparent", &table)? {
+                out.neighbours_touch = !is_filtered;
+            }
         }
     }
     if !weighs {

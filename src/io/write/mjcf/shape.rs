@@ -2,7 +2,7 @@
 
 use super::mesh::Collides;
 use super::{Writer, numbers, pose};
-use crate::model::{Geometry, LinkSpec};
+use crate::model::{Geometry, LinkSpec, short_reference};
 use crate::spatial::Transform;
 
 /// Groups of geoms: the first three are shown by default.
@@ -42,6 +42,7 @@ impl Writer<'_> {
             Geometry::Mesh { uri, .. } => match self.meshes.find(geometry) {
                 Ok(mesh) => ("mesh", mesh),
                 Err(reason) => {
+                    let uri = short_reference(uri);
                     self.xml.comment(&format!("left out: mesh {uri}: {reason}"));
                     return;
                 }
