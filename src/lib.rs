@@ -64,8 +64,9 @@
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
 //! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
 //! | `live` | no | a simulation in the browser while it runs (with `view`) |
+//! | `png` | no | height fields of MJCF files from PNG pictures (with `formats`) |
 //! | `render` | no | pictures and animations of recordings without a browser: PNG and GIF (with `view`) |
-//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `live`, `render`) |
+//! | `cli` | no | the program `dualbody`: robots checked, shown, simulated and converted from a terminal (with `live`, `png`, `render`) |
 //! | `full` | no | all of the above |
 //! | `rerun` | no | motions in the Rerun viewer; compiles hundreds of crates |
 //!

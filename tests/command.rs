@@ -371,6 +371,22 @@ fn converted_robots_have_the_same_numbers_and_losses_are_named() {
         &folder.path("spring.urdf"),
     ]);
     assert!(out(&lossy).contains("spring 3"), "{}", out(&lossy));
+    // Neither format is written with servos and sensors.
+    let scene = xml.replace(
+        "</mujoco>",
+        r#"<actuator><position joint="x" kp="9"/></actuator><sensor><jointpos joint="x"/></sensor></mujoco>"#,
+    );
+    let lossy = run(&[
+        "convert",
+        &folder.write("servo.xml", &scene),
+        &folder.path("servo.mjcf"),
+    ]);
+    for lost in [
+        "actuators of the MJCF file: 1",
+        "sensors of the MJCF file: 1",
+    ] {
+        assert!(out(&lossy).contains(lost), "{}", out(&lossy));
+    }
     let printed = run(&["convert", CARTPOLE, "-", "--to", "mjcf"]);
     assert!(out(&printed).contains("<mujoco"));
 }

@@ -204,6 +204,23 @@ def test_columns_of_inputs_have_the_names_of_what_they_act_on(tmp_path: Any) -> 
     assert again.to_csv() == table
 
 
+def test_numbers_that_would_become_nan_are_refused() -> None:
+    model = db.samples.cartpole()
+    q = model.neutral()
+    for t in (np.nan, np.inf):
+        with pytest.raises(ValueError, match="the fraction t must be finite"):
+            model.interpolate(q, q, t)
+    for period in (0.0, -1.0, np.nan):
+        motion = db.identify.Excitation(period, np.zeros(2), np.zeros((2, 4)), 1.0, 1.0)
+        with pytest.raises(ValueError, match="period of a motion must be positive and finite"):
+            motion.at([0.5])
+
+
+def test_a_joint_has_one_input() -> None:
+    with pytest.raises(ValueError, match='the actuated joint "pivot" is named twice'):
+        db.Simulator(db.samples.cartpole(), actuated=["pivot", "pivot"])
+
+
 def test_a_weld_needs_anchors() -> None:
     with pytest.raises(TypeError, match="b is of the type tuple, expected Anchor"):
         db.Simulator(db.samples.cartpole(), constraints=[Weld(Anchor("pole"), (0.0, 0.0, 0.0))])  # type: ignore[arg-type]

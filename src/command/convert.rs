@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::output::{Outcome, complain, heading};
 use super::robot::{Format, Robot};
+use crate::io::MjcfScene;
 
 /// Write a robot in another format, and list lost content.
 ///
@@ -33,7 +34,9 @@ impl Convert {
             Format::Sdf => return Err("SDF is read, not written: choose urdf or mjcf".into()),
         };
         let ignored = loaded.report.ignored.iter().map(ToString::to_string);
-        let lost: Vec<String> = ignored.chain(left_out(&text)).collect();
+        let beside = loaded.scene.iter().flat_map(beside_the_model);
+        let lost = ignored.chain(left_out(&text)).chain(beside);
+        let lost: Vec<String> = lost.collect();
         if self.output.as_os_str() == "-" {
             lost.iter().for_each(|loss| complain("warning", loss));
             return Ok(Outcome::of(text));
@@ -55,6 +58,24 @@ impl Convert {
         let unknown = || format!("{}: give the format with --to", self.output.display());
         Ok(self.to.or(by_ending).ok_or_else(unknown)?)
     }
+}
+
+/// Content of an MJCF file that its model does not contain, and so no file that is written of it.
+fn beside_the_model(scene: &MjcfScene) -> impl Iterator<Item = String> {
+    let contacts = &scene.contacts;
+    let counts = [
+        (usize::from(contacts.ground.is_some()), "ground"),
+        (scene.actuation.len(), "actuators"),
+        (scene.sensors.len(), "sensors"),
+        (scene.constraints.len(), "equalities"),
+        (scene.tendons.len(), "fixed tendons"),
+        (scene.keyframes.len(), "keyframes"),
+        (contacts.geoms.len(), "contact parameters of geoms"),
+        (contacts.pairs.len(), "contact pairs of geoms"),
+        (contacts.excluded.len(), "pairs of bodies without contact"),
+    ];
+    let lost = counts.into_iter().filter(|(count, _)| *count > 0);
+    lost.map(|(count, what)| format!("left out: {what} of the MJCF file: {count}"))
 }
 
 /// Comments of a written file on content that it cannot represent, with the name of the joint that follows.

@@ -9,7 +9,7 @@ use super::relations::Relations;
 use super::shapes::{MeshHulls, NoMeshes, ShapeWithoutPoints};
 use crate::collision::{Groups, Hull, Shape, Surface, TriangleSides};
 use crate::error::UnknownName;
-use crate::model::{BodyId, Collision, FrameId, Geometry, Model, Structure};
+use crate::model::{BodyId, Collision, FrameId, Geometry, Model, Structure, short_reference};
 use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
@@ -114,12 +114,47 @@ impl LinkShapes {
     ///
     /// # Panics
     /// If the link moves, or the shapes are those of another robot.
-    pub(super) fn add_surface(
+    pub(crate) fn add_surface(
         &mut self,
         model: &Model,
         link: &str,
         surface: &Surface,
     ) -> Result<(), UnknownName> {
+        let own = self.fixed(model, link, Transform::identity())?;
+        self.shapes
+            .extend(surface.each().map(|(vertices, sides)| LinkShape {
+                shape: Shape::Triangle { vertices },
+                sides: Some(Box::new(sides)),
+                ..own.clone()
+            }));
+        Ok(())
+    }
+
+    /// Adds a half-space to a link that is fixed to the world, in all groups: z ≤ 0 of a frame at a pose in the link.
+    ///
+    /// # Errors
+    /// If the model has no link of that name.
+    ///
+    /// # Panics
+    /// As [`add_surface`](Self::add_surface).
+    pub(crate) fn add_half_space(
+        &mut self,
+        model: &Model,
+        link: &str,
+        pose: Transform<f64>,
+    ) -> Result<(), UnknownName> {
+        let own = self.fixed(model, link, pose)?;
+        self.shapes.push(own);
+        Ok(())
+    }
+
+    /// A half-space at a pose in a link that is fixed to the world.
+    fn fixed(
+        &self,
+        model: &Model,
+        link: &str,
+        pose: Transform<f64>,
+    ) -> Result<LinkShape, UnknownName> {
         self.check(model);
         let links = || {
             let links = model.links().iter().map(|own| own.frame);
@@ -141,21 +176,29 @@ impl LinkShapes {
             own: u32::MAX,
             mask: u32::MAX,
         };
-        for (vertices, sides) in surface.each() {
-            self.shapes.push(LinkShape {
-                link: frame,
-                number,
-                body: None,
-                placement: place.placement,
-                shape: Shape::Triangle { vertices },
-                groups: everything,
-                margin: 0.0,
-                material: None,
-                kind: 0,
-                sides: Some(Box::new(sides)),
-            });
-        }
-        Ok(())
+        Ok(LinkShape {
+            link: frame,
+            number,
+            body: None,
+            placement: place.placement * pose,
+            shape: Shape::HalfSpace,
+            groups: everything,
+            margin: 0.0,
+            material: None,
+            kind: 0,
+            sides: None,
+        })
+    }
+
+    /// Lets links touch that a joint connects: all, or those of which one is fixed to the world.
+    pub(crate) fn let_neighbours_touch(&mut self, model: &Model, all: bool) {
+        self.check(model);
+        let is_fixed = |link: usize| {
+            let frame = model.links()[link].frame;
+            model.frames()[frame.0].body.is_none()
+        };
+        self.relations
+            .separate(|[a, b]| all || is_fixed(a) || is_fixed(b));
     }
 
     /// The shapes, link by link in the order of the model, then those of [surfaces](super::CollisionOptions::with_surface).
@@ -293,7 +336,7 @@ fn shape(collision: &Collision, meshes: &mut dyn MeshHulls) -> Result<Shape, Str
         },
         mesh @ Geometry::Mesh { uri, scale, .. } => {
             let found = hull(mesh, scale, meshes);
-            found.map_err(|reason| format!("the mesh {uri} {reason}"))?
+            found.map_err(|reason| format!("the mesh {} {reason}", short_reference(uri)))?
         }
     })
 }

@@ -58,6 +58,11 @@ impl Relations {
         parts[0] == parts[1] || self.joined.binary_search(&parts).is_ok()
     }
 
+    /// Removes connections by joints, chosen by a link of each of both parts.
+    pub(super) fn separate(&mut self, is_removed: impl Fn([usize; 2]) -> bool) {
+        self.joined.retain(|parts| !is_removed(*parts));
+    }
+
     /// Whether two links belong to one robot.
     pub(super) fn are_of_one_robot(&self, a: usize, b: usize) -> bool {
         self.robots[a] == self.robots[b]

@@ -12,7 +12,7 @@ use super::laws::ContactLaw;
 use super::point::{ContactPoint, Feature};
 use crate::error::OutOfMemory;
 use crate::memory;
-use crate::model::{Collision, Geometry, Model};
+use crate::model::{Collision, Geometry, Model, short_reference};
 use crate::scalar::{MapEach, from_each};
 use crate::spatial::Transform;
 use crate::spatial::geometry::thinned;
@@ -175,7 +175,8 @@ fn features(shape: &Collision, meshes: &mut dyn MeshHulls, options: &ContactOpti
         mesh @ Geometry::Mesh { uri, scale, .. } => {
             let hull = meshes.vertices(mesh);
             let vertices = hull.and_then(|hull| mesh_corners(hull, scale, options));
-            let vertices = vertices.map_err(|reason| format!("the mesh {uri} {reason}"))?;
+            let vertices =
+                vertices.map_err(|reason| format!("the mesh {} {reason}", short_reference(uri)))?;
             vertices.into_iter().map(|c| (c, Feature::Corner)).collect()
         }
     })

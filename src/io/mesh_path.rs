@@ -11,6 +11,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::ModelOptions;
+use super::mesh::{is_inline, percent_decoded};
 use super::roots::Roots;
 use crate::model::{Geometry, UpAxis};
 
@@ -65,12 +66,12 @@ impl MeshFinder {
 
     /// Remark on a mesh whose file is not found; `None` if the file is found, and for shapes that are not meshes.
     pub(super) fn flaw(&self, mesh: &Geometry) -> Option<String> {
-        let Geometry::Mesh {
-            uri, path: None, ..
-        } = mesh
-        else {
+        let Geometry::Mesh { uri, path, .. } = mesh else {
             return None;
         };
+        if path.is_some() || is_inline(uri) {
+            return None;
+        }
         let places = self.places();
         Some(format!("the mesh \"{uri}\" is not found{places}"))
     }
@@ -87,6 +88,7 @@ impl MeshFinder {
     /// The file that a reference means, if it exists.
     pub(super) fn find(&mut self, uri: &str) -> Option<PathBuf> {
         match uri.split_once("://") {
+            _ if is_inline(uri) => None,
             None => self.find_plain(uri),
             Some(("file", path)) => self.find_file(path),
             Some(("package" | "model", path)) => {
@@ -181,30 +183,6 @@ impl MeshFinder {
             .chain(around)
             .collect()
     }
-}
-
-/// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1];
-/// `None` if the bytes are not text.
-fn percent_decoded(text: &str) -> Option<String> {
-    let mut parts = text.split('%');
-    let mut bytes = parts.next()?.as_bytes().to_vec();
-    for part in parts {
-        let digits = part
-            .get(..2)
-            .filter(|digits| digits.bytes().all(|c| c.is_ascii_hexdigit()));
-        let byte = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
-        match byte {
-            Some(byte) => {
-                bytes.push(byte);
-                bytes.extend_from_slice(&part.as_bytes()[2..]);
-            }
-            None => {
-                bytes.push(b'%');
-                bytes.extend_from_slice(part.as_bytes());
-            }
-        }
-    }
-    String::from_utf8(bytes).ok()
 }
 
 /// The path from the root of the file system, without asking the file system where that is possible.

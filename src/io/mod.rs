@@ -30,9 +30,12 @@
 //! |---|---|---|---|
 //! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; for other files, only that they are not SDF |
 //! | models of MJCF | `<include>`, `<model>` | loading | the robot, if it is MJCF; for other files, only that they are not MJCF |
-//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | HTML viewer, recordings, contacts, `to_mjcf`; loading of MJCF, if they determine the mass of a body | triangles and colours; for other files, the error and its line |
+//! | meshes (STL, OBJ, COLLADA, MSH) | `<mesh>`, by any path | HTML viewer, recordings, contacts, `to_mjcf`; loading of MJCF, if they determine the mass of a body | triangles and colours; for other files, the error and its line |
+//! | height fields | `<hfield>` of MJCF | loading | heights; for other files, the reason |
 //! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
 //! | any file | each of these | – | whether it exists |
+//!
+//! A mesh reference that begins with `data:model/obj` contains the mesh and opens no file.
 //!
 //! References may be absolute, relative to parent folders, through symbolic links, or by `package://` and `model://` to the folders of
 //! [`with_search_path`](ModelOptions::with_search_path) and of the environment. **So load untrusted descriptions with

@@ -108,8 +108,10 @@ impl<P: Scalar> Model<P> {
     /// The configuration at the fraction `t` of the way from `q0` to `q1`: q0 ⊕ t (q1 ⊖ q0).
     ///
     /// # Panics
-    /// If a slice has the wrong length.
+    /// If a slice has the wrong length, or the fraction is not finite.
     pub fn interpolate<T: Scalar>(&self, q0: &[T], q1: &[T], t: T) -> DVector<T> {
+        let is_finite = !t.has_value() || (0..T::LANES).all(|lane| t.value(lane).is_finite());
+        assert!(is_finite, "the fraction t must be finite, got {t:?}");
         let dv = self.difference(q0, q1).map(|x| x * t);
         self.integrate(q0, dv.as_slice())
     }

@@ -82,6 +82,7 @@ pub(crate) use names::FLOATING_BASE;
 pub(crate) use names::numbered;
 pub use parameters::{ParameterGroup, ParameterLayout};
 pub(crate) use parts::JointPart;
+pub(crate) use parts::short_reference;
 pub use parts::{
     Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, SecondAxis, Spring, Visual,
 };

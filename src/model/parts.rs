@@ -177,15 +177,24 @@ pub enum Geometry {
     },
     /// A mesh from a file.
     Mesh {
-        /// The reference as written in the description.
+        /// The reference as written in the description. One that begins with `data:model/obj` contains the mesh, as the text of an OBJ file after a
+        /// comma [RFC 2397]; so are vertices in an MJCF file.
         uri: String,
-        /// The file, where it was found.
+        /// The file, where there is one and it was found.
         path: Option<PathBuf>,
         /// Scale along the axes.
         scale: [f64; 3],
         /// Treatment of the up axis that the file states.
         up_axis: UpAxis,
     },
+}
+
+/// A reference to a mesh for messages: without the content of a `data:` reference.
+pub(crate) fn short_reference(uri: &str) -> &str {
+    match (uri.starts_with("data:"), uri.split_once(',')) {
+        (true, Some((kind, _))) => kind,
+        _ => uri,
+    }
 }
 
 /// A visual shape of a link, without effect on the motion.

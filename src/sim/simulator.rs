@@ -1,5 +1,7 @@
 //! The simulator: a model, its actuation, contacts and constraints, and an integrator.
 
+use std::collections::HashSet;
+
 use crate::nested::IntoNested;
 use nalgebra::DVector;
 
@@ -212,8 +214,15 @@ impl<P: Scalar> Simulator<P> {
     /// If the model has no joint with this name.
     ///
     /// # Panics
-    /// If an input that has an [activation](Self::with_activation) is not among them.
+    /// If a joint is named twice, or an input that has an [activation](Self::with_activation) is not among them.
     pub fn with_actuated_joints(mut self, names: &[&str]) -> Result<Self, UnknownName> {
+        let mut seen = HashSet::new();
+        for name in names {
+            assert!(
+                seen.insert(name),
+                "the actuated joint \"{name}\" is named twice"
+            );
+        }
         let joints: Vec<_> = names
             .iter()
             .map(|name| self.model.find_joint(name))

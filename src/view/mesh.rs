@@ -93,7 +93,7 @@ mod tests {
 
     fn load(path: PathBuf) -> Result<Vec<Mesh>, String> {
         let up_axis = UpAxis::Auto;
-        super::load("", &MeshFile { path, up_axis }, &mut Remarks::default())
+        super::load("", &MeshFile::at(path, up_axis), &mut Remarks::default())
     }
 
     #[test]

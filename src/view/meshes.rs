@@ -76,20 +76,11 @@ impl Meshes {
     ///
     /// * `owner` – whose it is, for warnings
     pub(super) fn pieces(&mut self, owner: &str, geometry: &Geometry) -> Vec<Placed> {
-        let Geometry::Mesh {
-            uri,
-            path,
-            scale,
-            up_axis,
-        } = geometry
-        else {
+        let Geometry::Mesh { uri, scale, .. } = geometry else {
             return vec![(Transform::identity(), Piece::of(geometry), None)];
         };
-        let parts = match path {
-            Some(path) => {
-                let (path, up_axis) = (path.clone(), *up_axis);
-                self.parts(owner, uri, MeshFile { path, up_axis })
-            }
+        let parts = match MeshFile::of(geometry) {
+            Some((uri, file)) => self.parts(owner, uri, file),
             None => {
                 self.warn(owner, uri, "is not found");
                 None

@@ -17,19 +17,21 @@ pub(crate) enum Kind {
     Stl,
     Obj,
     Dae,
+    Msh,
     Csv,
     Json,
     Pairs,
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Urdf,
         Self::Sdf,
         Self::Mjcf,
         Self::Stl,
         Self::Obj,
         Self::Dae,
+        Self::Msh,
         Self::Csv,
         Self::Json,
         Self::Pairs,
@@ -52,6 +54,7 @@ impl Kind {
             Self::Stl => "stl",
             Self::Obj => "obj",
             Self::Dae => "dae",
+            Self::Msh => "msh",
             Self::Csv => "csv",
             Self::Json => "json",
             Self::Pairs => "pairs",

@@ -16,7 +16,7 @@
 //! | `--executions N` | number of cases |
 //! | `--jobs N` | processes side by side |
 //! | `--seed N` | another seed makes other cases; the same one makes the same on every machine |
-//! | `--kinds a,b` | some of urdf, sdf, mjcf, stl, obj, dae, csv, json, pairs (of convex shapes) |
+//! | `--kinds a,b` | some of urdf, sdf, mjcf, stl, obj, dae, msh, csv, json, pairs (of convex shapes) |
 
 mod check;
 mod child;

@@ -140,6 +140,9 @@ impl Seeds {
             ' ',
         ));
         seeds.push(Seed::new(Kind::Stl, Content::Bytes(binary_stl())));
+        for faces in [&[][..], &[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] {
+            seeds.push(Seed::new(Kind::Msh, Content::Bytes(msh(faces))));
+        }
         let pairs = include_str!("seeds/pairs.txt");
         seeds.push(lines(Kind::Pairs, pairs.into(), ' '));
         for models in recorded_models() {
@@ -246,6 +249,18 @@ fn binary_stl() -> Vec<u8> {
         out.extend([0; 2]);
     }
     out
+}
+
+/// A tetrahedron with a normal, and with these faces.
+fn msh(faces: &[i32]) -> Vec<u8> {
+    let counts = [4, 1, 0, faces.len() as i32 / 3];
+    let numbers = [
+        0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0,
+    ];
+    let words = counts.map(i32::to_le_bytes).into_iter();
+    let words = words.chain(numbers.map(f32::to_le_bytes));
+    let words = words.chain(faces.iter().map(|n| n.to_le_bytes()));
+    words.flatten().collect()
 }
 
 /// The robots of each recording, in the order of the seeds.

@@ -70,6 +70,10 @@ mod mesh_contact;
 mod mjcf;
 mod mjcf_activations;
 mod mjcf_height_fields;
+mod mjcf_meshes;
+mod mjcf_neighbours;
+#[cfg(feature = "png")]
+mod mjcf_pictures;
 mod mjcf_sensors;
 mod moments;
 mod named_forces;

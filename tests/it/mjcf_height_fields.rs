@@ -64,7 +64,7 @@ fn binary_files_have_their_first_row_at_the_smallest_y() {
     let second_row = height(&scene, 0.2 - 1.5, 0.1);
     assert!((second_row - 0.05 - 0.4 * 4.0 / 11.0).abs() < 1e-7);
     assert!(short.contacts.heights.is_none());
-    let says = "without 3 × 4 finite heights";
+    let says = "does not have 3 × 4 finite heights";
     assert!(short_report.to_string().contains(says), "{short_report}");
 }
 
@@ -95,27 +95,12 @@ fn balls_rest_on_height_fields() {
 #[test]
 fn height_fields_that_are_no_ground_are_reported() {
     let plane = "<geom type='plane' size='1 1 1'/>";
-    let turned = GEOM.replace("pos", "euler='0 10 0' pos");
-    for (geom, more, says) in [
-        (
-            turned.as_str(),
-            "",
-            "a height field that is turned is not modelled",
-        ),
-        (
-            plane,
-            GEOM,
-            "only the first plane or height field of the world is used",
-        ),
-        (
-            GEOM,
-            plane,
-            "only the first plane or height field of the world is used",
-        ),
-    ] {
-        let (scene, report) = read(&scene_of(GRID, geom, more));
+    for geom in [plane, GEOM] {
+        let on_body = format!("<body>{geom}</body>");
+        let (scene, report) = read(&scene_of(GRID, "", &on_body));
+        let says = "planes and height fields touch on the world only";
         assert!(report.to_string().contains(says), "{report}");
-        assert_eq!(scene.contacts.heights.is_some(), geom == GEOM);
+        assert!(scene.contacts.ground.is_none());
     }
     for size in ["1e308 1e308 0.4 0.1", "1 1 1e308 0.1", "5e-324 1 0.4 0.1"] {
         let huge = scene_of(GRID, &GEOM.replace("0.05", "1.7e308"), "");
@@ -127,8 +112,6 @@ fn height_fields_that_are_no_ground_are_reported() {
     let steep = "nrow='2' ncol='2' elevation='-1e308 1e308 0 0'";
     let (scene, _) = read(&scene_of(steep, GEOM, ""));
     assert!((height(&scene, 0.2 + 1.5, 0.1 + 1.0) - 0.45).abs() < 1e-9);
-    let (_, report) = read(&scene_of("file='hills.png'", GEOM, ""));
-    assert!(report.to_string().contains("is a picture"), "{report}");
     let (_, report) = read(&scene_of("file='hills.bin'", GEOM, ""));
     assert!(report.to_string().contains("is not found"), "{report}");
 }
@@ -179,4 +162,71 @@ fn broken_height_fields_are_errors_that_name_the_place() {
         .map(|_| ());
     let error = error.unwrap_err().to_string();
     assert!(error.contains("a length is not positive"), "{error}");
+}
+
+/// Height of the middle of a ball of 0.1 m after a fall onto the second of two grounds.
+fn rest_on(first: &str, second: &str) -> f64 {
+    let xml = scene_of(
+        "nrow='3' ncol='3' elevation='1 1 1 1 1 1 0 0 0'",
+        first,
+        second,
+    );
+    let (scene, report) = read(&xml.replace(
+        "<freejoint/>",
+        "<joint type='slide' axis='0 0 1' damping='5'/>",
+    ));
+    assert!(report.ignored.is_empty(), "{report}");
+    let fall = scene
+        .simulator()
+        .rollout(&scene.reference, 2000, |_, _, _| {});
+    let ball = scene.model.frame("ball").expect("a ball");
+    let place = frame_pose(&scene.model, fall.last().q.as_slice(), ball);
+    place.translation.z
+}
+
+#[test]
+fn other_planes_and_height_fields_are_ground_too() {
+    let deep = "<geom type='plane' size='1 1 1' pos='0 0 -5'/>";
+    let high = "<geom type='plane' size='1 1 1' pos='0 0 0.2'/>";
+    let wall = "<geom type='plane' size='1 1 1' pos='-9 0 0' euler='0 90 0'/>";
+    let field = "<geom type='hfield' hfield='h' pos='0.2 0.3 0' euler='0 0 180'/>";
+    for (first, second, expected) in [
+        (deep, high, 0.3),
+        (wall, high, 0.3),
+        // Half turned about z, the half at small y is flat at 0.4 m.
+        (deep, field, 0.5),
+        (field, deep, 0.5),
+        (GEOM.replace("0.05", "-5").as_str(), field, 0.5),
+    ] {
+        let height = rest_on(first, second);
+        assert!(
+            (height - expected).abs() < 2e-3,
+            "{height} on {first} {second}"
+        );
+    }
+    // Types that do not touch.
+    let idle = field.replace("type=", "contype='2' conaffinity='2' type=");
+    assert!(rest_on(deep, &idle) < -1.0);
+}
+
+#[test]
+fn too_many_triangles_beside_the_ground_are_reported() {
+    let (_, report) = read(&scene_of(
+        "nrow='300' ncol='300'",
+        "<geom type='plane' size='1 1 1'/>",
+        GEOM,
+    ));
+    let says = "more than 100000 triangles";
+    assert!(report.to_string().contains(says), "{report}");
+}
+
+#[cfg(not(feature = "png"))]
+#[test]
+fn reports_name_the_feature_that_reads_pictures() {
+    let file = std::env::temp_dir().join(format!("heights_{}.png", std::process::id()));
+    fs::write(&file, "a picture").expect("a file");
+    let grid = format!("file='{}'", file.display());
+    let (_, report) = read(&scene_of(&grid, GEOM, ""));
+    fs::remove_file(&file).expect("the file");
+    assert!(report.to_string().contains("feature `png`"), "{report}");
 }

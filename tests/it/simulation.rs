@@ -268,6 +268,19 @@ fn interpolation_meets_both_ends_and_halves_the_way() {
 }
 
 #[test]
+#[should_panic(expected = "the fraction t must be finite, got NaN")]
+fn interpolation_refuses_fractions_that_are_not_finite() {
+    let model = samples::pendulum();
+    let _ = model.interpolate(&[0.0], &[1.0], f64::NAN);
+}
+
+#[test]
+#[should_panic(expected = "the actuated joint \"pivot\" is named twice")]
+fn joints_have_one_input() {
+    let _ = Simulator::new(samples::pendulum()).with_actuated_joints(&["pivot", "pivot"]);
+}
+
+#[test]
 fn random_states_and_what_follows_from_them_equal_valid_states() {
     for model in robots() {
         let state = State::random(&model, &mut generator(7), 1.0);

@@ -86,7 +86,17 @@ pub struct MotionPoint {
 
 impl Excitation {
     /// Computes configuration, velocity and acceleration at a time, s.
+    ///
+    /// # Panics
+    /// If the period is not positive and finite, or the time is not finite.
     pub fn at(&self, time: f64) -> MotionPoint {
+        let Self { period, .. } = *self;
+        let is_period = period > 0.0 && period.is_finite();
+        assert!(
+            is_period,
+            "the period of a motion must be positive and finite, got {period} s"
+        );
+        assert!(time.is_finite(), "the time must be finite, got {time} s");
         let n = self.center.len();
         let harmonics = self.coefficients.ncols() / 2;
         let mut out = MotionPoint {

@@ -106,3 +106,19 @@ fn options_and_joints_of_no_use_are_refused_by_name() {
     let tree = Regressor::new(&samples::random_tree(6, 1));
     says(&tree, ExcitationOptions::default(), "not those of a line");
 }
+
+#[test]
+fn motions_without_a_period_are_refused() {
+    for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let motion = Excitation {
+            period,
+            center: vec![0.0],
+            coefficients: DMatrix::zeros(1, 2),
+            condition: 1.0,
+            start_condition: 1.0,
+        };
+        let panic = std::panic::catch_unwind(|| motion.at(0.5)).expect_err("a panic");
+        let text = panic.downcast_ref::<String>().expect("a text");
+        assert!(text.contains("must be positive and finite"), "{text}");
+    }
+}

@@ -3,44 +3,78 @@
 use std::path::{Path, PathBuf};
 
 use super::soup::Mesh;
-use super::{collada, obj, stl};
+use super::{collada, inline, msh, obj, stl};
 use crate::input::{self, MAX_TEXT_BYTES};
-use crate::model::{Geometry, UpAxis};
+use crate::model::{Geometry, UpAxis, short_reference};
 
 /// A mesh file, and how it is to be read.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MeshFile {
-    pub(crate) path: PathBuf,
+    source: Source,
     /// Treatment of the up axis that a COLLADA file states.
-    pub(crate) up_axis: UpAxis,
+    up_axis: UpAxis,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Source {
+    File(PathBuf),
+    /// A reference that [contains](inline) the mesh.
+    Reference(String),
 }
 
 impl MeshFile {
     /// The file of a mesh, with the reference in the description; `None` if it was not found, and for other shapes.
     pub(crate) fn of(shape: &Geometry) -> Option<(&str, Self)> {
         let Geometry::Mesh {
-            uri,
-            path: Some(path),
-            up_axis,
-            ..
+            uri, path, up_axis, ..
         } = shape
         else {
             return None;
         };
-        let (path, up_axis) = (path.clone(), *up_axis);
-        Some((uri, Self { path, up_axis }))
+        let source = match path {
+            Some(path) => Source::File(path.clone()),
+            None if inline::is_inline(uri) => Source::Reference(uri.clone()),
+            None => return None,
+        };
+        let up_axis = *up_axis;
+        Some((short_reference(uri), Self { source, up_axis }))
+    }
+
+    /// The file at a path.
+    #[cfg(test)]
+    pub(crate) fn at(path: PathBuf, up_axis: UpAxis) -> Self {
+        let source = Source::File(path);
+        Self { source, up_axis }
+    }
+
+    /// Its path, unless the description itself contains the mesh.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match &self.source {
+            Source::File(path) => Some(path),
+            Source::Reference(_) => None,
+        }
     }
 
     /// Reads the file. An error completes the sentence "the mesh …".
     pub(crate) fn read(&self) -> Result<Mesh, String> {
-        let path = self.path.as_path();
+        let path = match &self.source {
+            Source::File(path) => path,
+            Source::Reference(uri) => {
+                let text = inline::text(uri).ok_or("has no text in its reference")?;
+                return obj::read_alone(&text)?.finish();
+            }
+        };
         let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| input::reason(&error))?;
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let soup = match extension.to_ascii_lowercase().as_str() {
             "stl" => stl::read(&bytes),
             "obj" => obj::read(&bytes, path.parent().unwrap_or(Path::new(""))),
             "dae" => collada::read(&bytes, self.up_axis),
-            _ => Err("is of no kind that is read: STL (.stl), OBJ (.obj) or COLLADA (.dae)".into()),
+            "msh" => msh::read(&bytes),
+            _ => Err(
+                "is of no kind that is read: STL (.stl), OBJ (.obj), COLLADA (.dae) or MSH (.msh)"
+                    .into(),
+            ),
         };
         soup?.finish()
     }
@@ -55,9 +89,7 @@ mod tests {
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
     fn load(path: &Path) -> Result<Mesh, String> {
-        let path = path.to_path_buf();
-        let up_axis = UpAxis::Auto;
-        MeshFile { path, up_axis }.read()
+        MeshFile::at(path.to_path_buf(), UpAxis::Auto).read()
     }
 
     /// A tetrahedron, as the STL of its triangles.

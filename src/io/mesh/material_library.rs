@@ -23,6 +23,15 @@ pub(super) struct MaterialLibraries {
 }
 
 impl MaterialLibraries {
+    /// A collection that finds no files.
+    pub(super) fn none() -> Self {
+        Self {
+            folder: None,
+            colors: HashMap::new(),
+            count: 0,
+        }
+    }
+
     /// Makes a collection without materials yet.
     pub(super) fn below(folder: &Path) -> Self {
         // The parent of a bare file name is the working folder.
@@ -30,8 +39,7 @@ impl MaterialLibraries {
         let folder = if is_empty { Path::new(".") } else { folder };
         Self {
             folder: fs::canonicalize(folder).ok(),
-            colors: HashMap::new(),
-            count: 0,
+            ..Self::none()
         }
     }
 

@@ -11,13 +11,22 @@ use super::soup::Soup;
 /// below a folder.
 pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
     let text = String::from_utf8_lossy(bytes);
+    read_with(&text, MaterialLibraries::below(folder))
+}
+
+/// Reads the polygons of a text that is in no file: it opens no material libraries.
+pub(super) fn read_alone(text: &str) -> Result<Soup, String> {
+    read_with(text, MaterialLibraries::none())
+}
+
+fn read_with(text: &str, libraries: MaterialLibraries) -> Result<Soup, String> {
     let mut reader = Reader {
         soup: Soup::default(),
-        libraries: MaterialLibraries::below(folder),
+        libraries,
         materials: Materials::default(),
         polygon: Vec::new(),
     };
-    for (number, line) in logical_lines(&text) {
+    for (number, line) in logical_lines(text) {
         let (key, value) = key_and_value(&line);
         let read = reader.statement(key, value);
         read.map_err(|reason| format!("{reason} on line {number}"))?;

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::spatial::geometry::hull;
+
 /// Red, green, blue, opacity; `None` where a file gives no colour.
 pub(super) type Color = Option<[f32; 4]>;
 
@@ -23,6 +25,14 @@ pub(crate) struct Part {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The colour in the file, red, green, blue, opacity.
     pub(crate) color: Color,
+}
+
+impl Mesh {
+    /// The convex hull of all parts.
+    pub(crate) fn hull(self) -> Result<Self, String> {
+        let parts = self.parts.into_iter();
+        Soup::hull(parts.flat_map(|part| part.vertices).collect())?.finish()
+    }
 }
 
 /// Triangles over one table of positions.
@@ -53,6 +63,29 @@ impl Soup {
         if !self.remarks.contains(&remark) {
             self.remarks.push(remark);
         }
+    }
+
+    /// The surface of the convex hull of the positions.
+    pub(super) fn hull(positions: Vec<[f32; 3]>) -> Result<Self, String> {
+        if let Some(position) = positions.iter().find(|p| !p.iter().all(|x| x.is_finite())) {
+            return Err(format!("has the vertex {position:?}"));
+        }
+        if positions.is_empty() {
+            return Err("has no vertices".into());
+        }
+        let hull = hull(&positions)?;
+        if hull.triangles.is_empty() {
+            return Err("has no triangles, and its vertices are in one plane".into());
+        }
+        let mut soup = Self {
+            positions: hull.vertices,
+            ..Self::default()
+        };
+        *soup.triangles(None) = hull.triangles;
+        hull.remark
+            .into_iter()
+            .for_each(|remark| soup.remark(remark));
+        Ok(soup)
     }
 
     /// The parts, without the repetitions of positions that STL files have, or the reason why there are none.

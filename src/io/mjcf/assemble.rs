@@ -20,6 +20,7 @@ use nalgebra::Vector3;
 use super::body::{Bodies, BodyEntry};
 use super::joint::{JointEntry, Kind};
 use super::orientation::about;
+use super::scenery::WORLD;
 use super::sections::Names;
 use super::site::Site;
 use crate::io::context::Context;
@@ -28,9 +29,6 @@ use crate::io::write::FLOATING_BASE;
 use crate::joint::JointKind;
 use crate::model::{Base, JointSpec, LinkSpec, ModelBuilder, inertia_flaw};
 use crate::spatial::Transform;
-
-/// Name of the link that is the world itself.
-const WORLD: &str = "world";
 
 /// The links and joints of a description.
 pub(super) struct Assembly<'a> {
@@ -131,7 +129,8 @@ impl Assembly<'_> {
     /// A robot with a floating base has nothing fixed to the world.
     fn note_world(&self, context: &mut Context<'_>) {
         let world = &self.bodies.entries[0];
-        if !world.visuals.is_empty() || !world.collisions.is_empty() {
+        let has_shapes = !world.visuals.is_empty() || !world.collisions.is_empty();
+        if has_shapes || !self.bodies.scenery.is_empty() {
             let reason =
                 "shapes of the world: the only body floats, so that the model has no link for them";
             context.ignore(&world.place, reason);

@@ -2,8 +2,9 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::cell::{Cell, OnceCell};
+
 use crate::nested::IntoNested;
-use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -15,15 +16,25 @@ use super::height_field::HeightAsset;
 use super::mesh_inertia::{self, Volumes};
 use super::orientation::pose_named;
 use super::tree::Node;
+use super::vertices;
 use crate::error::LoadError;
+use crate::input::MAX_TEXT_BYTES;
 use crate::io::ModelOptions;
 use crate::io::mesh::MeshFile;
 use crate::io::mesh_path::MeshFinder;
 use crate::model::Geometry;
 use crate::spatial::{Inertia, Transform};
 
-/// Reason why a mesh has no inertia here.
-const UNKNOWN_INERTIA: &str = "has an inertia that is neither legacy nor exact";
+/// Methods of the inertia of meshes.
+const INERTIAS: [(&str, Volumes); 4] = [
+    ("legacy", Volumes::Absolute),
+    ("exact", Volumes::Signed),
+    ("convex", Volumes::Hull),
+    ("shell", Volumes::Shell),
+];
+
+/// The most bytes of references to meshes that geoms get: a mesh in the description is large, and any number of geoms can name it.
+const MOST_BYTES: u64 = MAX_TEXT_BYTES;
 
 /// A mesh with its file.
 #[derive(Clone, Debug)]
@@ -31,8 +42,8 @@ pub(super) struct MeshAsset {
     pub(super) geometry: Geometry,
     /// Pose of the frame of the mesh in that of its file.
     pub(super) X_FM: Transform<f64>,
-    /// Method of its inertia; `None` for unknown methods.
-    volumes: Option<Volumes>,
+    /// Method of its inertia.
+    volumes: Volumes,
     /// The solid in it at density 1, or why there is none, once it was requested.
     solid: Rc<OnceCell<Result<Inertia<f64>, String>>>,
 }
@@ -48,8 +59,7 @@ impl MeshAsset {
                 return Ok(Inertia::zero());
             };
             let (_, file) = MeshFile::of(&self.geometry).ok_or("is not found")?;
-            let volumes = self.volumes.ok_or(UNKNOWN_INERTIA)?;
-            mesh_inertia::of(&file.read()?, *scale, volumes)
+            mesh_inertia::of(file.read()?, *scale, self.volumes)
         });
         found.clone()
     }
@@ -70,6 +80,8 @@ pub(super) struct Assets {
     meshes: HashMap<String, Result<MeshAsset, String>>,
     colors: HashMap<String, [f64; 4]>,
     heights: HashMap<String, Result<HeightAsset, String>>,
+    /// Bytes of the references that geoms got.
+    given: Cell<u64>,
 }
 
 impl Assets {
@@ -110,24 +122,20 @@ impl Assets {
         let entry = Entry::new(node, settings.classes, 0, &["mesh"])?;
         let file = entry.text("file");
         let name = name_of(&entry, file)?;
-        let Some(file) = file else {
-            let reason = "has no file: vertices in the description are not read";
-            self.meshes.insert(name.into(), Err(reason.into()));
-            return Ok(());
+        let uri = match file {
+            Some(file) => Ok(path_of(file, settings.compiler)),
+            None => vertices::read(&entry, name)?,
         };
         let scale = entry.numbers::<3>("scale")?;
-        let geometry = finder.geometry(&path_of(file, settings.compiler), scale);
-        let mesh = MeshAsset {
-            X_FM: pose_named(&entry, ["refpos", "refquat"])?,
-            volumes: match entry.text("inertia") {
-                None | Some("legacy") => Some(Volumes::Absolute),
-                Some("exact") => Some(Volumes::Signed),
-                _ => None,
-            },
-            geometry,
+        let X_FM = pose_named(&entry, ["refpos", "refquat"])?;
+        let volumes = entry.word("inertia", &INERTIAS)?;
+        let mesh = uri.map(|uri| MeshAsset {
+            X_FM,
+            volumes: volumes.unwrap_or(Volumes::Absolute),
+            geometry: finder.geometry(&uri, scale),
             solid: Rc::default(),
-        };
-        self.meshes.insert(name.into(), Ok(mesh));
+        });
+        self.meshes.insert(name.into(), mesh);
         Ok(())
     }
 
@@ -154,8 +162,16 @@ impl Assets {
 
     /// The mesh of a name; `None` if there is none, or the reason why it cannot be used.
     pub(super) fn mesh_of(&self, name: &str) -> Option<Result<&MeshAsset, &str>> {
-        let found = self.meshes.get(name)?;
-        Some(found.as_ref().map_err(String::as_str))
+        let found = self.meshes.get(name)?.as_ref().map_err(String::as_str);
+        Some(found.and_then(|mesh| {
+            if let Geometry::Mesh { uri, .. } = &mesh.geometry {
+                self.given.set(self.given.get() + uri.len() as u64);
+            }
+            match self.given.get() {
+                0..=MOST_BYTES => Ok(mesh),
+                _ => Err("is too large for so many geoms"),
+            }
+        }))
     }
 
     /// The colour of a material.

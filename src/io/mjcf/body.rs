@@ -8,12 +8,15 @@ use std::collections::HashSet;
 use super::documents::Source;
 use super::entry::Choice;
 use super::geom::{Geom, Shape};
+use super::height_field::{HeightAsset, is_level};
 use super::inertial;
 use super::joint::{self, JointEntry};
 use super::naming::Naming;
 use super::orientation::pose;
 use super::scene::MjcfGeom;
+use super::scenery::{MOST_TRIANGLES, Scenery};
 use super::site::{self, Site};
+use super::touching::terrain;
 use super::tree::Node;
 use super::walk::{Part, Walk};
 use crate::contact::HeightField;
@@ -54,6 +57,8 @@ pub(super) struct Bodies {
     pub(super) ground: Option<(Transform<f64>, MjcfGeom)>,
     /// Its heights, if it is a height field.
     pub(super) heights: Option<HeightField>,
+    /// Other planes and height fields on the world.
+    pub(super) scenery: Vec<(Scenery, MjcfGeom)>,
     /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
     pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
 }
@@ -68,6 +73,7 @@ pub(super) fn read<'t, 'c>(
         entries: Vec::new(),
         ground: None,
         heights: None,
+        scenery: Vec::new(),
         unmodelled: [const { None }; 2],
     };
     let root = sources[0].root;
@@ -278,7 +284,7 @@ impl Bodies {
         }
     }
 
-    /// A plane or a height field is the ground; other shapes are not supported.
+    /// Planes and height fields of the world are its ground and scenery; other shapes are not supported.
     fn other_shape(
         &mut self,
         geom: &Geom,
@@ -288,22 +294,24 @@ impl Bodies {
         context: &mut Context<'_>,
     ) {
         match &geom.shape {
-            Shape::Plane if index == 0 && self.ground.is_none() => {
-                self.ground = Some((placement, geom.contact.clone()));
+            Shape::Plane | Shape::Heights(_) if index > 0 => {
+                let reason = "planes and height fields touch on the world only, and not on a body";
+                context.ignore(place, reason);
             }
-            Shape::Heights(heights) if index == 0 && self.ground.is_none() => {
-                match heights.at(&placement) {
-                    Ok(heights) => {
-                        self.ground = Some((placement, geom.contact.clone()));
-                        self.heights = Some(heights);
-                    }
-                    Err(reason) => context.ignore(place, reason),
+            Shape::Plane => {
+                let faces_up = terrain(&placement).is_some();
+                if self.lacks_ground() && faces_up {
+                    self.ground = Some((placement, geom.contact.clone()));
+                    self.heights = None;
+                } else if geom.touches() {
+                    let plane = Scenery::Plane(placement);
+                    self.scenery.push((plane, geom.contact.clone()));
                 }
             }
-            Shape::Plane | Shape::Heights(_) => {
-                let reason =
-                    "only the first plane or height field of the world is used, as the ground";
-                context.ignore(place, reason);
+            Shape::Heights(heights) => {
+                if let Err(reason) = self.heights(heights, placement, geom) {
+                    context.ignore(place, reason);
+                }
             }
             Shape::Ellipsoid(_) => {
                 let reason = "ellipsoids give mass; they are not shown and do not touch";
@@ -312,6 +320,36 @@ impl Bodies {
             Shape::None(reason) => context.ignore(place, reason),
             Shape::Simple(_) | Shape::Mesh(_) => {}
         }
+    }
+
+    /// Whether there is no ground that touches, or may as part of a pair.
+    fn lacks_ground(&self) -> bool {
+        let is_idle = |own: &MjcfGeom| (own.contype, own.conaffinity) == (0, 0);
+        let ground = self.ground.as_ref();
+        ground.is_none_or(|(_, own)| is_idle(own) && own.name.is_none())
+    }
+
+    /// A height field is the ground if it is the first and level.
+    fn heights(
+        &mut self,
+        heights: &HeightAsset,
+        placement: Transform<f64>,
+        geom: &Geom,
+    ) -> Result<(), String> {
+        if self.lacks_ground() && is_level(&placement) {
+            self.heights = Some(heights.at(&placement)?);
+            self.ground = Some((placement, geom.contact.clone()));
+        } else if geom.touches() {
+            let own = Scenery::Heights(heights.surface(&placement)?);
+            let all = self.scenery.iter().map(|(own, _)| own.shapes());
+            if all.sum::<usize>() + own.shapes() > MOST_TRIANGLES {
+                return Err(format!(
+                    "height fields beside the ground have more than {MOST_TRIANGLES} triangles"
+                ));
+            }
+            self.scenery.push((own, geom.contact.clone()));
+        }
+        Ok(())
     }
 
     /// Scales all masses to the sum that is requested.

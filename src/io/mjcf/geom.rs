@@ -13,7 +13,7 @@ use super::orientation::{direction, from_z, pose};
 use super::scene::MjcfGeom;
 use super::solids::{self, Distribution};
 use crate::error::LoadError;
-use crate::model::Geometry;
+use crate::model::{Geometry, short_reference};
 use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -288,6 +288,7 @@ impl Geom {
         let Geometry::Mesh { uri, .. } = &mesh.geometry else {
             return Ok(Inertia::zero());
         };
+        let uri = short_reference(uri);
         let without = |reason: String| {
             format!(
                 "the mesh \"{uri}\" {reason}, so that it has no mass here: give the body an <inertial>"

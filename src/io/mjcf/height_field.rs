@@ -1,14 +1,20 @@
-//! Height fields: grids of heights, of which the first on the world is the ground.
+//! Height fields: grids of heights, of which the first level one on the world is the ground.
+//!
+//! Their heights are numbers in the description, or those of a [file](super::height_file).
 
 use std::path::Path;
 
 use super::entry::Entry;
+use super::height_file::{self, Grid, checked};
+use super::scenery::MOST_TRIANGLES;
+use crate::collision::Surface;
 use crate::contact::HeightField;
 use crate::error::LoadError;
-use crate::input::{self, MAX_TEXT_BYTES};
-use crate::memory;
 use crate::scalar::MapEach;
 use crate::spatial::Transform;
+
+/// Reason why a grid is not used.
+const BEYOND: &str = "a height field of this size is beyond the range of numbers";
 
 /// A grid of heights about the origin of its geom.
 #[derive(Clone, Debug)]
@@ -37,7 +43,11 @@ impl HeightAsset {
         }
         let grid = match entry.text("file") {
             None => Ok(written(entry)?),
-            Some(file) => stored(file, path),
+            Some(file) => {
+                let is_picture = is_picture(entry, file);
+                let read = height_file::read(path, is_picture);
+                read.map_err(|reason| format!("has a file \"{file}\" that {reason}"))
+            }
         };
         Ok(grid.map(|(points, heights)| Self {
             half: [size[0], size[1]],
@@ -47,30 +57,51 @@ impl HeightAsset {
         }))
     }
 
-    /// The ground that it is with its geom at a place.
+    /// The ground that it is with its geom at a place, which [is level](is_level).
     ///
     /// # Errors
     /// The reason why it cannot be.
     pub(super) fn at(&self, place: &Transform<f64>) -> Result<HeightField, String> {
-        let turn = place.rotation - nalgebra::Matrix3::identity();
-        if turn.amax() > 1e-9 {
-            return Err("a height field that is turned is not modelled".into());
-        }
         let [x, y, z]: [f64; 3] = place.translation.into();
-        let gaps = self.points.map_each(|n| (n - 1) as f64);
-        let spacing = [0, 1].map_each(|k| 2.0 * self.half[k] / gaps[k]);
+        let spacing = self.spacing();
         let origin = [x - self.half[0], y - self.half[1]];
         let heights: Vec<f64> = self.heights.iter().map(|h| z + h * self.top).collect();
         let steepest = spacing.map_each(|gap| self.top / gap);
         let mut numbers = (origin.iter().chain(&spacing).chain(&heights)).chain(&steepest);
         if !numbers.all(|x| x.is_finite()) {
-            return Err("a height field of this size is beyond the range of numbers".into());
+            return Err(BEYOND.into());
         }
         Ok(HeightField::new(origin, spacing, self.points, &heights))
     }
+
+    /// Its triangles with its geom at any place, in the world.
+    ///
+    /// # Errors
+    /// The reason why it cannot be.
+    pub(super) fn surface(&self, place: &Transform<f64>) -> Result<Surface, String> {
+        if self.heights.len() > MOST_TRIANGLES {
+            return Err("a height field beside the ground has too many points".into());
+        }
+        let origin = self.half.map(|x| -x);
+        let heights: Vec<f64> = self.heights.iter().map(|h| h * self.top).collect();
+        let flat = Surface::grid(origin, self.spacing(), self.points, &heights);
+        let flat = flat.map_err(|error| error.to_string())?;
+        let vertices = flat.vertices().iter();
+        let vertices = vertices.map(|p| place.rotation * p + place.translation);
+        let turned = Surface::new(vertices.collect(), flat.triangles().to_vec());
+        turned.map_err(|_| BEYOND.into())
+    }
+
+    fn spacing(&self) -> [f64; 2] {
+        [0, 1].map(|k| 2.0 * self.half[k] / (self.points[k] - 1) as f64)
+    }
 }
 
-type Grid = ([usize; 2], Vec<f64>);
+/// Whether the geom of a height field at a place is not turned.
+pub(super) fn is_level(place: &Transform<f64>) -> bool {
+    let turn = place.rotation - nalgebra::Matrix3::identity();
+    turn.amax() <= 1e-9
+}
 
 /// The numbers in the description, whose first row has the largest y; zeros if there are none.
 fn written(entry: &Entry<'_, '_>) -> Result<Grid, LoadError> {
@@ -92,45 +123,11 @@ fn written(entry: &Entry<'_, '_>) -> Result<Grid, LoadError> {
     Ok(([columns, rows], rows_up.flatten().copied().collect()))
 }
 
-/// The numbers of a binary file: rows and columns as 32-bit integers, then the heights in single precision.
-fn stored(file: &str, path: Option<&Path>) -> Result<Grid, String> {
-    let is_picture = Path::new(file).extension().is_some_and(|own| own == "png");
-    if is_picture {
-        return Err("is a picture, which is not read: give its heights as elevation".into());
-    }
-    let path = path.ok_or_else(|| format!("has a file \"{file}\" that is not found"))?;
-    let bytes = input::read(path, MAX_TEXT_BYTES)
-        .map_err(|error| format!("has a file \"{file}\" that {}", input::reason(&error)))?;
-    let (words, _) = bytes.as_chunks::<4>();
-    let count = |k: usize| {
-        let n = words.get(k).map(|&word| i32::from_le_bytes(word));
-        usize::try_from(n?).ok().filter(|&n| n >= 2)
-    };
-    let (Some(rows), Some(columns)) = (count(0), count(1)) else {
-        let reason = "that does not begin with two or more rows and columns";
-        return Err(format!("has a file \"{file}\" {reason}"));
-    };
-    let n = checked([columns, rows])?;
-    let heights: Vec<f64> = words[2..]
-        .iter()
-        .map(|&x| f32::from_le_bytes(x).into())
-        .collect();
-    let is_whole = heights.len() == n && bytes.len() == 4 * words.len();
-    match is_whole && heights.iter().all(|x| x.is_finite()) {
-        true => Ok(([columns, rows], heights)),
-        false => Err(format!(
-            "has a file \"{file}\" without {rows} × {columns} finite heights"
-        )),
-    }
-}
-
-/// Number of points of a grid, if there is memory for it.
-fn checked([columns, rows]: [usize; 2]) -> Result<usize, String> {
-    let n = rows.saturating_mul(columns);
-    let what = format_args!("a height field of {rows} × {columns} points");
-    // The grid, its spline, and their work space.
-    memory::check(what, n.saturating_mul(64)).map_err(|error| error.to_string())?;
-    Ok(n)
+/// Whether a file is a picture: by its type, or else by its name.
+fn is_picture(entry: &Entry<'_, '_>, file: &str) -> bool {
+    let extension = Path::new(file).extension().unwrap_or_default();
+    let by_type = entry.text("content_type").map(|own| own == "image/png");
+    by_type.unwrap_or_else(|| extension.eq_ignore_ascii_case("png"))
 }
 
 /// Heights from 0 to 1; zeros if all are equal.

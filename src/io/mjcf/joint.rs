@@ -152,8 +152,11 @@ fn limits(
     context: &mut Context<'_>,
 ) -> Result<Limits, LoadError> {
     let mut limits = Limits::default();
-    // A default that limits joints reaches free ones too, which have no range.
+    // Free joints have no limits, whatever they or a default say.
     if kind == Kind::Free {
+        for name in ["limited", "range", "actuatorfrclimited", "actuatorfrcrange"] {
+            let _ = entry.value(name);
+        }
         return Ok(limits);
     }
     let range = entry.range("range", "limited", compiler.autolimits)?;

@@ -1,7 +1,9 @@
 //! Inertia of what a mesh encloses.
 
+use std::ops::AddAssign;
+
+use nalgebra::{Matrix3, Matrix4, Vector3};
 use crate::nested::IntoNested;
-use nalgebra::Vector3;
 
 use crate::io::mesh::Mesh;
 use crate::scalar::MapEach;
@@ -14,18 +16,29 @@ pub(super) enum Volumes {
     Absolute,
     /// With their signs: right for closed surfaces.
     Signed,
+    /// With their signs, of the convex hull.
+    Hull,
+    /// None: the mass is on the surface, and densities are per area.
+    Shell,
 }
 
 /// The inertia of a mesh, scaled along the axes, at density 1, in the frame of its file.
 ///
 /// # Errors
-/// If the mesh has no volume.
+/// If the mesh has no volume, or a shell no area.
 ///
 /// # References
-/// The attribute `inertia` of meshes in the XML reference of `MuJoCo`: `legacy` and `exact`.
-pub(super) fn of(mesh: &Mesh, scale: [f64; 3], volumes: Volumes) -> Result<Inertia<f64>, String> {
-    let triangles = triangles(mesh, scale);
+/// The attribute `inertia` of meshes in the XML reference of `MuJoCo`.
+pub(super) fn of(mesh: Mesh, scale: [f64; 3], volumes: Volumes) -> Result<Inertia<f64>, String> {
+    let mesh = match volumes {
+        Volumes::Hull => mesh.hull()?,
+        _ => mesh,
+    };
+    let triangles = triangles(&mesh, scale);
     let middle = middle(&triangles);
+    if volumes == Volumes::Shell {
+        return shell(&triangles, middle);
+    }
     let mut sum = about(&triangles, middle, volumes);
     let com = middle + sum.first_moment / sum.mass;
     if volumes == Volumes::Absolute {
@@ -46,11 +59,32 @@ fn about(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>, volumes: Volumes)
         let own = Inertia::solid_polyhedron(1.0, corners);
         match volumes {
             Volumes::Absolute => sum + own.scaled(own.mass.signum()),
-            Volumes::Signed => sum + own,
+            Volumes::Signed | Volumes::Hull | Volumes::Shell => sum + own,
         }
     });
     // Triangles that all face inwards.
     sum.scaled(sum.mass.signum())
+}
+
+/// The inertia of triangles with mass 1 per area.
+fn shell(triangles: &[[Vector3<f64>; 3]], middle: Vector3<f64>) -> Result<Inertia<f64>, String> {
+    let mut sum = Matrix4::zeros();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|p| p - middle);
+        let mass = 0.5 * (b - a).cross(&(c - a)).norm();
+        let all = a + b + c;
+        let squares = [a, b, c, all].map(|p| p * p.transpose());
+        let moments = squares.iter().sum::<Matrix3<f64>>() * (mass / 12.0);
+        let first = all * (mass / 3.0);
+        sum.fixed_view_mut::<3, 3>(0, 0).add_assign(&moments);
+        sum.fixed_view_mut::<3, 1>(0, 3).add_assign(&first);
+        sum[(3, 3)] += mass;
+    }
+    if !(sum[(3, 3)] > 0.0 && sum.iter().all(|x| x.is_finite())) {
+        return Err("has no area".into());
+    }
+    let own = Inertia::from_pseudo_inertia(&sum);
+    Ok(Transform::from_translation(middle).inertia(&own))
 }
 
 fn triangles(mesh: &Mesh, scale: [f64; 3]) -> Vec<[Vector3<f64>; 3]> {

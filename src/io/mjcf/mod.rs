@@ -13,7 +13,8 @@
 //! | site | frame |
 //! | geom of group 0 to 2 | visual |
 //! | geom with `contype` or `conaffinity` | collision |
-//! | first plane or height field of the world | the ground of [`MjcfContacts`] |
+//! | first plane or level height field of the world | the ground of [`MjcfContacts`] |
+//! | other planes and height fields of the world | collision shapes of the link `world` |
 //! | `gravcomp` between 0 and 1 | a second link, `BODY::balanced`, without weight |
 //!
 //! # References
@@ -32,6 +33,7 @@ mod entry;
 mod equality;
 mod geom;
 mod height_field;
+mod height_file;
 mod include;
 mod inertial;
 mod joint;
@@ -42,6 +44,7 @@ mod option;
 mod orientation;
 mod pairs;
 mod scene;
+mod scenery;
 mod sections;
 mod sensor;
 mod simulator;
@@ -55,6 +58,7 @@ mod tests;
 mod touching;
 mod tree;
 mod unused;
+mod vertices;
 mod walk;
 
 use std::collections::{HashMap, HashSet};
@@ -179,7 +183,7 @@ fn scene(
         _ => Ok(None),
     })?;
 
-    let contacts = beside.contacts(&mut bodies, context)?;
+    let contacts = beside.contacts(&mut bodies, settings.neighbours_touch, context)?;
 
     let name = main.root.filled("model").unwrap_or_default();
     let gravity = options.gravity.unwrap_or(settings.gravity);
@@ -299,15 +303,21 @@ impl<'t, 'c> Beside<'_, 't, 'c> {
     fn contacts(
         &self,
         bodies: &mut body::Bodies,
+        neighbours_touch: bool,
         context: &mut Context<'_>,
     ) -> Result<MjcfContacts, LoadError> {
-        let mut contacts = MjcfContacts::default();
+        let mut contacts = MjcfContacts {
+            neighbours_touch,
+            ..MjcfContacts::default()
+        };
         self.read("contact", context, |part, context| {
             pairs::read_pair(part, &mut contacts, context).map(Some)
         })?;
         bodies.pair(&contacts.paired());
         contacts.note_kinds(bodies, context);
-        pairs::exclude_neighbours(bodies, &mut contacts, context);
+        if !neighbours_touch {
+            pairs::exclude_neighbours(bodies, &mut contacts, context);
+        }
         bodies.note_unmodelled(context);
         Ok(contacts)
     }

@@ -51,6 +51,8 @@ pub(super) struct Options {
     pub(super) gravity: [f64; 3],
     /// The magnetic field, in any unit.
     pub(super) magnetic: [f64; 3],
+    /// Whether bodies touch that a joint connects.
+    pub(super) neighbours_touch: bool,
 }
 
 /// Reads the options; later elements win.
@@ -65,6 +67,7 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
         },
         gravity: DEFAULT_GRAVITY,
         magnetic: MAGNETIC,
+        neighbours_touch: false,
     };
     let (mut weighs, mut sleeps, mut speed) = (true, false, SLEEP_SPEED);
     for node in world.node.all("option") {
@@ -80,6 +83,9 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
             let table = [("enable", true), ("disable", false)];
             weighs = entry.word("gravity", &table)?.unwrap_or(weighs);
             sleeps = entry.word("sleep", &table)?.unwrap_or(sleeps);
+            if let Some(is_filtered) = entry.word("filterparent", &table)? {
+                out.neighbours_touch = !is_filtered;
+            }
         }
     }
     if !weighs {

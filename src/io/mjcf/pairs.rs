@@ -4,6 +4,7 @@ use super::assemble;
 use super::body::Bodies;
 use super::contact;
 use super::scene::{MjcfContacts, MjcfGeom, MjcfPair};
+use super::scenery::WORLD;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
@@ -78,6 +79,14 @@ impl MjcfContacts {
             let geoms = body.contacts.iter().cloned();
             self.geoms.extend(geoms.map(|geom| MjcfGeom {
                 link: link.to_owned(),
+                ..geom
+            }));
+        }
+        if !floats {
+            let (scenery, geoms): (Vec<_>, Vec<_>) = bodies.scenery.iter().cloned().unzip();
+            self.scenery = scenery;
+            self.geoms.extend(geoms.into_iter().map(|geom| MjcfGeom {
+                link: WORLD.to_owned(),
                 ..geom
             }));
         }

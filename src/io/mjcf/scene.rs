@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::scenery::Scenery;
 use crate::constraint::Constraint;
 use crate::contact::HeightField;
 use crate::io::sensors::{self, ImportedSensor};
@@ -80,13 +81,17 @@ pub enum MjcfTransmission {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MjcfContacts {
-    /// Pose of the first plane or height field that is fixed to the world: the z axis of a plane is the normal.
+    /// Pose of the first plane that faces upwards or level height field of the world: the z axis of a plane is the normal.
     pub ground: Option<(Transform<f64>, MjcfGeom)>,
     /// Its heights over the world, if it is a height field. Between the points they follow a smooth surface, and beyond the border they continue, see
     /// [`HeightField`]; those of `MuJoCo` are triangles, and end there.
     pub heights: Option<HeightField>,
-    /// Geoms with contact, in the order of the bodies of the file.
+    /// Geoms with contact, in the order of the bodies of the file; at the end those of other planes and height fields of the world.
     pub geoms: Vec<MjcfGeom>,
+    /// The shapes of these last geoms.
+    pub(crate) scenery: Vec<Scenery>,
+    /// Whether bodies touch that joints connect: the flag `filterparent` is off. Otherwise only those touch of which one is fixed to the world.
+    pub neighbours_touch: bool,
     /// Pairs of bodies without contact: those of the file, and bodies connected by several joints.
     pub excluded: Vec<[String; 2]>,
     /// Pairs of geoms with contact independent of their types.

@@ -78,6 +78,14 @@ impl MjcfScene {
         }
     }
 
+    /// The geom of each shape of the scenery.
+    pub(super) fn geoms_of_scenery(&self) -> impl Iterator<Item = &MjcfGeom> {
+        let contacts = &self.contacts;
+        let geoms = &contacts.geoms[contacts.geoms.len() - contacts.scenery.len()..];
+        let each = contacts.scenery.iter().zip(geoms);
+        each.flat_map(|(own, geom)| std::iter::repeat_n(geom, own.shapes()))
+    }
+
     /// The geom of each shape; `None` where it has none.
     pub(super) fn geoms_of(&self, shapes: &LinkShapes) -> Vec<Option<&MjcfGeom>> {
         let mut of_link: HashMap<&str, Vec<&MjcfGeom>> = HashMap::new();
@@ -99,6 +107,8 @@ impl MjcfScene {
                 }
             }
         }
+        let scenery = out[next..].iter_mut().zip(self.geoms_of_scenery());
+        scenery.for_each(|(own, geom)| *own = Some(geom));
         out
     }
 }

@@ -5,11 +5,13 @@ use std::collections::HashMap;
 
 use super::contact::Touch;
 use super::scene::{MjcfGeom, MjcfPair, MjcfScene};
+use super::scenery::{Scenery, WORLD};
 use super::surfaces::{Kind, kind};
 use crate::collision::Groups;
 use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
 };
+use crate::error::UnknownName;
 use crate::sorting::sort_seldom;
 use crate::spatial::Transform;
 
@@ -77,10 +79,12 @@ impl MjcfScene {
 
     /// The parameters of contacts between bodies, if geoms can touch: those of the first two that can.
     fn between(&self) -> Option<Touch> {
-        let mut kinds: HashMap<Kind<'_>, Vec<&MjcfGeom>> = HashMap::new();
+        // Those that are fixed to the world do not touch each other.
+        let mut kinds: HashMap<(Kind<'_>, bool), Vec<&MjcfGeom>> = HashMap::new();
         let paired = self.contacts.paired();
         for geom in &self.contacts.geoms {
-            let alike = kinds.entry(kind(geom, &paired)).or_default();
+            let own = (kind(geom, &paired), self.moves(&geom.link));
+            let alike = kinds.entry(own).or_default();
             // Two links of a kind represent all: they show whether it touches others, and itself.
             if alike.len() < 2 && alike.iter().all(|own| own.link != geom.link) {
                 alike.push(geom);
@@ -112,6 +116,8 @@ impl MjcfScene {
     fn with_pairs(&self, contacts: Contacts, law: ContactLaw, touch: &Touch) -> Option<Contacts> {
         let model = &self.model;
         let mut shapes = LinkShapes::new(model);
+        self.add_scenery(&mut shapes).ok()?;
+        shapes.let_neighbours_touch(model, self.contacts.neighbours_touch);
         self.group(&mut shapes);
         self.set_surfaces(&mut shapes, touch);
         let has_shapes = |link: &String| shapes.find_link(model, link).is_ok();
@@ -127,6 +133,18 @@ impl MjcfScene {
             ..CollisionOptions::default().with_self_collision()
         };
         contacts.with_link_shapes(model, law, shapes, &options).ok()
+    }
+
+    /// Adds the scenery behind all other shapes.
+    pub(super) fn add_scenery(&self, shapes: &mut LinkShapes) -> Result<(), UnknownName> {
+        let model = &self.model;
+        for own in &self.contacts.scenery {
+            match own {
+                Scenery::Plane(pose) => shapes.add_half_space(model, WORLD, *pose)?,
+                Scenery::Heights(surface) => shapes.add_surface(model, WORLD, surface)?,
+            }
+        }
+        Ok(())
     }
 
     /// Puts the shapes of geoms into groups: a group for each kind of them.
@@ -177,7 +195,7 @@ fn relaxed(law: RelaxedRigid) -> ContactLaw {
 }
 
 /// The plane z = 0 of a pose as terrain, if its normal points up.
-fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
+pub(super) fn terrain(pose: &Transform<f64>) -> Option<Terrain> {
     /// Least height of the normal: steeper ground has no height over its points.
     const LEAST: f64 = 1e-3;
     let normal = pose.rotation.column(2).into_owned();

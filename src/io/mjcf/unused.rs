@@ -81,7 +81,16 @@ fn is_look((tag, name): (&str, &str)) -> bool {
         "material" | "texture" => true,
         _ => matches!(
             name,
-            "group" | "width" | "rgba" | "material" | "texcoord" | "smoothnormal" | "maxhullvert"
+            "group"
+                | "width"
+                | "rgba"
+                | "material"
+                | "normal"
+                | "texcoord"
+                | "facenormal"
+                | "facetexcoord"
+                | "smoothnormal"
+                | "maxhullvert"
         ),
     }
 }

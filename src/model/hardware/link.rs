@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::dimension::{Dimension, dimensions_of, noun, sizes_of};
 use super::stretch::Stretch;
 use crate::error::EditError;
-use crate::model::{Geometry, LinkSpec, Mass, Model};
+use crate::model::{Geometry, LinkSpec, Mass, Model, short_reference};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
@@ -273,7 +273,8 @@ pub(in crate::model) fn solid_of(
     let solid = match shape {
         Geometry::Mesh { uri, scale, .. } => {
             let unit = meshes.solid(shape);
-            let unit = unit.map_err(|reason| format!("the mesh {uri} {reason}"))?;
+            let unit =
+                unit.map_err(|reason| format!("the mesh {} {reason}", short_reference(uri)))?;
             super::stretch::pushed(&unit, scale, scale.iter().product::<f64>().signum())
         }
         _ => shape

@@ -63,7 +63,7 @@ impl MeshTree {
 /// Result of reading a mesh, or the reason why it is not seen, as an end of the sentence "the mesh …".
 type FoundMesh = Result<Arc<MeshTree>, String>;
 
-/// Trees of mesh files, each file read once.
+/// Trees of mesh files, by their path, or else by their reference; each file is read once.
 #[derive(Debug, Default)]
 pub(super) struct MeshFiles {
     found: HashMap<(PathBuf, UpAxis), FoundMesh>,
@@ -73,14 +73,13 @@ impl MeshFiles {
     /// The tree of a mesh, without its scale.
     pub(super) fn tree(&mut self, mesh: &Geometry) -> FoundMesh {
         let Geometry::Mesh {
-            path: Some(path),
-            up_axis,
-            ..
+            uri, path, up_axis, ..
         } = mesh
         else {
             return Err("is not found".into());
         };
-        let found = self.found.entry((path.clone(), *up_axis));
+        let name = path.clone().unwrap_or_else(|| uri.into());
+        let found = self.found.entry((name, *up_axis));
         found.or_insert_with(|| MeshTree::of_file(mesh)).clone()
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::mesh::{MeshFiles, MeshTree};
 use crate::contact::ShapeWithoutPoints;
-use crate::model::{BodyId, Geometry, Model};
+use crate::model::{BodyId, Geometry, Model, short_reference};
 use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{dot, scale};
@@ -83,7 +83,8 @@ impl Solid {
                 half: 0.5 * length,
             },
             mesh @ Geometry::Mesh { uri, scale, .. } => {
-                let of_mesh = |reason: String| format!("the mesh {uri} {reason}");
+                let of_mesh =
+                    |reason: String| format!("the mesh {} {reason}", short_reference(uri));
                 Self::Mesh {
                     mesh: meshes.tree(mesh).map_err(of_mesh)?,
                     factors: *scale,

@@ -22,6 +22,8 @@ const DIRECTIONS: usize = 1024;
 pub(crate) struct Hull {
     /// In the order of the points, each once, m.
     pub(crate) vertices: Vec<[f32; 3]>,
+    /// Vertices of the triangles of its surface, which all face outwards or all inwards; none where the points are flat.
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Remark for a person if these are not all vertices, as an end of the sentence "the mesh …".
     pub(crate) remark: Option<String>,
 }
@@ -42,6 +44,7 @@ pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
     if flat.len() == 3 {
         return Ok(Hull {
             vertices: vec![points[0]],
+            triangles: Vec::new(),
             remark: None,
         });
     }
@@ -51,15 +54,34 @@ pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
     let bits = |point: &Vec3A| point.to_array().map_each(f32::to_bits);
     let numbered = chosen.indices.iter().rev();
     let index_of: HashMap<_, _> = numbered.map(|&i| (bits(&stretched[i]), i)).collect();
-    let vertices = found.vertices().iter();
-    let mut indices: Vec<usize> = vertices
-        .filter_map(|p| index_of.get(&bits(p)).copied())
-        .collect();
+    let index = |p: &Vec3A| index_of.get(&bits(p)).copied();
+    let found_points = found.vertices();
+    let mut indices: Vec<usize> = found_points.iter().filter_map(index).collect();
     indices.sort_unstable();
     indices.dedup();
+    let number = |k: u32| {
+        Some(
+            indices
+                .binary_search(&index(&found_points[k as usize])?)
+                .ok()? as u32,
+        )
+    };
+    let corners = |&[a, b, c]: &[u32; 3]| Some([number(a)?, number(b)?, number(c)?]);
+    // The points outside of flat ones are in triangles, too.
+    let is_solid = widths.iter().all(|width| *width > 0.0);
+    let triangles = found
+        .indices()
+        .iter()
+        .filter(|_| is_solid)
+        .filter_map(corners);
+    let triangles = triangles.collect();
     let vertices: Vec<_> = indices.into_iter().map(|i| points[i]).collect();
     let remark = chosen.left_out.map(|left_out| remark(left_out, &vertices));
-    Ok(Hull { vertices, remark })
+    Ok(Hull {
+        vertices,
+        triangles,
+        remark,
+    })
 }
 
 fn remark(left_out: LeftOut, vertices: &[[f32; 3]]) -> String {

@@ -16,7 +16,11 @@ pub(super) struct Meshes(Vec<(Kind, Model)>);
 impl Meshes {
     pub(super) fn new(folder: &Path) -> Self {
         let robot = |kind: Kind| (kind, robot(&file(folder, kind)));
-        Self([Kind::Stl, Kind::Obj, Kind::Dae].map(robot).into())
+        Self(
+            [Kind::Stl, Kind::Obj, Kind::Dae, Kind::Msh]
+                .map(robot)
+                .into(),
+        )
     }
 
     pub(super) fn check(&self, case: &Case, folder: &Path) -> Result<bool, String> {

@@ -45,7 +45,9 @@ impl Checks {
             Kind::Urdf | Kind::Sdf | Kind::Mjcf => description::check(case),
             Kind::Csv | Kind::Json => self.recordings.check(case, &self.folder.0),
             Kind::Pairs => pair::check(case),
-            Kind::Stl | Kind::Obj | Kind::Dae => self.meshes.check(case, &self.folder.0),
+            Kind::Stl | Kind::Obj | Kind::Dae | Kind::Msh => {
+                self.meshes.check(case, &self.folder.0)
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 //! | file | becomes |
 //! |---|---|
 //! | binary STL, OBJ, MSH | an asset that names the file |
-//! | STL as text, which `MuJoCo` does not read | its triangles in the asset itself |
+//! | STL as text, which `MuJoCo` does not read, and meshes that a reference contains | their triangles in the asset itself |
 //! | other formats, missing files, more triangles than `MuJoCo` takes | a comment |
 //!
 //! Their volume is of no use, as bodies have inertias of their own; all count as shells, which may be flat. Flat ones
@@ -11,15 +11,15 @@
 
 use crate::nested::IntoNested;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Vector3;
 
 use super::numbers;
 use crate::input;
-use crate::io::mesh::{Mesh, MeshFile, Part};
+use crate::io::mesh::{MeshFile, Part};
 use crate::io::xml::Xml;
-use crate::model::{Geometry, ModelBuilder, UpAxis};
+use crate::model::{Geometry, ModelBuilder};
 
 /// Triangles that `MuJoCo` takes from an STL file.
 const MAX_TRIANGLES: u64 = 200_000;
@@ -59,9 +59,9 @@ struct Asset {
 /// The meshes of a robot, by file and scale.
 pub(super) struct Meshes {
     assets: Vec<Asset>,
-    found: HashMap<(PathBuf, String), Result<usize, String>>,
+    found: HashMap<(MeshFile, String), Result<usize, String>>,
     /// Flaw of each file that keeps it from colliding, if it has one.
-    flaws: HashMap<PathBuf, Option<String>>,
+    flaws: HashMap<MeshFile, Option<String>>,
 }
 
 impl Meshes {
@@ -98,12 +98,12 @@ impl Meshes {
 
     /// Finds whether a mesh has a hull.
     fn examine(&mut self, geometry: &Geometry) {
-        if let Some((path, _)) = key(geometry) {
-            let flaw = |path: &PathBuf| match triangles_of(path) {
+        if let Some((file, _)) = key(geometry) {
+            let flaw = |file: &MeshFile| match file.read() {
                 Ok(mesh) => is_flat(&mesh.parts).then(|| "its mesh is flat".to_owned()),
                 Err(reason) => Some(format!("its mesh {reason}")),
             };
-            self.flaws.entry(path).or_insert_with_key(flaw);
+            self.flaws.entry(file).or_insert_with_key(flaw);
         }
     }
 
@@ -139,10 +139,10 @@ impl Meshes {
 
     /// Whether a shape touches others.
     pub(super) fn collides(&self, geometry: &Geometry) -> Collides {
-        let Some((path, _)) = key(geometry) else {
+        let Some((file, _)) = key(geometry) else {
             return Collides::Yes;
         };
-        match self.flaws.get(&path) {
+        match self.flaws.get(&file) {
             Some(Some(flaw)) => Collides::No(flaw.clone()),
             _ => Collides::Yes,
         }
@@ -154,20 +154,23 @@ fn name(i: usize) -> String {
 }
 
 /// File and scale of a mesh that was found.
-fn key(geometry: &Geometry) -> Option<(PathBuf, String)> {
+fn key(geometry: &Geometry) -> Option<(MeshFile, String)> {
     match geometry {
-        Geometry::Mesh { path, scale, .. } => Some((path.clone()?, numbers(scale))),
+        Geometry::Mesh { scale, .. } => Some((MeshFile::of(geometry)?.1, numbers(scale))),
         _ => None,
     }
 }
 
 /// Source of a file's triangles for `MuJoCo`: the file itself, or the triangles written out; an error where it takes
 /// neither.
-fn source(path: &Path) -> Result<Source, String> {
+fn source(mesh: &MeshFile) -> Result<Source, String> {
+    let Some(path) = mesh.path() else {
+        return written(mesh);
+    };
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.unwrap_or_default().to_lowercase().as_str() {
         "stl" if is_binary_stl(path)? => file(path),
-        "stl" => written(path),
+        "stl" => written(mesh),
         "obj" | "msh" if path.is_file() => file(path),
         "obj" | "msh" => Err("the file is not found".into()),
         other => Err(format!("MuJoCo does not read {other} files")),
@@ -205,8 +208,8 @@ fn is_binary_stl(path: &Path) -> Result<bool, String> {
 }
 
 /// The triangles themselves.
-fn written(path: &Path) -> Result<Source, String> {
-    let parts = triangles_of(path)?.parts;
+fn written(mesh: &MeshFile) -> Result<Source, String> {
+    let parts = mesh.read()?.parts;
     let corners: usize = parts.iter().map(|part| part.vertices.len()).sum();
     let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
     if corners < LEAST_CORNERS || triangles > MAX_WRITTEN_TRIANGLES {
@@ -230,15 +233,6 @@ fn written(path: &Path) -> Result<Source, String> {
         vertex: vertex.join(" "),
         face: face.join(" "),
     })
-}
-
-/// The mesh of a file without a change of axes: STL and OBJ state none, and a flat mesh is flat for any upward axis.
-fn triangles_of(path: &Path) -> Result<Mesh, String> {
-    let file = MeshFile {
-        path: path.to_path_buf(),
-        up_axis: UpAxis::default(),
-    };
-    file.read()
 }
 
 /// Whether all corners are in one plane.

@@ -2,7 +2,7 @@
 
 use super::mesh::Collides;
 use super::{Writer, numbers, pose};
-use crate::model::{Geometry, LinkSpec};
+use crate::model::{Geometry, LinkSpec, short_reference};
 use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
@@ -43,6 +43,7 @@ impl Writer<'_> {
             Geometry::Mesh { uri, .. } => match self.meshes.find(geometry) {
                 Ok(mesh) => ("mesh", mesh),
                 Err(reason) => {
+                    let uri = short_reference(uri);
                     self.xml.comment(&format!("left out: mesh {uri}: {reason}"));
                     return;
                 }
