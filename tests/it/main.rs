@@ -25,6 +25,7 @@ mod cone_lanes;
 mod constraints;
 mod contact;
 mod contact_frames;
+mod contact_margin;
 mod contact_reasons;
 mod control;
 mod conventions;
@@ -99,6 +100,7 @@ mod sensor_slopes;
 mod sensors;
 mod servos;
 mod simulation;
+mod smooth_distances;
 mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;
