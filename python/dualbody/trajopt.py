@@ -150,7 +150,8 @@ class LinkDistances:
     for self-collision avoidance.
 
     One entry per pair; with `samples_between` the same number again for each configuration between a node and the previous one, evenly spaced on the path
-    q ⊕ (-s v) with the velocity of the node. The interval before the last node needs a final constraint. Negative if links overlap.
+    q ⊕ (-s v) with the velocity of the node. The interval before the last node needs a final constraint. Negative if links overlap. smoothing: width of a soft minimum
+    over near features, m, as in `contact.nearest`.
 
     >>> import dualbody as db
     >>> clear = db.trajopt.LinkDistances([("hand", "shelf"), ("hand", "upper_arm")], samples_between=2)
@@ -159,6 +160,7 @@ class LinkDistances:
 
     pairs: Sequence[tuple[str, str]]
     samples_between: int = 0
+    smoothing: float = 0.0
 
     def _bounds(self, distance: float) -> tuple[list[float], list[float]]:
         n = len(self.pairs) * (self.samples_between + 1)

@@ -179,6 +179,38 @@ def test_distances_of_links_have_gradients():
         db.contact.nearest(model, q, "ball", "tabel")
 
 
+def test_smoothed_distances_have_gradients_that_do_not_jump():
+    world = db.World()
+    world.add_box("table", (2, 2, 0.2), fixed=True, position=(0, 0, -0.1))
+    world.add_box("box", (0.4, 0.2, 0.2), mass=1.0, position=(0, 0, 0.5))
+    model = world.build()
+    tilted = [model.integrate(model.neutral(), [0, 0, 0, 0, s * 1e-7, 0]) for s in (-1, 1)]
+    exact, soft = ([db.contact.nearest(model, q, "table", "box", smoothing=w) for q in tilted] for w in (0.0, 1e-3))
+    assert abs(exact[0].gradient[4] - exact[1].gradient[4]) > 0.39
+    assert abs(soft[0].gradient[4] - soft[1].gradient[4]) < 1e-4
+    assert exact[0].distance - 1e-3 * 2 * np.log(8) < soft[0].distance < exact[0].distance
+    assert db.contact.nearest(model, tilted[0], "table", "box").distance == exact[0].distance
+    with pytest.raises(ValueError, match="width of -1 m is negative"):
+        db.contact.nearest(model, tilted[0], "table", "box", smoothing=-1.0)
+
+
+def test_bodies_rest_at_the_height_of_their_margins():
+    world = db.World()
+    world.add_box("plate", (1, 1, 0.2), fixed=True, position=(0, 0, -0.1))
+    world.add_sphere("ball", 0.1, mass=1.0, position=(0, 0, 0.13))
+    material = db.contact.Material
+    collisions = db.contact.Collisions(materials={"plate": material(margin=0.01), "ball": material(margin=0.02)})
+    between = db.contact.Contacts(db.contact.Terrain.flat(-1.0), "rigid", collisions=collisions)
+    ground = db.contact.Contacts(law="rigid", margins={"ball": 0.03})
+    for contacts in (between, ground):
+        simulator = db.Simulator(world.build(), contacts=contacts, time_step=1e-3)
+        assert abs(simulator.step(simulator.model.neutral(), [0.0] * 6)[1]).max() < 1e-12
+    with pytest.raises(ValueError, match="margin"):
+        db.Simulator(world.build(), contacts=db.contact.Contacts(margins={"ball": -0.1}))
+    with pytest.raises(KeyError, match="bal"):
+        db.Simulator(world.build(), contacts=db.contact.Contacts(margins={"bal": 0.1}))
+
+
 def test_contacts_with_collisions_pickle():
     import pickle
 

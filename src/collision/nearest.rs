@@ -12,6 +12,7 @@ use super::search::search;
 use super::segments::nearest_of_segments;
 use super::shape::Shape;
 use super::solid::Solid;
+use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
 /// Finds the nearest features of two shapes; for overlapping shapes those of the shortest translation that separates them.
@@ -87,9 +88,13 @@ pub fn features(
 }
 
 /// The poses about the origin of the first shape: far from the world's no digit is lost.
-fn about_first(X_WA: &Transform<f64>, X_WB: &Transform<f64>) -> [Transform<f64>; 2] {
+pub(super) fn about_first<T: Scalar>(
+    X_WA: &Transform<T>,
+    X_WB: &Transform<T>,
+) -> [Transform<T>; 2] {
+    let zero = Vector3::from_element(T::zero());
     [
-        Transform::new(X_WA.rotation, Vector3::zeros()),
+        Transform::new(X_WA.rotation, zero),
         Transform::new(X_WB.rotation, X_WB.translation - X_WA.translation),
     ]
 }

@@ -15,12 +15,12 @@ use crate::scalar::{MapEach, Scalar};
 use crate::spatial::linear::{cross, dot, scale};
 
 /// Steps over the scalar from the solution: two make derivatives exact to third order.
-const STEPS: usize = 2;
+pub(super) const STEPS: usize = 2;
 /// Steps of what is recorded, whose solution moves away from the seed.
 const RECORDED_STEPS: usize = 8;
 
 /// Part of the distance of the points that the stiffness must be for the normal to have derivatives: below, rounding of the normal times its derivatives would count in those of the distance, which need none.
-const LEAST_STIFFNESS: f64 = 1e-9;
+pub(super) const LEAST_STIFFNESS: f64 = 1e-9;
 
 /// Part that curvatures and reaches have in that distance, of which the stiffness is a difference.
 const CURVED: f64 = 1e-5;
@@ -104,12 +104,27 @@ pub(super) fn newton_step<T: Scalar>(
         let inverse = reciprocal_above(stiffness, (g.abs() + reach * CURVED) * least);
         return scale(&e, dot(&e, &w) * inverse);
     }
+    step_across(n, seed, &w, curvature, least)
+}
+
+/// Change of a normal n, across it, by a step of Newton's method; see [`newton_step`].
+///
+/// * `w` – from the supporting point of the first shape to that of the second
+/// * `curvature` – `(∇²h_A + ∇²h_B + g 1) e` for a direction e across n
+pub(super) fn step_across<T: Scalar>(
+    n: &Vector3<T>,
+    seed: &Vector3<f64>,
+    w: &Vector3<T>,
+    curvature: impl Fn(&Vector3<T>) -> Vector3<T>,
+    least: f64,
+) -> Vector3<T> {
+    let g = dot(n, w);
     let helper = Vector3::ith(seed.iamin(), T::one());
     let x = normalized_or(&cross(n, &helper), T::zero(), &helper);
     let y = cross(n, &x);
     let (kx, ky) = (curvature(&x), curvature(&y));
     let (xx, xy, yy) = (dot(&x, &kx), dot(&x, &ky), dot(&y, &ky));
-    let (fx, fy) = (dot(&x, &w), dot(&y, &w));
+    let (fx, fy) = (dot(&x, w), dot(&y, w));
     let terms = xx.abs() + yy.abs();
     let rounding = terms * (g.abs() + terms * CURVED) * least;
     let inverse = reciprocal_above(xx * yy - xy * xy, rounding);

@@ -16,7 +16,7 @@ use super::turning::TurningFriction;
 use crate::error::{OutOfMemory, UnknownName};
 use crate::memory;
 use crate::model::{FrameId, Generation, Model, Structure};
-use crate::numbers::{EachIn, Numbers, of};
+use crate::numbers::{Domain, EachIn, Numbers, of};
 use crate::scalar::{Cast, Over, Scalar};
 
 /// The contact points of a robot, their contact models, and the terrain.
@@ -207,6 +207,43 @@ impl Contacts<f64> {
         Ok(self)
     }
 
+    /// Sets the height above the ground at which contact of the points of a link begins, m: their depth counts from there. Between bodies it is a property of
+    /// [materials](super::Material::margin).
+    ///
+    /// # Errors
+    /// If the model has no frame of that name.
+    ///
+    /// # Panics
+    /// If the margin is negative or not finite, or the contacts belong to another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, contact::{ContactLaw, Contacts, Rigid, Terrain}};
+    ///
+    /// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf"))?;
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
+    /// let contacts = contacts.with_margin(&model, model.link_names()[0], 0.02)?;
+    /// let simulator = Simulator::new(model).with_contacts(contacts);
+    /// let mut state = simulator.neutral_state();
+    /// state.q[2] = 0.12; // 2 cm above the ground, at rest
+    /// assert!(simulator.step(&state, &[]).v.norm() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_margin(
+        mut self,
+        model: &Model,
+        link: &str,
+        margin: f64,
+    ) -> Result<Self, UnknownName> {
+        self.check(model);
+        let own = model.find_frame(link)?;
+        let phrase = format_args!("the margin {margin} m of link \"{link}\"");
+        Domain::NotNegative.hold(phrase, margin);
+        self.laws.set_margin(margin, on_link(&self.points, own));
+        self.generation = Generation::next();
+        Ok(self)
+    }
+
     /// Collision shapes of the robot that have no points, with the reason.
     pub fn shapes_without_points(&self) -> &[ShapeWithoutPoints] {
         &self.shapes_without_points
@@ -309,7 +346,7 @@ impl<P: Scalar> Contacts<P> {
         self.solver
     }
 
-    /// Sets the materials of the ground and of some links. The contact models of these links take friction, for rigid contact restitution, and for the others
+    /// Sets the materials of the ground and of some links. The contact models of these links take friction, margin, for rigid contact restitution, and for the others
     /// [compliance](super::Compliance), if given, from the pair of materials. Other links keep their contact models.
     ///
     /// * `ground` – the material of the ground
@@ -462,7 +499,7 @@ impl<P: Scalar> Contacts<P> {
         let of_pairs = of_pairs.map(|law| law.lift());
         let laws = PointLaws::new(laws.iter().copied().chain(of_pairs).collect());
         Contacts {
-            laws: laws.with_turning_of(&self.laws),
+            laws: laws.with_rest_of(&self.laws),
             ..self.cast()
         }
     }
@@ -481,6 +518,7 @@ impl<P: Scalar> Contacts<P> {
         let n = self.points.len();
         for i in 0..n {
             (self.laws).each_number_of(i, [ContactPart::Law(i), ContactPart::Turning(i)], each);
+            self.laws.each_margin_of(i, ContactPart::Margin(i), each);
         }
         self.terrain
             .each_number(&mut of(ContactPart::Terrain, each));

@@ -55,13 +55,23 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Contact kinematics of one point of a body.
+    /// Contact kinematics of one point of a body; the depth from its margin on.
     #[inline(always)]
     pub(crate) fn state<T: Over<P>>(
         &self,
         point: usize,
         body: &BodyMotion<'_, T>,
     ) -> PointState<T> {
+        let mut state = self.state_on_ground(point, body);
+        if let Some(margin) = self.point_laws().margin(point) {
+            state.depth += T::from(margin);
+        }
+        state
+    }
+
+    /// [`state`](Self::state) with the depth in the ground itself.
+    #[inline(always)]
+    fn state_on_ground<T: Over<P>>(&self, point: usize, body: &BodyMotion<'_, T>) -> PointState<T> {
         let point = &self.points()[point];
         let BodyMotion { X_WB, V_B, .. } = *body;
         let center = X_WB.point(&point.center.map(Into::into));

@@ -28,7 +28,8 @@ pub struct LinkShape {
     pub shape: Shape,
     /// Groups of shapes that may touch it.
     pub groups: Groups,
-    /// Distance below which it counts as touching, m; the margin of a pair is the sum.
+    /// Distance below which it counts as touching in lists of [pairs](LinkShapes::pairs), m; that of a pair is the sum. Forces begin at the [margin of its
+    /// material](Material::margin).
     pub margin: f64,
     /// Friction, restitution and compliance of its surface against other bodies; `None` for those of the contact model.
     pub material: Option<Material>,
@@ -51,6 +52,8 @@ pub struct LinkShapes {
     pair_materials: Vec<([u32; 2], Material)>,
     relations: Relations,
     structure: Structure,
+    /// Width of the soft minimum over near features, m; 0 for exact distances.
+    pub(super) smoothing: f64,
 }
 
 impl LinkShapes {
@@ -65,6 +68,7 @@ impl LinkShapes {
             pair_materials: Vec::new(),
             relations: Relations::new(model),
             structure: model.structure(),
+            smoothing: 0.0,
         };
         let is_masked = model
             .links()

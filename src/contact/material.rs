@@ -6,7 +6,7 @@ use crate::error::UnknownName;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
 
-/// Friction, restitution and compliance of a surface, or between two surfaces.
+/// Friction, restitution, margin and compliance of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material<P = f64> {
     /// μ, the coefficient of friction (of a material against itself); infinite for no slip. For all contact models.
@@ -14,6 +14,9 @@ pub struct Material<P = f64> {
     /// e in 0..1, the coefficient of restitution (of a material against itself). For [`Rigid`](super::Rigid) only; the restitution of other contact
     /// models follows from their damping.
     pub restitution: P,
+    /// Thickness of a layer around the surface at which contact begins, m: between two surfaces contact begins at a distance of both margins together, and its depth counts
+    /// from there. Nearest points and distances remain those of the shapes. For all contact models.
+    pub margin: P,
     /// Torsional and rolling friction; none by default. For all contact models.
     pub turning: TurningFriction<P>,
     /// How the surface yields; `None` for the parameters of the contact model.
@@ -23,16 +26,18 @@ pub struct Material<P = f64> {
 numbers! { pub struct Material {
     friction: NotNegativeOrInfinite("friction"),
     restitution: WithinOne("restitution"),
+    margin: NotNegative("margin"),
     turning: part(TurningFriction),
     compliance: part(Compliance),
 } }
 
 impl Default for Material {
-    /// μ = ½, as that of contact models; no restitution, no torsional and no rolling friction, and the compliance of the contact model.
+    /// μ = ½, as that of contact models; no restitution, no margin, no torsional and no rolling friction, and the compliance of the contact model.
     fn default() -> Self {
         Self {
             friction: 0.5,
             restitution: 0.0,
+            margin: 0.0,
             turning: TurningFriction::default(),
             compliance: None,
         }
@@ -43,7 +48,8 @@ impl Default for Material {
 ///
 /// For a pair that is not in the table, friction is the harmonic mean of both materials, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake; so is restitution. So two
 /// surfaces of one material have its values, the smaller value dominates, and a frictionless material is frictionless against all others. (`MuJoCo`
-/// uses the larger friction; add such pairs to the table.) [Torsional and rolling friction](TurningFriction) are the larger ones of both.
+/// uses the larger friction; add such pairs to the table.) [Torsional and rolling friction](TurningFriction) are the larger ones of both, the margin is the
+/// sum, as in `MuJoCo`.
 /// [`Compliance`] has its own rule.
 ///
 /// # Examples
@@ -71,12 +77,13 @@ pub struct Materials {
 }
 
 impl<P: Scalar> Material<P> {
-    /// Friction and restitution between two surfaces: harmonic means; torsional and rolling friction: the larger ones; compliance: by its own rule.
+    /// Friction and restitution between two surfaces: harmonic means; torsional and rolling friction: the larger ones; margin: the sum; compliance: by its own rule.
     pub(super) fn between(&self, other: &Self) -> Self {
         Self {
             turning: self.turning.between(&other.turning),
             friction: harmonic_mean(self.friction, other.friction),
             restitution: harmonic_mean(self.restitution, other.restitution),
+            margin: self.margin + other.margin,
             compliance: Compliance::of_both(self.compliance, other.compliance),
         }
     }

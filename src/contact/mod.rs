@@ -40,6 +40,7 @@
 //! | positions, velocities and Jacobians of the points? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
 //! | links in contact, frames at the points, their Jacobians and rates? | [`Contacts::links_in_contact`], [`Contacts::frames`], [`Contacts::frame_jacobians`], [`Contacts::frame_jacobian_derivatives`] | O(points · depth) | |
 //! | distance of two links, nearest points, gradient? | [`nearest`], [`LinkShapes::nearest_into`] | O(shapes²) of the two links | [Gilbert, Johnson, Keerthi 1988] |
+//! | distances that are smooth where nearest features switch? | [`LinkShapes::with_smoothing`] | some steps of Newton's method | |
 //! | which links can touch each other? | [`LinkShapes::pairs`], [`LinkShapes::touching`], [`LinkShapes::exclude`] | O(n log n) | |
 //! | what happens at a contact point, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
@@ -68,6 +69,7 @@ mod rolling;
 mod shape_pairs;
 mod shapes;
 mod smoothing;
+mod soft_distance;
 mod solver_options;
 mod step;
 mod terrain;

@@ -19,9 +19,10 @@ use crate::spatial::Transform;
 /// The nearest points of two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {
-    /// Distance, m. If the links overlap, the negative length of the shortest translation that separates the two nearest shapes.
+    /// Distance, m. If the links overlap, the negative length of the shortest translation that separates the two nearest shapes. With
+    /// [smoothing](LinkShapes::with_smoothing), the soft minimum over near features.
     pub distance: f64,
-    /// Nearest points in the world, m, first that of the first link.
+    /// Nearest points in the world, m, first that of the first link. With smoothing, of the nearest two shapes, rounded.
     pub points: [Vector3<f64>; 2],
     /// Unit normal from the first link to the second, in the world.
     pub normal: Vector3<f64>,
@@ -44,6 +45,12 @@ impl Nearest {
             shapes: [0; 2],
             feature: None,
         }
+    }
+
+    /// Takes over shapes, points and normal.
+    pub(super) fn take(&mut self, shapes: [usize; 2], feature: PairFeature, found: &Witness<f64>) {
+        (self.points, self.normal) = (found.points, found.normal);
+        (self.shapes, self.feature) = (shapes, Some(feature));
     }
 }
 
@@ -162,7 +169,8 @@ impl LinkShapes {
     /// shapes, two half-spaces, a coordinate that is not finite.
     ///
     /// The distance is that of the nearest pair of shapes of both links; of equally near pairs the first. Its gradient is ∂d/∂q = n · (J₂ − J₁) with
-    /// the Jacobians of the links at the two points. Where features switch, it is the gradient of one side.
+    /// the Jacobians of the links at the two points. Where features switch, it is the gradient of one side; with
+    /// [smoothing](Self::with_smoothing) it is continuous.
     ///
     /// * `links` – frames of the links, see [`Model::find_frame`]
     ///
@@ -186,9 +194,13 @@ impl LinkShapes {
         else {
             return false;
         };
-        (out.distance, out.points, out.normal) = (found.distance, found.points, found.normal);
-        (out.shapes, out.feature) = (shapes, Some(feature));
-        self.add_gradient(model, kinematics, out);
+        if self.smoothing > 0.0 {
+            self.smooth_into(model, kinematics, links, found.distance, out);
+            return true;
+        }
+        out.distance = found.distance;
+        out.take(shapes, feature, &found);
+        self.add_gradient(model, kinematics, (shapes, &found), 1.0, &mut out.gradient);
         true
     }
 
@@ -198,24 +210,35 @@ impl LinkShapes {
         links: [FrameId; 2],
         pose: impl Fn(&LinkShape) -> Transform<f64>,
     ) -> Option<([usize; 2], PairFeature, Witness<f64>)> {
+        let mut nearest: Option<([usize; 2], PairFeature, Witness<f64>)> = None;
+        self.each_distance(links, pose, |shapes, feature, found| {
+            let least = nearest.map_or(f64::INFINITY, |(_, _, near)| near.distance);
+            if found.distance < least {
+                nearest = Some((shapes, feature, found));
+            }
+        });
+        nearest
+    }
+
+    /// Passes each pair of shapes of two links, with their nearest features, to `each`.
+    pub(super) fn each_distance(
+        &self,
+        links: [FrameId; 2],
+        pose: impl Fn(&LinkShape) -> Transform<f64>,
+        mut each: impl FnMut([usize; 2], PairFeature, Witness<f64>),
+    ) {
         let of = |link: FrameId| {
             let shapes = self.shapes().iter().enumerate();
             shapes.filter(move |(_, shape)| shape.link == link)
         };
-        let mut nearest: Option<([usize; 2], PairFeature, Witness<f64>)> = None;
         for (i, a) in of(links[0]) {
             let X_WA = pose(a);
             for (j, b) in of(links[1]) {
-                let Some((feature, found)) = nearest_of_shapes(a, &X_WA, b, &pose(b)) else {
-                    continue;
-                };
-                let least = nearest.map_or(f64::INFINITY, |(_, _, near)| near.distance);
-                if found.distance < least {
-                    nearest = Some(([i, j], feature, found));
+                if let Some((feature, found)) = nearest_of_shapes(a, &X_WA, b, &pose(b)) {
+                    each([i, j], feature, found);
                 }
             }
         }
-        nearest
     }
 
     /// The distance of two links over the scalar, by the features that are nearest on plain values; `None` where there is none.
@@ -226,28 +249,33 @@ impl LinkShapes {
         links: [FrameId; 2],
     ) -> Option<T> {
         let plain = |own: &LinkShape| plain_pose(&kinematics.pose(own.body), 0) * own.placement;
-        let (shapes, feature, _) = self.nearest_shapes(links, plain)?;
+        let (shapes, feature, found) = self.nearest_shapes(links, plain)?;
+        if self.smoothing > 0.0 {
+            return Some(self.soft_distance(kinematics, links, found.distance));
+        }
         let [a, b] = shapes.map_each(|k| &self.shapes()[k]);
         let [X_WA, X_WB] = [a, b].map_each(|own| kinematics.pose(own.body) * own.placement.lift());
         Some(witness(&feature, &a.shape, &X_WA, &b.shape, &X_WB).distance)
     }
 
-    /// ∂d/∂q = n · (J₂ − J₁), with the points as those of the bodies.
-    fn add_gradient(&self, model: &Model, kinematics: &Kinematics<f64>, out: &mut Nearest) {
-        let normal = out.normal;
-        for (shape, point, sign) in [
-            (out.shapes[0], out.points[0], -1.0),
-            (out.shapes[1], out.points[1], 1.0),
-        ] {
-            let body = self.shapes()[shape].body;
-            let in_body = kinematics.pose(body).inverse().point(&point);
+    /// Adds ∂d/∂q = n · (J₂ − J₁), with the points as those of the bodies, times a share.
+    pub(super) fn add_gradient(
+        &self,
+        model: &Model,
+        kinematics: &Kinematics<f64>,
+        (shapes, found): ([usize; 2], &Witness<f64>),
+        share: f64,
+        gradient: &mut DVector<f64>,
+    ) {
+        for ((shape, point), sign) in shapes.iter().zip(&found.points).zip([-share, share]) {
+            let body = self.shapes()[*shape].body;
+            let in_body = kinematics.pose(body).inverse().point(point);
             let point = BodyPoint {
                 body,
                 in_body: &in_body,
             };
-            let gradient = &mut out.gradient;
             each_jacobian_column(model, kinematics, point, |k, velocity| {
-                gradient[k] += sign * normal.dot(&velocity);
+                gradient[k] += sign * found.normal.dot(&velocity);
             });
         }
     }

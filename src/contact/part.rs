@@ -7,6 +7,8 @@ pub(crate) enum ContactPart {
     Law(usize),
     /// Torsional and rolling friction of a point.
     Turning(usize),
+    /// Margin of a point.
+    Margin(usize),
     Terrain,
     Shape(usize),
     Material(MaterialOf, MaterialPart),
@@ -25,7 +27,7 @@ pub(crate) enum MaterialOf {
 /// Numbers of a material, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MaterialPart {
-    /// With restitution.
+    /// With restitution and margin.
     Friction,
     Turning,
     Compliance,

@@ -3,18 +3,24 @@
 use super::laws::{ContactLaw, LawKind};
 use super::material::Material;
 use super::turning::TurningFriction;
-use crate::numbers::{EachIn, Numbers, numbers, of};
+use crate::numbers::{Domain, EachIn, Number, Numbers, numbers, of};
 use crate::scalar::{Over, Scalar};
 
-/// Contact models of points, one for each point, all of one kind, with their torsional and rolling friction.
+/// Contact models of points, one for each point, all of one kind, with their torsional and rolling friction and their margins.
 #[derive(Clone, Debug)]
 pub(super) struct PointLaws<P> {
     laws: Vec<ContactLaw<P>>,
     /// One for each point, or none at all.
     turning: Vec<TurningFriction<P>>,
+    /// Heights of the points above the ground at which contact begins, m; one for each point, or none at all.
+    margins: Vec<P>,
 }
 
-numbers! { struct PointLaws { laws: part(ContactLaw), turning: part(TurningFriction) } }
+numbers! { struct PointLaws {
+    laws: part(ContactLaw),
+    turning: part(TurningFriction),
+    margins: hidden(),
+} }
 
 impl<P: Scalar> PointLaws<P> {
     /// Repeats a law, which has been checked, for so many points.
@@ -22,6 +28,7 @@ impl<P: Scalar> PointLaws<P> {
         Self {
             laws: vec![law; points],
             turning: Vec::new(),
+            margins: Vec::new(),
         }
     }
 
@@ -31,17 +38,19 @@ impl<P: Scalar> PointLaws<P> {
         let mut out = Self {
             laws: Vec::with_capacity(laws.len()),
             turning: Vec::new(),
+            margins: Vec::new(),
         };
         laws.into_iter().for_each(|law| out.push(law));
         out
     }
 
-    /// Takes torsional and rolling friction from the laws of as many points.
-    pub(super) fn with_turning_of<Q: Scalar>(mut self, other: &PointLaws<Q>) -> Self
+    /// Takes torsional and rolling friction and margins from the laws of as many points.
+    pub(super) fn with_rest_of<Q: Scalar>(mut self, other: &PointLaws<Q>) -> Self
     where
         P: Over<Q>,
     {
         self.turning = other.turning.lift();
+        self.margins = other.margins.iter().map(|&own| P::from(own)).collect();
         self
     }
 
@@ -54,6 +63,31 @@ impl<P: Scalar> PointLaws<P> {
     /// Whether some points may have torsional or rolling friction.
     pub(super) fn have_turning(&self) -> bool {
         !self.turning.is_empty()
+    }
+
+    /// Height above the ground at which contact of a point begins, m; `None` where no point has one.
+    #[inline]
+    pub(super) fn margin(&self, point: usize) -> Option<P> {
+        self.margins.get(point).copied()
+    }
+
+    /// Whether some points may have a margin.
+    pub(super) fn have_margins(&self) -> bool {
+        !self.margins.is_empty()
+    }
+
+    /// Sets the margin of some points.
+    pub(super) fn set_margin(&mut self, margin: P, is_chosen: impl Fn(usize) -> bool) {
+        let is_none = margin.has_value() && (0..P::LANES).all(|lane| margin.value(lane) == 0.0);
+        if self.margins.is_empty() && is_none {
+            return;
+        }
+        self.margins.resize(self.laws.len(), P::zero());
+        for (point, own) in self.margins.iter_mut().enumerate() {
+            if is_chosen(point) {
+                *own = margin;
+            }
+        }
     }
 
     /// Sets torsional and rolling friction of some points.
@@ -71,6 +105,19 @@ impl<P: Scalar> PointLaws<P> {
             if is_chosen(point) {
                 *own = turning;
             }
+        }
+    }
+
+    /// Passes the margin of a point, where points have some, to `each`.
+    pub(super) fn each_margin_of<G: Copy>(
+        &mut self,
+        point: usize,
+        group: G,
+        each: &mut EachIn<'_, G, P>,
+    ) {
+        if let Some(own) = self.margins.get_mut(point) {
+            let name = "margin";
+            each(group, Number::new(&name, &name, Domain::NotNegative), own);
         }
     }
 
@@ -107,12 +154,16 @@ impl<P: Scalar> PointLaws<P> {
         if !self.turning.is_empty() {
             self.turning.insert(at, TurningFriction::none());
         }
+        if !self.margins.is_empty() {
+            self.margins.insert(at, P::zero());
+        }
     }
 
     /// Keeps so many first ones.
     pub(super) fn truncate(&mut self, count: usize) {
         self.laws.truncate(count);
         self.turning.truncate(count);
+        self.margins.truncate(count);
     }
 
     /// Replaces the laws of some points.
@@ -149,7 +200,8 @@ impl<P: Scalar> PointLaws<P> {
                 law.set_material(pair);
             }
         });
-        self.set_turning(pair.turning, is_chosen);
+        self.set_turning(pair.turning, &is_chosen);
+        self.set_margin(pair.margin, is_chosen);
     }
 
     /// Keeps the laws of the points that are marked, and all after these.
@@ -158,9 +210,10 @@ impl<P: Scalar> PointLaws<P> {
             let mut own = kept.iter();
             move || own.next() != Some(&false)
         };
-        let (mut law, mut turning) = (keeps(), keeps());
+        let [mut law, mut turning, mut margin] = [keeps(), keeps(), keeps()];
         self.laws.retain(|_| law());
         self.turning.retain(|_| turning());
+        self.margins.retain(|_| margin());
     }
 
     /// Common properties; `None` without points.

@@ -18,7 +18,7 @@ pub struct PointState<T> {
     pub velocity: Vector3<T>,
     /// Outward unit normal of the ground there, in the world.
     pub normal: Vector3<T>,
-    /// Depth of the point below the ground, along the normal, m; negative above.
+    /// Depth of the point below the ground, along the normal, m; negative above. With a [margin](crate::contact::Contacts::with_margin), below that height.
     pub depth: T,
     /// Position in its body, m.
     pub in_body: Vector3<T>,

@@ -18,7 +18,7 @@ use crate::spatial::Transform;
 /// The most sizes that a shape has.
 pub(crate) const SHAPE_NUMBERS: usize = <Shape as Numbers<f64>>::COUNT;
 
-/// Numbers of a material before torsional and rolling friction, after which come those of its compliance.
+/// Numbers of a material before torsional and rolling friction, of which the last is the margin; after them come those of its compliance.
 pub(crate) const MATERIAL_NUMBERS: usize =
     <Material as Numbers<f64>>::COUNT - TURNING_NUMBERS - COMPLIANCE_NUMBERS;
 
@@ -58,8 +58,16 @@ pub(super) struct ShapePairs<P> {
     touchable: Arc<[u32]>,
     /// Whether features that would arrive within a step are met, by a law that else meets overlap only.
     pub(super) speculative: bool,
-    /// Whether some pairs may have torsional or rolling friction.
-    pub(super) has_turning: bool,
+    /// Properties that some materials have.
+    pub(super) has: MaterialParts,
+}
+
+/// Properties that some materials may have: of others they are no parameters.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct MaterialParts {
+    /// Torsional or rolling friction.
+    pub(super) turning: bool,
+    pub(super) margin: bool,
 }
 
 /// The triangles of surfaces, the last of all shapes, in a tree of boxes.
@@ -69,6 +77,8 @@ pub(super) struct SurfaceTree {
     pub(super) first: usize,
     /// The boxes about the triangles, with their own margins.
     pub(super) tree: BroadPhase,
+    /// The largest margin of their materials, m.
+    margin: f64,
 }
 
 impl SurfaceTree {
@@ -78,9 +88,11 @@ impl SurfaceTree {
         let first = first.unwrap_or(shapes.len());
         let triangles = shapes[first..].iter();
         let bounds = triangles.map(|own| Bounds::of(&own.shape, &own.placement, own.margin));
+        let materials = shapes[first..].iter().filter_map(|own| own.material);
         Self {
             first,
             tree: BroadPhase::of_fixed(&bounds.collect::<Vec<_>>()),
+            margin: materials.map(|own| own.margin).fold(0.0, f64::max),
         }
     }
 }
@@ -110,8 +122,11 @@ impl ShapePairs<f64> {
     ) -> Self {
         let given: Vec<Material> = plain.pair_materials().map(|(_, own)| *own).collect();
         let materials = plain.shapes().iter().filter_map(|own| own.material);
-        let mut materials = materials.chain(given.iter().copied());
-        let has_turning = turning.acts() || materials.any(|own| own.turning.acts());
+        let materials = materials.chain(given.iter().copied());
+        let has = MaterialParts {
+            turning: turning.acts() || materials.clone().any(|own| own.turning.acts()),
+            margin: materials.clone().any(|own| own.margin > 0.0),
+        };
         let shapes = plain.shapes().iter().map(|own| BodyShape {
             X_BS: own.placement,
             shape: own.shape.clone(),
@@ -125,7 +140,7 @@ impl ShapePairs<f64> {
             plain: Some(Arc::new(plain)),
             self_collision,
             speculative,
-            has_turning,
+            has,
         }
     }
 }
@@ -141,7 +156,7 @@ impl<P: Scalar> ShapePairs<P> {
             self_collision: false,
             touchable: Arc::default(),
             speculative: false,
-            has_turning: false,
+            has: MaterialParts::default(),
         }
     }
 
@@ -159,7 +174,7 @@ impl<P: Scalar> ShapePairs<P> {
             self_collision: self.self_collision,
             touchable: self.touchable.clone(),
             speculative: self.speculative,
-            has_turning: self.has_turning,
+            has: self.has,
         }
     }
 
@@ -171,7 +186,7 @@ impl<P: Scalar> ShapePairs<P> {
                 continue;
             }
             if let Some(own) = &mut own.material {
-                each_of_material(own, MaterialOf::Shape(k), self.has_turning, each);
+                each_of_material(own, MaterialOf::Shape(k), self.has, each);
             }
         }
     }
@@ -179,8 +194,34 @@ impl<P: Scalar> ShapePairs<P> {
     /// Passes each parameter of the materials of pairs to `each`.
     pub(super) fn each_given_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
         for (k, own) in self.given.iter_mut().enumerate() {
-            each_of_material(own, MaterialOf::Pair(k), self.has_turning, each);
+            each_of_material(own, MaterialOf::Pair(k), self.has, each);
         }
+    }
+
+    /// Part of the margin of a pair that a shape has, or more, m: its own, and half the largest of pairs whose material is given.
+    ///
+    /// * `value` – the value of a number in a lane
+    pub(super) fn margin_of(&self, shape: usize, value: impl Fn(P) -> f64) -> f64 {
+        if !self.has.margin {
+            return 0.0;
+        }
+        let own = self.shapes[shape].material;
+        let own = own.map_or(0.0, |own| value(own.margin));
+        own.max(self.half_of_given(value))
+    }
+
+    /// The largest [`margin_of`](Self::margin_of) a triangle.
+    pub(super) fn margin_of_triangles(&self, value: impl Fn(P) -> f64) -> f64 {
+        self.surfaces.margin.max(self.half_of_given(value))
+    }
+
+    /// Half the largest margin of pairs whose material is given, m.
+    fn half_of_given(&self, value: impl Fn(P) -> f64) -> f64 {
+        if !self.has.margin {
+            return 0.0;
+        }
+        let given = self.given.iter().map(|own| 0.5 * value(own.margin));
+        given.fold(0.0, f64::max)
     }
 
     /// The place of the given material of a pair of shapes; `None` where theirs are mixed.
@@ -206,11 +247,11 @@ impl<P: Scalar> ShapePairs<P> {
     }
 }
 
-/// Passes each parameter of a material to `each`; torsional and rolling friction only where some act.
+/// Passes each parameter of a material to `each`; margin, torsional and rolling friction only where some materials have them.
 fn each_of_material<P: Scalar>(
     material: &mut Material<P>,
     of: MaterialOf,
-    has_turning: bool,
+    has: MaterialParts,
     each: &mut EachIn<'_, ContactPart, P>,
 ) {
     let mut place = 0_usize;
@@ -221,7 +262,11 @@ fn each_of_material<P: Scalar>(
             Some(_) => MaterialPart::Compliance,
         };
         place += 1;
-        if has_turning || part != MaterialPart::Turning {
+        let is_some = match part {
+            MaterialPart::Turning => has.turning,
+            _ => has.margin || place != MATERIAL_NUMBERS,
+        };
+        if is_some {
             each(ContactPart::Material(of, part), number, x);
         }
     });

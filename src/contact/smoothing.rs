@@ -22,6 +22,11 @@ use crate::numbers::Domain;
 /// [`RelaxedRigid`](super::RelaxedRigid) only. A step costs more than with exact contact, because every point within reach takes part and the solver
 /// follows the central path. Joint limits are not smoothed.
 ///
+/// # Switches of vertices
+/// Where the nearest corner switches, as under a box that rocks, forces and derivatives are continuous: with the ground each corner has its own force, and
+/// between bodies each point of flat parts that are within 0.05 rad of parallel. Farther tilted, only the nearest point between bodies has one; there, and where the normal
+/// switches to that of another face or edge, forces jump. Distances for planning have a width of their own: [`LinkShapes::with_smoothing`](super::LinkShapes::with_smoothing).
+///
 /// # References
 /// [Howell et al. 2022]; the barrier is that of interior-point methods.
 ///

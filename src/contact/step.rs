@@ -4,6 +4,7 @@ use super::activation::ActivationMargin;
 use super::contacts::Contacts;
 use super::laws::{ContactLaw, ContactRow, LawKind, PointKinematics, ROWS};
 use super::moments::Turning;
+use super::shape_pairs::TURNING_NUMBERS;
 use super::turning::TurningFriction;
 use crate::cone::Law;
 use crate::scalar::{MapEach, Over, Scalar};
@@ -54,19 +55,35 @@ impl<P: Scalar> Contacts<P> {
 
     /// Torsional and rolling friction of a pair of shapes; `None` without.
     pub(crate) fn turning_between(&self, shapes: [usize; 2]) -> Option<TurningFriction<P>> {
-        let some = self.shape_pairs().has_turning;
+        let some = self.shape_pairs().has.turning;
         some.then(|| self.pair_turning(shapes))
             .filter(TurningFriction::acts)
     }
 
+    /// Numbers of parameters of each point after those of its law: torsional and rolling friction, margin.
+    pub(crate) fn counts_beside_law(&self) -> [usize; 2] {
+        let laws = self.point_laws();
+        let turning = if laws.have_turning() {
+            TURNING_NUMBERS
+        } else {
+            0
+        };
+        [turning, usize::from(laws.have_margins())]
+    }
+
+    /// Height above the ground at which contact of a point begins, m.
+    pub(crate) fn margin(&self, point: usize) -> P {
+        self.point_laws().margin(point).unwrap_or_else(P::zero)
+    }
+
     /// Whether some points may have torsional or rolling friction.
     pub(crate) fn have_turning(&self) -> bool {
-        self.point_laws().have_turning() || self.shape_pairs().has_turning
+        self.point_laws().have_turning() || self.shape_pairs().has.turning
     }
 
     /// Whether some points between bodies may have torsional or rolling friction.
     pub(crate) fn have_turning_between(&self) -> bool {
-        self.shape_pairs().has_turning
+        self.shape_pairs().has.turning
     }
 
     /// The most rows of a point.

@@ -18,11 +18,11 @@ pub enum SimulatorParameterGroup {
     Constraint(usize),
     /// A contact point, in the order of [`Contacts::points`](crate::contact::Contacts::points).
     ContactPoint(usize),
-    /// The contact model of a contact point, then its torsional and rolling friction, if points have some.
+    /// The contact model of a contact point, then its torsional and rolling friction and its margin, if points have some.
     ContactLaw(usize),
     /// The ground.
     Terrain,
-    /// The sizes of a collision shape that can touch others, then friction and restitution of its material, if set, torsional and rolling friction, if
+    /// The sizes of a collision shape that can touch others, then friction, restitution and (if materials have some) margin of its material, if set, torsional and rolling friction, if
     /// shapes have some, and the compliance of the material, if set.
     CollisionShape(usize),
     /// The material of a pair of links, as that of a shape.

@@ -135,7 +135,9 @@ impl<P: Scalar> Simulator<P> {
             contacts.each_number(&mut |part, own, x| {
                 let group = match part {
                     ContactPart::Point(i) => Group::ContactPoint(i),
-                    ContactPart::Law(i) | ContactPart::Turning(i) => Group::ContactLaw(i),
+                    ContactPart::Law(i) | ContactPart::Turning(i) | ContactPart::Margin(i) => {
+                        Group::ContactLaw(i)
+                    }
                     ContactPart::Terrain => Group::Terrain,
                     ContactPart::Shape(k) | ContactPart::Material(MaterialOf::Shape(k), _) => {
                         Group::CollisionShape(k)

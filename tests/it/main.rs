@@ -26,6 +26,7 @@ mod cone_lanes;
 mod constraints;
 mod contact;
 mod contact_frames;
+mod contact_margin;
 mod contact_reasons;
 mod control;
 mod conventions;
@@ -105,6 +106,7 @@ mod sensors;
 mod servos;
 mod simulation;
 mod sleep;
+mod smooth_distances;
 mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;

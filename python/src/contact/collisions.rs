@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::law::law_of;
-use crate::errors::{OrRaise, type_error, value_error};
+use crate::errors::{OrRaise, guarded, type_error, value_error};
 use crate::kinds::{check_kind, fields};
 use crate::model::{PyModel, is_text};
 use crate::python::functions;
@@ -84,6 +84,7 @@ fn material(value: &Bound<'_, PyAny>, model: &Model) -> PyResult<Material> {
     Ok(fields!(value => Material {
         friction,
         restitution,
+        margin,
         turning: turning(value)?,
         compliance: compliance(&value.getattr("compliance")?, model)?,
     }))
@@ -133,6 +134,23 @@ pub(super) fn with_turning(
                 .with_turning_friction(model, &link, turning)
                 .or_raise()
         })
+}
+
+/// Margins of the points of links over the ground, m.
+pub(super) fn with_margins(
+    contacts: Contacts,
+    model: &Model,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Contacts> {
+    let margins: Vec<(String, f64)> = {
+        let all = value.getattr("margins")?;
+        let all = all.cast::<PyDict>()?.iter();
+        all.map(|(link, own)| Ok((link.extract()?, own.extract()?)))
+            .collect::<PyResult<_>>()?
+    };
+    margins.iter().try_fold(contacts, |contacts, (link, margin)| {
+        guarded(|| contacts.with_margin(model, link, *margin))?.or_raise()
+    })
 }
 
 fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {

@@ -6,7 +6,7 @@ use dualbody::contact::{LinkShapes, NearestError};
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, argument, in_rows, numbers_mut, room};
-use crate::errors::{OrRaise, Raise, value_error};
+use crate::errors::{OrRaise, Raise, guarded, value_error};
 use crate::model::PyModel;
 use crate::python::functions;
 use crate::scratch::with_kept;
@@ -29,11 +29,20 @@ impl Raise for NearestError {
 /// Results of `_nearest`, one array each.
 type Arrays<'py> = [Array<'py>; 4];
 
+/// Shapes of a model with a width of smoothing, m.
+fn smoothed(own: &PyModel, smoothing: f64) -> PyResult<Arc<LinkShapes>> {
+    let shapes = shapes_of(own);
+    if smoothing == 0.0 {
+        return Ok(shapes);
+    }
+    guarded(|| Arc::new(LinkShapes::clone(&shapes).with_smoothing(smoothing)))
+}
+
 functions! {
     /// Distance, points (2, 3), normal (3,) and gradient (nv,) of two links, by the nearest of their collision shapes; with the axes of a batch first.
-    fn _nearest(model: &Bound<'py, PyModel>, q, first: &str, second: &str) -> PyResult<Arrays<'py>> {
+    fn _nearest(model: &Bound<'py, PyModel>, q, first: &str, second: &str, smoothing: f64) -> PyResult<Arrays<'py>> {
         let (py, own) = (model.py(), model.get());
-        let (m, shapes) = (&*own.model, shapes_of(own));
+        let (m, shapes) = (&*own.model, smoothed(own, smoothing)?);
         let q = Rows::read(&argument("q", q, &[m.nq()]))?;
         let tails: [&[usize]; 4] = [&[], &[2, 3], &[3], &[m.nv()]];
         let arrays = tails.map(|tail| room(py, &[q.batch(), tail].concat()));

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::collisions::{with_collisions, with_turning};
+use super::collisions::{with_collisions, with_margins, with_turning};
 use super::law::law_of;
 use super::terrain::terrain_of;
 use crate::counts::whole_of;
@@ -89,6 +89,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         contacts = contacts.with_law(model, &link, law).or_raise()?;
     }
     contacts = with_turning(contacts, model, value)?;
+    contacts = with_margins(contacts, model, value)?;
     contacts = with_collisions(contacts, model, value)?;
     let smoothing = value.getattr("smoothing")?;
     if !smoothing.is_none() {

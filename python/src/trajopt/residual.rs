@@ -139,7 +139,9 @@ fn with_robot_residual<U: Use>(
         "LinkDistances" => {
             let pairs: Vec<(String, String)> = value.getattr("pairs")?.extract()?;
             let pairs: Vec<[&str; 2]> = pairs.iter().map(|(a, b)| [a.as_str(), b]).collect();
-            let distances = LinkDistances::new(model, LinkShapes::new(model), &pairs);
+            let width: f64 = value.getattr("smoothing")?.extract()?;
+            let shapes = guarded(|| LinkShapes::new(model).with_smoothing(width))?;
+            let distances = LinkDistances::new(model, shapes, &pairs);
             let samples: usize = whole_of(value, "samples_between")?;
             // A row of a Jacobian for each, at each stage.
             check_trajectories(1, samples.saturating_add(1), pairs.len() * (model.nv() + 1))?;

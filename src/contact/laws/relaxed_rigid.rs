@@ -140,6 +140,7 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         Material {
             friction: self.friction,
             restitution: P::zero(),
+            margin: P::zero(),
             turning: TurningFriction::none(),
             compliance: None,
         }

@@ -143,6 +143,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         Material {
             friction: self.friction,
             restitution: self.restitution,
+            margin: P::zero(),
             turning: TurningFriction::none(),
             compliance: None,
         }

@@ -167,6 +167,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         Material {
             friction: self.friction,
             restitution: P::zero(),
+            margin: P::zero(),
             turning: TurningFriction::none(),
             compliance: None,
         }

@@ -74,7 +74,7 @@ impl CollisionOptions {
     }
 
     /// Sets the material of the shapes of a link. Friction and restitution between two links are harmonic means, 2 μ₁ μ₂ / (μ₁ + μ₂), as in
-    /// [`Materials`](crate::contact::Materials); torsional and rolling friction are the larger ones of both; [`Compliance`](crate::contact::Compliance) has its own
+    /// [`Materials`](crate::contact::Materials); torsional and rolling friction are the larger ones of both; margins are summed; [`Compliance`](crate::contact::Compliance) has its own
     /// rule. They are parameters of the simulator.
     ///
     /// # Examples

@@ -97,8 +97,9 @@ impl PairFinder {
             };
             self.place(pairs, plain, kinematics, &margin, lane);
             let still = margin.half_height(0.0);
-            fits &= self.find_near(pairs, plain, among, still);
-            self.find_in_lane(pairs, plain, still, lane, out);
+            let value = |x: P| T::from(x).value(lane);
+            fits &= self.find_near(pairs, plain, among, still + pairs.margin_of_triangles(value));
+            self.find_in_lane(pairs, plain, (still, value), lane, out);
         }
         if T::LANES > 1 {
             out.sort_by_key(|point| point.shapes);
@@ -117,7 +118,7 @@ impl PairFinder {
         self.shapes.clear();
         self.bounds.clear();
         let solids = &plain.shapes()[..pairs.surfaces.first];
-        for (own, sized) in solids.iter().zip(&pairs.shapes) {
+        for (k, (own, sized)) in solids.iter().zip(&pairs.shapes).enumerate() {
             // Sizes are parameters: those of now count.
             let shape: Shape = sized.shape.map_numbers(&mut |x| T::from(x).value(lane));
             let X_WB = plain_pose(&kinematics.pose(own.body), lane);
@@ -130,6 +131,7 @@ impl PairFinder {
                 0.0
             };
             let margin = margin.half_height(speed).max(own.margin);
+            let margin = margin + pairs.margin_of(k, |x| T::from(x).value(lane));
             self.bounds.push(Bounds::of(&shape, &X_WS, margin));
             self.shapes.push(PlacedShape {
                 shape,
@@ -185,7 +187,7 @@ impl PairFinder {
         &mut self,
         pairs: &ShapePairs<P>,
         plain: &LinkShapes,
-        still: f64,
+        (still, value): (f64, impl Fn(P) -> f64 + Copy),
         lane: usize,
         out: &mut Vec<PairPoint>,
     ) {
@@ -200,7 +202,7 @@ impl PairFinder {
             let triangle = triangle.map(|own| PlacedShape {
                 shape: own.shape.clone(),
                 X_WS: own.placement,
-                margin: still.max(own.margin),
+                margin: still.max(own.margin) + pairs.margin_of(shapes[1], value),
             });
             let a = &self.shapes[shapes[0]];
             let b = triangle.as_ref().unwrap_or_else(|| &self.shapes[shapes[1]]);

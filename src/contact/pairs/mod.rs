@@ -100,7 +100,7 @@ impl<P: Scalar> Contacts<P> {
         own.filter(|own| self.material_counts(*own)[0] > 0)
     }
 
-    /// Numbers of parameters of a material: friction with restitution, torsional and rolling friction, compliance.
+    /// Numbers of parameters of a material: friction with restitution and margin, torsional and rolling friction, compliance.
     pub(crate) fn material_counts(&self, of: MaterialOf) -> [usize; 3] {
         let pairs = self.shape_pairs();
         let material = match of {
@@ -113,12 +113,13 @@ impl<P: Scalar> Contacts<P> {
         material.map_or([0; 3], |own| {
             let mut compliance = 0;
             (own.compliance.clone()).each_number(&mut |_, _| compliance += 1);
-            let turning = if pairs.has_turning {
+            let turning = if pairs.has.turning {
                 TURNING_NUMBERS
             } else {
                 0
             };
-            [MATERIAL_NUMBERS, turning, compliance]
+            let without = usize::from(!pairs.has.margin);
+            [MATERIAL_NUMBERS - without, turning, compliance]
         })
     }
 
@@ -205,13 +206,12 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let shapes = point
-            .shapes
-            .map_each(|shape| &self.shape_pairs().shapes[shape]);
-        state_of_shapes(&point.feature, shapes, X, V)
+        let shapes = point.shapes.map_each(|shape| &self.shape_pairs().shapes[shape]);
+        let state = state_of_shapes(&point.feature, shapes, X, V);
+        self.with_margin_of(state, point, shapes)
     }
 
-    /// [`pair_state`](Self::pair_state) with derivatives in the sizes of one of both shapes alone, where numbers have them.
+    /// [`pair_state`](Self::pair_state) with derivatives in sizes and material of one of both shapes alone, where numbers have them.
     pub(crate) fn pair_state_by_sizes<T: Over<P>>(
         &self,
         point: &PairPoint,
@@ -220,7 +220,24 @@ impl<P: Scalar> Contacts<P> {
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
         let [a, b] = self.in_one(point.shapes, side);
-        state_of_shapes(&point.feature, [&a, &b], X, V)
+        let state = state_of_shapes(&point.feature, [&a, &b], X, V);
+        self.with_margin_of(state, point, [&a, &b])
+    }
+
+    /// The depth of a point from the margin of its pair on.
+    fn with_margin_of<T: Over<P>>(
+        &self,
+        mut state: PairState<T>,
+        point: &PairPoint,
+        shapes: [&BodyShape<P>; 2],
+    ) -> PairState<T> {
+        if self.shape_pairs().has.margin {
+            let given = self.given_material(point.shapes);
+            let margin = |own: &BodyShape<P>| own.material.map_or(P::zero(), |own| own.margin);
+            let of_both = || margin(shapes[0]) + margin(shapes[1]);
+            state.point.depth += T::from(given.map_or_else(of_both, |own| own.margin));
+        }
+        state
     }
 }
 

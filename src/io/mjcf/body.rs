@@ -59,8 +59,8 @@ pub(super) struct Bodies {
     pub(super) heights: Option<HeightField>,
     /// Other planes and height fields on the world.
     pub(super) scenery: Vec<(Scenery, MjcfGeom)>,
-    /// The first geoms of which something is [not modelled](Self::note_unmodelled), and how many there are.
-    pub(super) unmodelled: [Option<(SourcePlace, usize)>; 2],
+    /// The first geom of which something is [not modelled](Self::note_unmodelled), and how many there are.
+    pub(super) unmodelled: Option<(SourcePlace, usize)>,
 }
 
 /// Reads the bodies of a description.
@@ -74,7 +74,7 @@ pub(super) fn read<'t, 'c>(
         ground: None,
         heights: None,
         scenery: Vec::new(),
-        unmodelled: [const { None }; 2],
+        unmodelled: None,
     };
     let root = sources[0].root;
     bodies.entries.push(BodyEntry::new(
@@ -236,13 +236,9 @@ impl Bodies {
         geom.contact.name = part.name();
         let contact = &geom.contact;
         let differs = |first: Option<&MjcfGeom>| first.is_some_and(|own| !own.is_like(contact));
-        let has = [
-            contact.margin > contact.gap,
-            differs(self.entries[index].contacts.first()),
-        ];
-        let has = has.map_each(|is| is && geom.touches());
-        for (slot, _) in self.unmodelled.iter_mut().zip(has).filter(|(_, has)| *has) {
-            slot.get_or_insert_with(|| (part.node.place(), 0)).1 += 1;
+        if differs(self.entries[index].contacts.first()) && geom.touches() {
+            let first = || (part.node.place(), 0);
+            self.unmodelled.get_or_insert_with(first).1 += 1;
         }
         self.shape(&geom, part.X * geom.X, index, &part.node.place(), context);
         Ok(geom)
@@ -367,18 +363,13 @@ impl Bodies {
 
     /// Remarks on what no contact here has.
     pub(super) fn note_unmodelled(&self, context: &mut Context<'_>) {
-        let reasons = [
-            "margin: contact begins where shapes touch",
-            "friction, solref, solimp: all geoms of a link touch the ground as its first one, with the largest friction",
-        ];
-        for (own, reason) in self.unmodelled.iter().zip(reasons) {
-            if let Some((place, times)) = own {
-                let reason = match times {
-                    1 => reason.to_owned(),
-                    _ => format!("{reason}; {times} geoms, first here"),
-                };
-                context.ignore(place, reason);
-            }
+        let reason = "friction, margin, solref, solimp: all geoms of a link touch the ground as its first one, with the largest friction and margin";
+        if let Some((place, times)) = &self.unmodelled {
+            let reason = match times {
+                1 => reason.to_owned(),
+                _ => format!("{reason}; {times} geoms, first here"),
+            };
+            context.ignore(place, reason);
         }
     }
 

@@ -37,7 +37,7 @@ pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
         conaffinity: bits(entry, "conaffinity")?,
         solref: entry.some_numbers("solref", SOLREF)?,
         solimp: entry.some_numbers("solimp", SOLIMP)?,
-        margin: entry.number("margin")?.unwrap_or_default(),
+        margin: margin(entry)?,
         gap: entry.number("gap")?.unwrap_or_default(),
         solmix: entry.number("solmix")?.unwrap_or(1.0),
     })
@@ -57,9 +57,16 @@ pub(super) fn of_pair(entry: &Entry<'_, '_>, geoms: [String; 2]) -> Result<MjcfP
         condim: entry.word("condim", &CONDIMS)?.unwrap_or(3),
         solref: entry.some_numbers("solref", SOLREF)?,
         solimp: entry.some_numbers("solimp", SOLIMP)?,
-        margin: entry.number("margin")?.unwrap_or_default(),
+        margin: margin(entry)?,
         gap: entry.number("gap")?.unwrap_or_default(),
     })
+}
+
+fn margin(entry: &Entry<'_, '_>) -> Result<f64, LoadError> {
+    match entry.number("margin")?.unwrap_or_default() {
+        margin if margin >= 0.0 => Ok(margin),
+        _ => Err(entry.malformed("margin", "is negative")),
+    }
 }
 
 fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
@@ -70,6 +77,8 @@ fn bits(entry: &Entry<'_, '_>, name: &'static str) -> Result<u32, LoadError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     friction: f64,
+    /// Distance at which it begins, m.
+    pub(super) margin: f64,
     pub(super) turning: TurningFriction,
     solref: [f64; 2],
     solimp: [f64; 5],
@@ -89,6 +98,7 @@ impl MjcfPair {
         let [friction, _, torsional, rolling, _] = self.friction;
         Touch {
             friction: if self.condim == 1 { 0.0 } else { friction },
+            margin: self.margin,
             turning: turning(self.condim, torsional, rolling),
             solref: self.solref,
             solimp: self.solimp,
@@ -101,7 +111,7 @@ impl MjcfGeom {
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let numbers = |own: &Self| {
             let (slips, turning) = (own.condim == 1, own.turning(own.condim));
-            let friction = (slips, own.friction[0], turning);
+            let friction = (slips, own.friction[0], turning, own.margin);
             let compliance = (own.solref, own.solimp, own.solmix);
             (friction, own.condim, own.priority, compliance)
         };
@@ -114,13 +124,14 @@ impl MjcfGeom {
         turning(condim, torsional, rolling)
     }
 
-    /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights.
+    /// The parameters of a contact with another geom: those of the one with priority; or the larger friction, and solref and solimp in the ratio of their weights. The margin is the sum in any case.
     ///
     /// # References
     /// The chapter on computation of the manual of `MuJoCo`, contact parameters.
     pub(super) fn touch(&self, other: &Self) -> Touch {
         let of = |own: &Self, condim: u8| Touch {
             friction: if condim == 1 { 0.0 } else { own.friction[0] },
+            margin: self.margin + other.margin,
             turning: own.turning(condim),
             solref: own.solref,
             solimp: own.solimp,
@@ -140,6 +151,7 @@ impl MjcfGeom {
         });
         Touch {
             friction: one.friction.max(two.friction),
+            margin: one.margin,
             turning: larger(&one.turning, &two.turning),
             solref,
             solimp: from_each(|i| mixed(one.solimp[i], two.solimp[i])),
@@ -167,9 +179,10 @@ fn share_of(one: f64, two: f64) -> f64 {
 }
 
 impl Touch {
-    /// Takes the friction of another contact of the same law, if it is larger.
+    /// Takes friction and margin of another contact of the same law, if they are larger.
     pub(super) fn merge(&mut self, other: &Self) {
         self.friction = self.friction.max(other.friction);
+        self.margin = self.margin.max(other.margin);
         self.turning = larger(&self.turning, &other.turning);
     }
 
@@ -179,6 +192,7 @@ impl Touch {
         Material {
             friction: law.friction,
             restitution: 0.0,
+            margin: self.margin,
             turning: self.turning,
             compliance: Some(Compliance::Regularised {
                 reference: law.reference,

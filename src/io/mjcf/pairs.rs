@@ -42,10 +42,6 @@ impl MjcfPair {
         let [first, second, _, rolling, other] = self.friction;
         let all = [
             (
-                self.margin > self.gap,
-                "margin: contact begins where shapes touch",
-            ),
-            (
                 self.condim >= 3 && first != second,
                 "friction: the first coefficient acts along both tangents",
             ),

@@ -112,9 +112,9 @@ pub struct MjcfPair {
     pub solref: [f64; 2],
     /// Impedance: least, largest, width (m), midpoint, power.
     pub solimp: [f64; 5],
-    /// Distance below which contacts are detected, m.
+    /// Distance at which contact begins, m.
     pub margin: f64,
-    /// Part of the margin without force, m.
+    /// Distance beyond the margin within which `MuJoCo` lists contacts without force, m: without effect on the motion.
     pub gap: f64,
 }
 
@@ -140,9 +140,9 @@ pub struct MjcfGeom {
     pub solref: [f64; 2],
     /// Impedance: least, largest, width (m), midpoint, power.
     pub solimp: [f64; 5],
-    /// Distance below which contacts are detected, m.
+    /// Its part of the distance at which contact begins, m: of two geoms both count together.
     pub margin: f64,
-    /// Part of the margin without force, m.
+    /// Its part of the distance beyond the margin within which `MuJoCo` lists contacts without force, m: without effect on the motion.
     pub gap: f64,
     /// Weight in the mean of solref and solimp.
     pub solmix: f64,

@@ -30,7 +30,8 @@ impl MjcfScene {
     /// | actuators of sites | [`FrameActuator`]s, with a [servo](FrameActuator::with_servo) if they have a bias or gains |
     /// | `refsite` of an actuator | position and axes of the servo, if the reference is fixed to the world |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction of the pair, or mixed from both geoms as in `MuJoCo`, and `impratio`; with `condim` 4 and 6 [torsional and rolling friction](crate::contact::TurningFriction) |
-    /// | contact with the ground, a plane or a height field | one contact model per link: that of its first geom, with the largest friction |
+    /// | `margin` | height or distance at which contact begins: of a pair its own, else the sum of both geoms; `gap` has no effect, as in `MuJoCo` |
+    /// | contact with the ground, a plane or a height field | one contact model per link: that of its first geom, with the largest friction and margin |
     /// | contact between bodies | `contype`, `conaffinity`, pairs and exclusions; the contact model is that of the first two geoms that can touch, others have [materials](crate::contact::CollisionOptions::pairs) of their pairs, for 64 kinds of geoms |
     ///
     /// Reads meshes with contact.

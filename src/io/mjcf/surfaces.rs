@@ -70,7 +70,9 @@ impl MjcfScene {
         for (i, one) in kinds.iter().enumerate() {
             for (j, other) in kinds.iter().enumerate().take(i + 1) {
                 let touch = self.touch(other, one);
-                if self.may_touch(other, one) && touch != *of_model {
+                // The contact model has no margin: that is one of materials.
+                let differs = touch != *of_model || touch.margin > 0.0;
+                if self.may_touch(other, one) && differs {
                     let material = touch.material(&self.options);
                     shapes.set_pair_material([number(j), number(i)], material);
                 }

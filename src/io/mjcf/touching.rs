@@ -53,6 +53,7 @@ impl MjcfScene {
         let with_law = |contacts: Contacts, (link, touch): &(&str, Touch)| {
             let law = touch.law(&self.options);
             let contacts = contacts.with_law(model, link, relaxed(law)).ok()?;
+            let contacts = contacts.with_margin(model, link, touch.margin).ok()?;
             (contacts.with_turning_friction(model, link, touch.turning)).ok()
         };
         let contacts = links.iter().try_fold(contacts, with_law)?;
@@ -62,7 +63,7 @@ impl MjcfScene {
         }
     }
 
-    /// Links that touch the ground, with the parameters of their first geom that does and the largest friction of all of them.
+    /// Links that touch the ground, with the parameters of their first geom that does and the largest friction and margin of all of them.
     fn links_on<'a>(&'a self, ground: &MjcfGeom) -> Vec<(&'a str, Touch)> {
         let mut links: Vec<(&str, Touch)> = Vec::new();
         let geoms = self.contacts.geoms.iter();

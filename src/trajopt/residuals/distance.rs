@@ -16,7 +16,8 @@ use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian, com
 /// can separate them. There is one entry per pair, in the order of the pairs; with [samples between nodes](Self::with_samples_between) the same
 /// number again for each sample. NaN if a coordinate is not finite. Evaluation allocates.
 ///
-/// The derivative is exact while the nearest features stay the same. Where they change, it is that of one side, for example where a corner passes over an edge.
+/// The derivative is exact while the nearest features stay the same. Where they change, it is that of one side, for example where a corner passes over an edge. Shapes with
+/// [smoothing](LinkShapes::with_smoothing) have continuous derivatives of all orders there.
 ///
 /// # Examples
 /// ```

@@ -9,7 +9,7 @@
 use super::point::LinearizedPoint;
 use super::rows::Contact;
 use super::seeds::{
-    add_numbers, add_pair_numbers, add_pair_numbers_beside, add_turning_numbers, seeded,
+    add_numbers, add_numbers_beside, add_pair_numbers, add_pair_numbers_beside, seeded,
     seeded_beside,
 };
 use crate::contact::{Contacts, PairPoint};
@@ -64,7 +64,8 @@ impl<T: Scalar> PointPlace<'_, T> {
         let point = &self.term.points[self.index];
         let pose = self.term.kinematics.pose_of(own.body);
         let center = pose.point(&own.center.map(|x| x.re));
-        let foot = point.position + point.normal * point.depth;
+        let depth = point.depth - contacts.margin(self.index).re;
+        let foot = point.position + point.normal * depth;
         [center, point.position, foot].map_each(|p| [p.x.value(0), p.y.value(0)])
     }
 }
@@ -98,7 +99,7 @@ pub(super) struct OverNumbers<T: Scalar> {
     contacts: Contacts<OfBody<T>>,
     /// `None` where the ground is a plane.
     ground: Option<OverGround<T>>,
-    /// Seeded in torsional and rolling friction and in compliance of materials; `None` without.
+    /// Seeded in torsional and rolling friction, in margins of points and in compliance of materials; `None` without.
     beside: Option<Contacts<OfBody<T>>>,
 }
 
@@ -123,7 +124,8 @@ impl<T: Scalar> OverNumbers<T> {
             slopes: vec![T::zero(); contacts.terrain().n_local_numbers()],
             any: false,
         };
-        let has_more = contacts.have_turning() || contacts.have_compliance();
+        let has_margin = contacts.counts_beside_law()[1] > 0;
+        let has_more = contacts.have_turning() || has_margin || contacts.have_compliance();
         Box::new(Self {
             generation: contacts.generation(),
             contacts: seeded(contacts),
@@ -149,10 +151,12 @@ impl<T: Scalar> OverNumbers<T> {
         if let Some(ground) = &mut self.ground {
             ground.add(place, out, state);
         }
-        let beside = self.beside.as_ref();
-        if let Some(contacts) = beside.filter(|own| own.turning(place.index).is_some()) {
+        let matters = |own: &&Contacts<OfBody<T>>| {
+            own.turning(place.index).is_some() || own.counts_beside_law()[1] > 0
+        };
+        if let Some(contacts) = self.beside.as_ref().filter(matters) {
             let sum = place.weighted(contacts, out, state);
-            add_turning_numbers(&sum, place.index, out);
+            add_numbers_beside(&sum, contacts, place.index, out);
         }
     }
 

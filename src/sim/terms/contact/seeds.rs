@@ -79,6 +79,7 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     let is_curved = contacts.terrain().is_curved();
     seeded_from(contacts, |part| match part {
         part if part.is_turning() || part.is_compliance() => None,
+        ContactPart::Margin(_) => None,
         ContactPart::Terrain if is_curved => None,
         ContactPart::Point(_) | ContactPart::Shape(_) => Some(0),
         ContactPart::Law(_) | ContactPart::PairLaw => Some(LAW),
@@ -86,19 +87,18 @@ pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     })
 }
 
-/// First directions of torsional and rolling friction of a point or of a material, of those of pairs of shapes without materials, and of compliance.
+/// First directions of torsional and rolling friction of a point or of a material, of those of pairs of shapes without materials, of compliance, and of the margin of a point.
 const OWN_TURNING: usize = 0;
 const PAIR_TURNING: usize = OWN_TURNING + TURNING_NUMBERS;
 const COMPLIANCE: usize = PAIR_TURNING + TURNING_NUMBERS;
-const _: () = assert!(
-    COMPLIANCE + COMPLIANCE_NUMBERS <= BODY_DIRECTIONS,
-    "a direction for each number"
-);
+const MARGIN: usize = COMPLIANCE + COMPLIANCE_NUMBERS;
+const _: () = assert!(MARGIN < BODY_DIRECTIONS, "a direction for each number");
 
-/// Contacts with the derivatives of torsional and rolling friction and of compliance of materials in themselves.
+/// Contacts with the derivatives of torsional and rolling friction, of margins of points and of compliance of materials in themselves.
 pub(super) fn seeded_beside<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
     seeded_from(contacts, |part| match part {
         ContactPart::PairTurning => Some(PAIR_TURNING),
+        ContactPart::Margin(_) => Some(MARGIN),
         part if part.is_compliance() => Some(COMPLIANCE),
         part => part.is_turning().then_some(OWN_TURNING),
     })
@@ -127,14 +127,19 @@ fn last_of(part: &Range<usize>, count: usize) -> Range<usize> {
     part.end.saturating_sub(count).max(part.start)..part.end
 }
 
-/// Adds derivatives in torsional and rolling friction of a point.
-pub(super) fn add_turning_numbers<T: Scalar>(
+/// Adds derivatives in torsional and rolling friction and in the margin of a point.
+pub(super) fn add_numbers_beside<T: Scalar>(
     x: &OfBody<T>,
+    contacts: &Contacts<OfBody<T>>,
     index: usize,
     out: &mut Numbers<'_, T>,
 ) {
-    let own = last_of(&out.slots().0.laws[index], TURNING_NUMBERS);
-    out.add(&own, &x.eps[OWN_TURNING..PAIR_TURNING]);
+    let [turning, margin] = contacts.counts_beside_law();
+    let all = out.slots().0.laws[index].clone();
+    let margin = last_of(&all, margin);
+    let turning = last_of(&(all.start..margin.start), turning);
+    out.add(&turning, &x.eps[OWN_TURNING..PAIR_TURNING]);
+    out.add(&margin, &x.eps[MARGIN..]);
 }
 
 /// Adds derivatives in torsional and rolling friction and compliance of the material by a side, and with that of the first one in torsional and rolling friction
@@ -148,7 +153,7 @@ pub(super) fn add_pair_numbers_beside<T: Scalar>(
     if let Some(material) = contacts.material_by_side(shapes, side) {
         let [_, _, turning, compliance] = parts_of(contacts, material, out);
         out.add(&turning, &x.eps[OWN_TURNING..PAIR_TURNING]);
-        out.add(&compliance, &x.eps[COMPLIANCE..]);
+        out.add(&compliance, &x.eps[COMPLIANCE..MARGIN]);
     }
     if side == 0 && contacts.have_turning_between() {
         let own = last_of(&out.slots().0.pair_law, TURNING_NUMBERS);
