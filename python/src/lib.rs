@@ -36,6 +36,7 @@ mod limits;
 mod model;
 mod native;
 mod options;
+mod prelude;
 mod python;
 mod raised;
 mod scratch;
@@ -72,8 +73,8 @@ mod _dualbody {
     use super::dynamics::check_mass_matrix;
     #[pymodule_export]
     use super::identify::{
-        _base_parameters, _consistent, _estimate, _excite, _excited, _identified, _intervals,
-        _predict, _prepare, _regressor, _regressor_matrix, _report, _shoot, _validate,
+        _base_parameters, _consistent, _estimate, _excite, _excited, _hold_back, _identified,
+        _intervals, _predict, _prepare, _regressor, _regressor_matrix, _report, _shoot, _validate,
     };
     #[pymodule_export]
     use super::jax::{_foreign_function, _foreign_name};
