@@ -7,7 +7,7 @@ use pyo3::exceptions::PyFloatingPointError;
 use super::motions::{Motions, ending_of};
 use super::precision::{Either, Gpu, Wanted, on_either, on_gpu};
 use crate::prelude::*;
-use crate::simulator::{Given, read_inputs, row, stack};
+use crate::simulator::{Given, read_inputs, row};
 use crate::threads::stopped;
 
 /// Steps of many states of a robot, or of variants of it, on a GPU. Its kernels are recorded and compiled when it is made.
