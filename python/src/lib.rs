@@ -8,7 +8,8 @@
 //! | `limits` | the memory that results may take |
 //! | `errors`, `words`, `raised`, `options` | errors as exceptions, in the words of Python, exceptions of functions, options as keywords |
 //! | `python` | macros for attributes, methods and functions, whose arguments are written as in Python; `stubs.py` makes the types of them |
-//! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
+//! | `counts`, `kinds` | arguments that are whole numbers, attributes, objects of certain classes |
+//! | `prelude` | the items of these that most files use |
 //! | `compiler` | the C compiler of generated code |
 //! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
 //! | `jax` | how compiled programs of JAX call them |
