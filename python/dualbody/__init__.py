@@ -28,21 +28,9 @@ if TYPE_CHECKING:
 
 #: Modules, and what comes from them: imported when it is asked for first, so that the package is there at once.
 _MODULES = ("codegen", "contact", "control", "identify", "least_squares", "model", "native", "samples", "sim", "spatial", "state", "trajopt", "view")
-_FROM = {
-    "ComputedTorque": "control",
-    "ContactReport": "sim",
-    "FiniteHorizonLqr": "control",
-    "JointSpec": "model",
-    "Limits": "model",
-    "Linearization": "sim",
-    "LinkSpec": "model",
-    "Lqr": "control",
-    "ModelBuilder": "model",
-    "Rollout": "sim",
-    "RolloutGradient": "sim",
-    "Status": "sim",
-    "StepGradient": "sim",
-}
+_FROM = {name: "control" for name in ("ComputedTorque", "FiniteHorizonLqr", "Lqr")}
+_FROM |= {name: "model" for name in ("JointSpec", "Limits", "LinkSpec", "ModelBuilder")}
+_FROM |= {name: "sim" for name in ("ContactReport", "Linearization", "Rollout", "RolloutGradient", "Status", "StepGradient")}
 
 
 def __getattr__(name: str) -> object:

@@ -35,8 +35,7 @@ class BaseVelocity(BaseFunctions):
     representation: RepresentationName = "mixed"
 
     def _call(self, name: str, *arguments: Any) -> Array:
-        found: Array = getattr(_dualbody, name)(self.model, *arguments)
-        return found
+        return getattr(_dualbody, name)(self.model, *arguments)
 
     def state_tangent(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
         """Map S of tangents (dq, dv) of a state to the representation, and its inverse: (..., 2 nv, 2 nv) each.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._value import Value
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from ._dualbody import Array, Simulator
@@ -48,26 +49,20 @@ class ContactForces(Value):
 
     def force_between(self, first: str, second: str) -> Array:
         """The force of the second link on the first, the sum over their points, (..., 3), N."""
-        import numpy as np
-
         weight = self._between(first, second)
-        total: Array = np.einsum("...m,...mi->...i", weight, self.forces)
-        return total
+        return np.einsum("...m,...mi->...i", weight, self.forces)
 
     def are_touching(self, first: str, second: str) -> NDArray[np.bool_]:
         """Whether two links are in contact with each other, (...), in either order."""
-        touching: NDArray[np.bool_] = ((self._between(first, second) != 0) & self.in_contact).any(axis=-1)
-        return touching
+        return ((self._between(first, second) != 0) & self.in_contact).any(axis=-1)
 
     def wrench(self, link: str) -> Array:
         """The force of all contact on a link, in the frame of the link, [linear; angular] (..., 6), N and N·m about its origin."""
-        wrench: Array = self.wrenches[..., self._index(link), :]
-        return wrench
+        return self.wrenches[..., self._index(link), :]
 
     def is_touching(self, link: str) -> NDArray[np.bool_]:
         """Whether a link is in contact with the ground or with another link, (...)."""
-        touching: NDArray[np.bool_] = self.touching[..., self._index(link)]
-        return touching
+        return self.touching[..., self._index(link)]
 
     def jacobians(self) -> Array:
         """Jacobians of all points between links, (..., m, 6, nv): of the velocity of the first link less that of the second, rows [linear; angular].
@@ -81,19 +76,13 @@ class ContactForces(Value):
         return self.simulator._pair_jacobians(self.q, self.v, self._places(), True)
 
     def _places(self) -> Array:
-        import numpy as np
-
-        places: Array = np.concatenate([self.links.astype(np.float64), self.frames[..., :3, 3]], axis=-1)
-        return places
+        return np.concatenate([self.links.astype(np.float64), self.frames[..., :3, 3]], axis=-1)
 
     def _between(self, first: str, second: str) -> Array:
         """1 at points of the first link with the second, -1 where they are in the opposite order, else 0."""
-        import numpy as np
-
         pair = [self._index(first), self._index(second)]
         own, turned = ((self.links == order).all(axis=-1) for order in (pair, pair[::-1]))
-        between: Array = own.astype(np.float64) - turned
-        return between
+        return own.astype(np.float64) - turned
 
     def _index(self, link: str) -> int:
         if link not in self.link_names:
@@ -111,8 +100,6 @@ def contact_forces(
 
     Batches are computed on all cores. For one state, `Simulator.contact_report` has modes and reasons besides.
     """
-    import numpy as np
-
     links, ground, points = simulator._contact_forces(q, v, u, contact)
     batch = points.shape[:-2]
     frames = np.zeros((*points.shape[:-1], 4, 4))
@@ -142,8 +129,6 @@ def rollout_contact_forces(simulator: Simulator, rollout: Rollout) -> ContactFor
 
     A step that was not taken has the forces of no contact, zero, and NaN as its state.
     """
-    import numpy as np
-
     q, v, contact = (x[..., :-1, :] for x in (rollout.q, rollout.v, rollout.contact))
     u = np.broadcast_to(rollout.u, (*q.shape[:-1], rollout.u.shape[-1]))
     taken = np.isfinite(rollout.q[..., 1:, :]).all(axis=-1)

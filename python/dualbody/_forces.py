@@ -72,7 +72,7 @@ def named_inputs(simulator: Simulator, values: Mapping[str, ArrayLike]) -> Array
 
 def _forced(
     simulator: Simulator,
-    actuators: Sequence[Any],
+    actuators: Sequence[Any] | None,
     u: ArrayLike | None,
     forces: Mapping[str, ArrayLike],
     representation: str,
@@ -97,7 +97,7 @@ def _forced(
     return forced, np.concatenate([own[..., :first], *given, own[..., first:]], axis=-1)
 
 
-def _with_inputs(simulator: Simulator, actuators: Sequence[Any], frames: tuple[str, ...], representation: str) -> Simulator:
+def _with_inputs(simulator: Simulator, actuators: Sequence[Any] | None, frames: tuple[str, ...], representation: str) -> Simulator:
     import numpy as np
 
     from ._parts import Anchor, FrameActuator
@@ -113,5 +113,5 @@ def _with_inputs(simulator: Simulator, actuators: Sequence[Any], frames: tuple[s
         ]
         if len(kept) == _KEPT:
             kept.pop(next(iter(kept)))
-        kept[key] = simulator.replace(frame_actuators=[*actuators, *added])
+        kept[key] = simulator.replace(frame_actuators=[*(actuators or ()), *added])
     return kept[key]

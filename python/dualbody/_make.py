@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._rollout import Rollout, Status
 
 if TYPE_CHECKING:
@@ -34,8 +36,6 @@ def _rollout(
     bar: Any,
 ) -> Rollout:
     """The rollout of a simulator's numbers."""
-    import numpy as np
-
     rows, controlled, given = arrays
     count, stopped, failed = ends
     nq, nv = simulator.model.nq, simulator.model.nv

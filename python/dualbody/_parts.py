@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._value import Value
 
 if TYPE_CHECKING:
@@ -67,8 +69,6 @@ class Anchor(Value):
 
     def pose_in_world(self, model: Model, q: ArrayLike) -> Array:
         """Its pose in the world, (4, 4)."""
-        import numpy as np
-
         from . import frame_pose
 
         placement = np.asarray(self.placement, dtype=float)
@@ -78,8 +78,6 @@ class Anchor(Value):
 
     def brought_to(self, other: Anchor, model: Model, q: ArrayLike) -> Anchor:
         """Returns an attachment frame on this frame with the pose of the other one at the configuration q."""
-        import numpy as np
-
         here = Anchor(self.frame).pose_in_world(model, q)
         return Anchor(self.frame, np.linalg.solve(here, other.pose_in_world(model, q)))
 

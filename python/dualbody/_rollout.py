@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from ._value import Value
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from ._dualbody import Array
@@ -108,8 +109,6 @@ class Rollout(Value):
     @property
     def n_states(self) -> int | NDArray[np.int64]:
         """Number of states reached; an array for a batch."""
-        import numpy as np
-
         if isinstance(self.status, Status):
             return self.steps + 1 if self.status.step is None else self.status.step + 1
         reached = [self.steps if s.step is None else s.step for s in self.status]
@@ -124,15 +123,10 @@ class Rollout(Value):
     @property
     def times(self) -> Array:
         """Times of the states, (steps + 1,), s."""
-        import numpy as np
-
-        times: Array = np.arange(self.steps + 1, dtype=np.float64) * self.time_step
-        return times
+        return np.arange(self.steps + 1, dtype=np.float64) * self.time_step
 
     def __getitem__(self, index: int | tuple[int, ...]) -> Rollout:
         """One trajectory of a batch."""
-        import numpy as np
-
         shape = self.q.shape[:-2]
         if not isinstance(self.status, list):
             raise TypeError("the rollout is not a batch")

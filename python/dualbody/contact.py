@@ -6,6 +6,8 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from . import _dualbody
 from ._value import Value
 
@@ -68,8 +70,6 @@ class Terrain:
         is too large. Each height is a parameter of the simulator: a gradient in all of them costs a pass over the grid for each step in contact. Beyond
         the ranges the ground is level at the height of the border.
         """
-        import numpy as np
-
         if not spacing > 0.0:
             raise ValueError(f"spacing is {spacing}, expected a positive length")
         cells = [np.ceil((upper - lower) / spacing) for lower, upper in (x, y)]
@@ -125,8 +125,6 @@ class HeightField(Terrain, Value):
         >>> shifts.tolist(), round(ground.surface(2.5, 0.0)[0], 2)
         ([[0.0, 0.0], [2.5, 0.0]], 0.3)
         """
-        import numpy as np
-
         if not tiles or columns < 1:
             raise ValueError(f"{len(tiles)} tiles in {columns} columns: expected one or more of both")
         first, grids = tiles[0], [np.asarray(tile.heights, dtype=float) for tile in tiles]
@@ -280,16 +278,12 @@ class Surface:
     triangles: Sequence[tuple[int, int, int]] | Array
 
     def __post_init__(self) -> None:
-        import numpy as np
-
         object.__setattr__(self, "vertices", np.asarray(self.vertices, float).tolist())
         object.__setattr__(self, "triangles", np.asarray(self.triangles).tolist())
 
     @staticmethod
     def grid(heights: ArrayLike, origin: tuple[float, float], spacing: tuple[float, float]) -> Surface:
         """A grid of heights (ny, nx), m, from the point origin on, (x, y), at a spacing along both, m."""
-        import numpy as np
-
         z = np.asarray(heights, float)
         if z.ndim != 2:
             raise ValueError(f"heights have the shape {z.shape}, expected (ny, nx)")

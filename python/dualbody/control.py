@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from . import _dualbody
 from ._value import Value
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from ._dualbody import Array, Model, Simulator
@@ -53,10 +54,7 @@ class Lqr(Value):
 
     def control(self, x: ArrayLike) -> Array:
         """Input -gain x, (..., nu), for deviations x (..., nx)."""
-        import numpy as np
-
-        u: Array = np.asarray(x, dtype=float) @ -self.gain.T
-        return u
+        return np.asarray(x, dtype=float) @ -self.gain.T
 
     @property
     def spectral_radius(self) -> float:
@@ -88,10 +86,7 @@ class FiniteHorizonLqr(Value):
 
     def control(self, stage: int, x: ArrayLike) -> Array:
         """Input (..., nu) at a stage for deviations x (..., nx)."""
-        import numpy as np
-
-        u: Array = np.asarray(x, dtype=float) @ -self.gains[stage].T
-        return u
+        return np.asarray(x, dtype=float) @ -self.gains[stage].T
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,11 +158,8 @@ class EquilibriumLqr(Value):
 
     def control(self, q: ArrayLike, v: ArrayLike) -> Array:
         """Input (..., nu) in states (..., nq), (..., nv)."""
-        import numpy as np
-
         dq = self.at.simulator.model.difference(self.at.q, q)
-        u: Array = self.at.u - np.concatenate([dq, np.asarray(v, float)], axis=-1) @ self.gain.T
-        return u
+        return self.at.u - np.concatenate([dq, np.asarray(v, float)], axis=-1) @ self.gain.T
 
     @property
     def spectral_radius(self) -> float:
@@ -180,16 +172,12 @@ class ComputedTorque:
 
     def __init__(self, model: Model, position_gain: ArrayLike, velocity_gain: ArrayLike) -> None:
         """The gains are numbers, or vectors (nv,)."""
-        import numpy as np
-
         self.model = model
         self.position_gain = np.ascontiguousarray(np.broadcast_to(np.asarray(position_gain, float), (model.nv,)))
         self.velocity_gain = np.ascontiguousarray(np.broadcast_to(np.asarray(velocity_gain, float), (model.nv,)))
 
     def torque(self, q: ArrayLike, v: ArrayLike, target_q: ArrayLike, target_v: ArrayLike | None = None) -> Array:
         """Joint forces (..., nv) in the state (q, v) for the target (target_q, target_v), at rest by default."""
-        import numpy as np
-
         target_v = np.zeros(self.model.nv) if target_v is None else target_v
         gains = (self.position_gain, self.velocity_gain)
         return _dualbody._computed_torque(self.model, gains, q, v, target_q, target_v)

@@ -82,8 +82,7 @@ class Rollout(Value):
     @property
     def times(self) -> Array:
         """Times of the stored states, (kept,), s."""
-        times: Array = np.arange(self.q.shape[1], dtype=np.float64) * self.interval
-        return times
+        return np.arange(self.q.shape[1], dtype=np.float64) * self.interval
 
     def __len__(self) -> int:
         return len(self.status)

@@ -148,8 +148,7 @@ def external_forces(model: Model, q: ArrayLike, forces: Mapping[str, ArrayLike],
 
     q (..., nq); forces {name: (..., 6)}: [linear; angular] (N, N·m) in a representation.
     """
-    total: Array = sum_of_frame_forces(_dualbody._frame_force, model, q, forces, representation)
-    return total
+    return sum_of_frame_forces(_dualbody._frame_force, model, q, forces, representation)
 
 
 def jacobian_to_representation(model: Model, q: ArrayLike, jacobian: ArrayLike, representation: RepresentationName) -> Array:

@@ -154,10 +154,7 @@ class Preparation:
     def prepare(self, model: Model, experiments: Sequence[Experiment]) -> Dataset:
         """Data of experiments for a robot. Raises a ValueError or KeyError that names the experiment and the invalid channel."""
         segments, left_out = _dualbody._prepare(model, self, list(experiments))
-        return Dataset(
-            [Segment(name, start, rate, *arrays) for name, start, rate, arrays in segments],
-            [LeftOut(*own) for own in left_out],
-        )
+        return Dataset([Segment(*own) for own in segments], [LeftOut(*own) for own in left_out])
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,10 +172,6 @@ class Segment(Value):
 
     def __len__(self) -> int:
         return len(self.q)
-
-    def _part(self, first: int, last: int) -> Segment:
-        arrays = (x[first:last] for x in (self.q, self.v, self.a, self.tau))
-        return Segment(self.experiment, self.start + first / self.rate, self.rate, *arrays)
 
     def __repr__(self) -> str:
         return f"Segment({self.experiment!r}, {len(self)} samples at {self.rate:g} a second from {self.start:g} s)"
@@ -206,15 +199,8 @@ class Dataset(Value):
 
     def hold_back(self, share: float) -> tuple[Dataset, Dataset]:
         """Training data, and the last share of each segment for validation."""
-        if not 0 < share < 1:
-            raise ValueError(f"share is {share}, expected a number between 0 and 1")
-        kept, held = [], []
-        for segment in self.segments:
-            n = len(segment)
-            first = n - round(share * n)
-            kept.append(segment._part(0, first))
-            held.append(segment._part(first, n))
-        return tuple(Dataset([s for s in parts if len(s)]) for parts in (kept, held))  # type: ignore[return-value]
+        kept, held = ([Segment(*own) for own in part] for part in _dualbody._hold_back(self, share))
+        return Dataset(kept), Dataset(held)
 
 
 class BaseParameters(NamedTuple):

@@ -368,13 +368,11 @@ class SingleShooting(_Solver):
 
     def gradient(self, z: ArrayLike) -> Array:
         """The exact gradient of the value, (n,)."""
-        gradient: Array = _dualbody._shooting_at(self.problem, self.options, "gradient", z)
-        return gradient
+        return _dualbody._shooting_at(self.problem, self.options, "gradient", z)
 
     def hessian(self, z: ArrayLike) -> Array:
         """The Hessian of the value, (n, n): with exact_curvature all second derivatives of the rollout."""
-        hessian: Array = _dualbody._shooting_at(self.problem, self.options, "hessian", z)
-        return hessian
+        return _dualbody._shooting_at(self.problem, self.options, "hessian", z)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,14 +3,8 @@
 use dualbody::codegen::{Precision, check_origin};
 use dualbody::scalar::traced::{BrokenCondition, Graph, Port};
 use dualbody_python_trace as trace;
-use pyo3::prelude::*;
 
-use crate::arrays::{Array, Rows, argument, numbers_mut, room};
-use crate::errors::{OrRaise, choice, guarded};
-use crate::model::PyModel;
-use crate::python::methods;
-use crate::python::{getters, of_package};
-use crate::simulator::PySimulator;
+use crate::prelude::*;
 
 /// A computation as a graph of operations on numbers: it is evaluated, differentiated, and written as C.
 #[pyclass(frozen, name = "Graph", module = "dualbody.codegen")]
@@ -36,7 +30,7 @@ fn texts(names: &[String]) -> Vec<&str> {
 /// Traces a function of a robot.
 #[pyfunction]
 pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<PyGraph> {
-    let choices: [(&str, fn(&dualbody::Model) -> Graph); 4] = [
+    let choices: [(&str, fn(&Model) -> Graph); 4] = [
         ("inverse_dynamics", trace::inverse_dynamics),
         ("forward_dynamics", trace::forward_dynamics),
         ("mass_matrix", trace::mass_matrix),

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 
 use dualbody_native::Compiler;
-use pyo3::prelude::*;
 
-use crate::errors::guarded;
+use crate::prelude::*;
 
 /// A compiler from its description in Python; the default one if there is none.
 pub(crate) fn compiler_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Compiler> {
     let Some(given) = given else {
         return Ok(Compiler::default());
     };
-    let command: Option<String> = given.getattr("command")?.extract()?;
-    let flags: Option<Vec<String>> = given.getattr("flags")?.extract()?;
-    let cache: Option<PathBuf> = given.getattr("cache")?.extract()?;
+    let command: Option<String> = attribute(given, "command")?;
+    let flags: Option<Vec<String>> = attribute(given, "flags")?;
+    let cache: Option<PathBuf> = attribute(given, "cache")?;
     let mut compiler = match command {
         Some(command) => guarded(|| Compiler::new(&command))?,
         None => Compiler::default(),

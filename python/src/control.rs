@@ -1,19 +1,9 @@
 //! Linear-quadratic regulators and computed torque.
 
+use dualbody::control::ComputedTorque;
 use dualbody::control::{FiniteHorizonLqr, Lqr, LqrStage, LqrStatus};
-use dualbody::{State, control::ComputedTorque};
-use nalgebra::DVector;
-use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
-use crate::arrays::{
-    Array, empty, matrix, numbers, numbers_mut, read_matrix, read_matrix_of, read_vector,
-    write_matrix,
-};
-use crate::errors::{guarded, shape_error};
-use crate::model::PyModel;
-use crate::python::functions;
+use crate::prelude::*;
 
 functions! {
     /// Solves a regulator's problem over an infinite horizon: (gain, cost to go, eigenvalues, residual, iterations, status, stabilised).
@@ -74,7 +64,7 @@ functions! {
             let x = unsafe { array.as_slice().unwrap_or(&[]) };
             let chunks = x.chunks((rows * columns).max(1));
             Ok(chunks
-                .map(|x| nalgebra::DMatrix::from_row_slice(rows, columns, x))
+                .map(|x| DMatrix::from_row_slice(rows, columns, x))
                 .collect::<Vec<_>>())
         };
         let (a, b) = (all("a", a, nx, nx)?, all("b", b, nx, nu)?);
@@ -84,13 +74,8 @@ functions! {
             .map(|((a, b), (q, r))| LqrStage { a, b, q, r })
             .collect();
         let lqr = py.detach(|| guarded(|| FiniteHorizonLqr::discrete(&stages, &last)))?;
-        let stack = |matrices: &[nalgebra::DMatrix<f64>], rows: usize| {
-            let array = empty(py, &[matrices.len(), rows, nx]);
-            let out = numbers_mut(&array).chunks_mut((rows * nx).max(1));
-            out.zip(matrices).for_each(|(out, m)| write_matrix(m, out));
-            array
-        };
-        let (gains, costs) = (stack(&lqr.gains, nu), stack(&lqr.costs_to_go, nx));
+        let gains = matrices(py, &[lqr.gains.len()], [nu, nx], lqr.gains.iter())?;
+        let costs = matrices(py, &[lqr.costs_to_go.len()], [nx, nx], lqr.costs_to_go.iter())?;
         (gains, costs, lqr.status.to_string(), lqr.is_solved()).into_pyobject(py)
     }
 

@@ -1,9 +1,8 @@
 //! Whole numbers: counts, indices, seeds.
 
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
-use pyo3::prelude::*;
 
-use crate::errors::{type_error, value_error};
+use crate::prelude::*;
 
 /// A whole number; a `ValueError` or `TypeError` that names the argument for what is none.
 pub(crate) fn whole<'py, T: FromPyObjectOwned<'py>>(
@@ -14,8 +13,8 @@ pub(crate) fn whole<'py, T: FromPyObjectOwned<'py>>(
     found.map_err(|error| named(name, value, error))
 }
 
-/// [`whole`] for an attribute.
-pub(crate) fn whole_of<'py, T: FromPyObjectOwned<'py>>(
+/// The value of an attribute; errors name it.
+pub(crate) fn attribute<'py, T: FromPyObjectOwned<'py>>(
     of: &Bound<'py, PyAny>,
     name: &str,
 ) -> PyResult<T> {
@@ -28,17 +27,13 @@ pub(crate) fn named(name: &str, value: &Bound<'_, PyAny>, error: PyErr) -> PyErr
     let py = value.py();
     if error.is_instance_of::<PyOverflowError>(py) {
         return match value.lt(0) {
-            Ok(true) => value_error(format_args!(
-                "{name} is {value}, expected no less than zero"
-            )),
-            Ok(false) => value_error(format_args!("{name} is {value}, which is too large")),
-            Err(_) => value_error(format_args!(
-                "{name} is {value}: a number of it is negative or too large"
-            )),
+            Ok(true) => invalid!("{name} is {value}, expected no less than zero"),
+            Ok(false) => invalid!("{name} is {value}, which is too large"),
+            Err(_) => invalid!("{name} is {value}: a number of it is negative or too large"),
         };
     }
     match error.is_instance_of::<PyTypeError>(py) {
-        true => type_error(format_args!("{name}: {}", error.value(py))),
+        true => wrong_type!("{name}: {}", error.value(py)),
         false => error,
     }
 }

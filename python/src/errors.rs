@@ -4,7 +4,6 @@ use std::any::Any;
 use std::fmt::{Debug, Display};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use dualbody::Model;
 use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
@@ -15,8 +14,8 @@ use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
 };
-use pyo3::prelude::*;
 
+use crate::prelude::*;
 use crate::words::for_python;
 
 /// An error that Python raises as an exception of the kind that fits.
@@ -113,6 +112,35 @@ pub(crate) fn value_error(error: impl Display) -> PyErr {
 pub(crate) fn type_error(error: impl Display) -> PyErr {
     PyTypeError::new_err(for_python(&error.to_string()))
 }
+
+/// [`value_error`] of a text with values, as of `format!`.
+macro_rules! invalid {
+    ($($text:tt)*) => { $crate::errors::value_error(format_args!($($text)*)) };
+}
+pub(crate) use invalid;
+
+/// [`type_error`] of a text with values.
+macro_rules! wrong_type {
+    ($($text:tt)*) => { $crate::errors::type_error(format_args!($($text)*)) };
+}
+pub(crate) use wrong_type;
+
+/// Returns a `ValueError` of a text with values.
+macro_rules! refuse {
+    ($($text:tt)*) => { return Err($crate::errors::value_error(format_args!($($text)*))) };
+}
+pub(crate) use refuse;
+
+/// Returns a `ValueError` of a text with values unless a condition holds.
+macro_rules! ensure {
+    ($condition:expr, $($text:tt)*) => {
+        match $condition {
+            true => {}
+            false => $crate::errors::refuse!($($text)*),
+        }
+    };
+}
+pub(crate) use ensure;
 
 /// The choice that an argument names, or a `ValueError` that lists all of them.
 pub(crate) fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]) -> PyResult<T> {

@@ -1,9 +1,8 @@
 //! Arguments that are objects of certain classes of Python.
 
-use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-use crate::errors::type_error;
+use crate::prelude::*;
 
 /// Checks that an argument is of one of some classes of a module; a `TypeError` names the argument, its type and the expected classes.
 ///
@@ -28,9 +27,9 @@ pub(crate) fn check_kind(
         _ => format!("{} or {last}", others.join(", ")),
     };
     let own = value.get_type().name()?;
-    Err(type_error(format_args!(
+    Err(wrong_type!(
         "{name} is of the type {own}, expected {all}{hint}"
-    )))
+    ))
 }
 
 /// Name of the class of the package that an object is of, by itself or by inheritance.

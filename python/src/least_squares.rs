@@ -1,15 +1,9 @@
 //! Nonlinear least squares of functions of Python.
 
 use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Solution, Status, solve_with};
-use nalgebra::DMatrix;
-use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyTuple};
+use pyo3::types::PyBool;
 
-use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
-use crate::errors::value_error;
-use crate::options::read_options;
-use crate::python::functions;
-use crate::raised::Raised;
+use crate::prelude::*;
 
 /// Functions of Python as residuals.
 struct Functions<'a, 'py> {
@@ -28,12 +22,12 @@ impl<'py> Functions<'_, 'py> {
 
     /// Calls a function of variables.
     fn values(&self, x: &[f64], length: Option<usize>) -> PyResult<Vec<f64>> {
-        let found = self.residuals.call1((vector(self.py(), x.to_vec()),))?;
+        let found = self.residuals.call1((vector(self.py(), x),))?;
         read_vector("residuals(x)", &found, length)
     }
 
     fn derivatives(&self, x: &[f64], shape: (usize, usize)) -> PyResult<DMatrix<f64>> {
-        let found = self.jacobian.call1((vector(self.py(), x.to_vec()),))?;
+        let found = self.jacobian.call1((vector(self.py(), x),))?;
         read_matrix_of("jacobian(x)", &found, shape)
     }
 }
@@ -74,7 +68,7 @@ impl Residuals for Functions<'_, '_> {
             return out.iter_mut().zip(sums).for_each(|(out, x)| *out = x);
         };
         let call = || {
-            let [x, d] = [x, d].map(|x| vector(self.py(), x.to_vec()));
+            let [x, d] = [x, d].map(|x| vector(self.py(), x));
             read_vector("retract(x, d)", &retract.call1((x, d))?, Some(out.len()))
         };
         write(self.raised.attempt(call), out);
@@ -87,9 +81,7 @@ fn loss_of((kind, delta): (String, f64)) -> PyResult<Loss> {
         "huber" => Ok(Loss::Huber(delta)),
         "soft_l1" => Ok(Loss::SoftL1(delta)),
         "cauchy" => Ok(Loss::Cauchy(delta)),
-        _ => Err(value_error(format_args!(
-            "loss is of the unknown kind {kind:?}"
-        ))),
+        _ => Err(invalid!("loss is of the unknown kind {kind:?}")),
     }
 }
 
@@ -97,8 +89,8 @@ functions! {
     /// Cost ρ and weight ρ' of squares of residuals.
     fn _loss(loss: (String, f64), s) -> PyResult<[Bound<'py, PyAny>; 2]> {
         let (py, loss, s) = (s.py(), loss_of(loss)?, read_vector("s", s, None)?);
-        let all = [Loss::value, Loss::weight].map(|of| s.iter().map(|&s| of(loss, s)).collect());
-        Ok(all.map(|x| vector(py, x).into_any()))
+        let of_all = |of: fn(Loss, f64) -> f64| Vec::from_iter(s.iter().map(|&s| of(loss, s)));
+        Ok([Loss::value, Loss::weight].map(|of| vector(py, &of_all(of))))
     }
 }
 
@@ -123,7 +115,7 @@ fn bound(name: &'static str, given: Option<Bound<'_, PyAny>>) -> PyResult<Vec<f6
     };
     let all = read_vector(name, &given, None)?;
     match all.iter().position(|x| x.is_nan()) {
-        Some(k) => Err(value_error(format_args!("{name}[{k}] is NaN"))),
+        Some(k) => Err(invalid!("{name}[{k}] is NaN")),
         None => Ok(all),
     }
 }
@@ -164,7 +156,7 @@ functions! {
 fn numbers_of<'py>(py: Python<'py>, s: Solution) -> PyResult<Bound<'py, PyTuple>> {
     let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
     let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
-    let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, x));
+    let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, &x));
     let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
     (
         x,

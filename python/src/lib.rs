@@ -8,7 +8,8 @@
 //! | `limits` | the memory that results may take |
 //! | `errors`, `words`, `raised`, `options` | errors as exceptions, in the words of Python, exceptions of functions, options as keywords |
 //! | `python` | macros for attributes, methods and functions, whose arguments are written as in Python; `stubs.py` makes the types of them |
-//! | `counts`, `kinds` | arguments that are whole numbers, or objects of certain classes |
+//! | `counts`, `kinds` | arguments that are whole numbers, attributes, objects of certain classes |
+//! | `prelude` | the items of these that most files use |
 //! | `compiler` | the C compiler of generated code |
 //! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
 //! | `jax` | how compiled programs of JAX call them |
@@ -36,6 +37,7 @@ mod limits;
 mod model;
 mod native;
 mod options;
+mod prelude;
 mod python;
 mod raised;
 mod scratch;
@@ -72,8 +74,8 @@ mod _dualbody {
     use super::dynamics::check_mass_matrix;
     #[pymodule_export]
     use super::identify::{
-        _base_parameters, _consistent, _estimate, _excite, _excited, _identified, _intervals,
-        _predict, _prepare, _regressor, _regressor_matrix, _report, _shoot, _validate,
+        _base_parameters, _consistent, _estimate, _excite, _excited, _hold_back, _identified,
+        _intervals, _predict, _prepare, _regressor, _regressor_matrix, _report, _shoot, _validate,
     };
     #[pymodule_export]
     use super::jax::{_foreign_function, _foreign_name};

@@ -1,13 +1,10 @@
 //! Graphs as generated C that is compiled and loaded; simulators likewise: `simulator/native.rs`.
 
 use dualbody_native::NativeFunction;
-use pyo3::prelude::*;
 
-use crate::arrays::Array;
 use crate::codegen::{PyGraph, each_row};
 use crate::compiler::compiler_of;
-use crate::errors::OrRaise;
-use crate::python::{getters, methods};
+use crate::prelude::*;
 use crate::threads::stopped;
 
 /// A graph as a function that the system's C compiler has compiled.

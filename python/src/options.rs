@@ -1,10 +1,7 @@
 //! Options that are keywords in Python.
 
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
 use crate::counts::named;
-use crate::errors::{choice, value_error};
+use crate::prelude::*;
 
 /// Sets every option that was given; a `ValueError` names one that is none.
 ///
@@ -22,7 +19,7 @@ pub(crate) fn set_options(
         }
         let known = set(&name, &value).map_err(|error| named(&name, &value, error))?;
         if !known {
-            return Err(value_error(format_args!("\"{name}\" is no option of {of}")));
+            refuse!("\"{name}\" is no option of {of}");
         }
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! Attributes, methods and functions of Python, with their arguments as Python has them.
 
-use pyo3::prelude::*;
 use pyo3::types::PySlice;
+
+use crate::prelude::*;
 
 /// Attributes of a class: `/// What it is.` `name: Type = |own| value;`, or `|own, py| value` for one that is made of objects of Python.
 macro_rules! getters {
@@ -122,6 +123,21 @@ macro_rules! of_package {
     }};
 }
 pub(crate) use of_package;
+
+/// A dictionary of values by name: `dict!(py; time_step, integrator = py.None())`.
+macro_rules! dict {
+    ($py:expr; $($name:ident $(= $value:expr)?),* $(,)?) => {{
+        let out = PyDict::new($py);
+        $(out.set_item(stringify!($name), crate::python::dict!(@value $name $($value)?))?;)*
+        out
+    }};
+    (@value $name:ident) => { $name };
+    (@value $name:ident $value:expr) => { $value };
+}
+pub(crate) use dict;
+
+/// What a pickled object is made again by: a callable, and its arguments.
+pub(crate) type Recipe<'py> = PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)>;
 
 /// A range as a slice of Python.
 pub(crate) fn slice(py: Python<'_>, range: std::ops::Range<usize>) -> Bound<'_, PySlice> {

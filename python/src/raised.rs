@@ -3,7 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dualbody::StopSignal;
-use pyo3::prelude::*;
+
+use crate::prelude::*;
 
 /// The first exception of a solver's functions, which ends the solver.
 #[derive(Clone, Default)]

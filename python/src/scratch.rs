@@ -3,9 +3,10 @@
 use std::any::Any;
 use std::cell::RefCell;
 
-use dualbody::Model;
 use dualbody::sim::BatchScalar;
 use dualbody_python_table::{Lifted, Memory as Of};
+
+use crate::prelude::*;
 
 /// How many memories a thread keeps, of all kinds together.
 const KEPT: usize = 16;

@@ -2,9 +2,8 @@
 
 use dualbody::spatial::{Motion, Quaternion, Transform};
 use nalgebra::{Matrix3, Matrix6, Vector3};
-use pyo3::prelude::*;
 
-use crate::errors::value_error;
+use crate::prelude::*;
 
 /// A question about rotations, by its name: numbers in, numbers out. Quaternions are (w, x, y, z), matrices row by row.
 #[pyfunction]
@@ -59,5 +58,5 @@ fn rows(matrix: &Matrix6<f64>) -> Vec<f64> {
 }
 
 fn unknown(question: &str, n: usize) -> PyErr {
-    value_error(format_args!("\"{question}\" of {n} numbers"))
+    invalid!("\"{question}\" of {n} numbers")
 }

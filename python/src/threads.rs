@@ -7,12 +7,10 @@ use std::time::Duration;
 use std::{io, thread};
 
 use dualbody::StopSignal;
-use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::counts::whole;
-use crate::errors::{guarded, value_error};
+use crate::prelude::*;
 
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
@@ -36,9 +34,7 @@ struct Pool {
 #[pyfunction]
 pub(crate) fn set_threads(threads: &Bound<'_, PyAny>) -> PyResult<()> {
     match whole("threads", threads)? {
-        given if given > MOST => Err(value_error(format_args!(
-            "threads is {given}, expected at most {MOST}"
-        ))),
+        given if given > MOST => Err(invalid!("threads is {given}, expected at most {MOST}")),
         given => {
             WANTED.store(given, Ordering::Relaxed);
             Ok(())

@@ -1,17 +1,11 @@
 //! Worlds: robots and objects in one model.
 
-use dualbody::State;
 use dualbody::model::{Mass, Object, World};
 use dualbody::spatial::{Quaternion, Transform};
 use nalgebra::Vector3;
-use numpy::PyArray1;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::PyList;
 
-use crate::errors::{OrRaise, guarded, type_error, value_error};
-use crate::model::PyModel;
-use crate::options::set_options;
-use crate::python::{functions, getters, methods, of_package};
+use crate::prelude::*;
 
 /// Largest distance of a quaternion's norm from one.
 const NORM_TOLERANCE: f64 = 1e-6;
@@ -45,9 +39,7 @@ fn pose_of(position: [f64; 3], quaternion: [f64; 4]) -> PyResult<Transform<f64>>
     let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
     let is_unit = (norm - 1.0).abs() <= NORM_TOLERANCE;
     if !is_unit {
-        return Err(value_error(format_args!(
-            "quaternion is {quaternion:?}, whose norm is {norm}, not 1"
-        )));
+        refuse!("quaternion is {quaternion:?}, whose norm is {norm}, not 1");
     }
     let rotation = Quaternion::from_slice(&quaternion.map(|x| x / norm)).to_matrix();
     Ok(Transform::new(rotation, Vector3::from(position)))
@@ -109,9 +101,7 @@ impl Keywords {
             (None, true, _) => Object::fixed(),
             (None, false, Some(mass)) => Object::free(mass),
             (None, false, None) => {
-                return Err(value_error(
-                    "a free object needs mass= or density=; fixed=True makes one that stands",
-                ));
+                refuse!("a free object needs mass= or density=; fixed=True makes one that stands");
             }
         };
         let mut object = object.at(pose_of(self.position, self.quaternion)?);
@@ -171,12 +161,9 @@ impl PyWorld {
         Ok(PyModel::new(model, ("_build_world", self.recipe(py)?)))
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = of_package!(py, "_dualbody", "_world");
-        Ok((make.clone(), self.recipe(py)?))
+        Ok((make.clone(), self.recipe(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
@@ -266,7 +253,7 @@ functions! {
         let world = Bound::new(py, PyWorld::new(name, gravity)?)?;
         for (method, arguments, keywords) in calls {
             if !method.starts_with("add") {
-                return Err(type_error(format_args!("\"{method}\" adds no member")));
+                return Err(wrong_type!("\"{method}\" adds no member"));
             }
             world.call_method(method.as_str(), arguments, Some(&keywords))?;
         }

@@ -48,12 +48,10 @@ class Draws:
         counter = np.arange(1, size + 1, dtype=np.uint64) * _STEP
         words = _mixed(self._states[:, None] + counter)
         self._states += np.uint64(size * int(_STEP) % 2**64)
-        uniform: Array = low + (high - low) * 2.0**-53 * (words >> _U11).astype(np.float64)
-        return uniform
+        return low + (high - low) * 2.0**-53 * (words >> _U11).astype(np.float64)
 
     def normal(self, size: int) -> Array:
         """Normal numbers (n, size) of mean 0 and deviation 1, by the method of Box and Muller."""
         u = self.uniform(0.0, 1.0, 2 * size)
         radius, angle = np.sqrt(-2.0 * np.log1p(-u[:, :size])), 2.0 * np.pi * u[:, size:]
-        normal: Array = radius * np.cos(angle)
-        return normal
+        return radius * np.cos(angle)

@@ -65,17 +65,14 @@ def push_block() -> Task:
         return np.concatenate([block, finger, block[:, :2] - finger, *moving], axis=1)
 
     def away(q: Array) -> Array:
-        distance: Array = np.hypot(q[:, block_q], q[:, block_q + 1])
-        return distance
+        return np.hypot(q[:, block_q], q[:, block_q + 1])
 
     def reward(q: Array, v: Array, u: Array) -> Array:
         distance = away(q)
-        out: Array = np.where(distance < NEAR, 1.0, -distance) - 1e-3 * np.square(u).sum(axis=1)
-        return out
+        return np.where(distance < NEAR, 1.0, -distance) - 1e-3 * np.square(u).sum(axis=1)
 
     def is_over(q: Array, v: Array) -> Flags:
-        over: Flags = (away(q) > REACH) | (np.hypot(q[:, x_q], q[:, y_q]) > REACH)
-        return over
+        return (away(q) > REACH) | (np.hypot(q[:, x_q], q[:, y_q]) > REACH)
 
     return Task(
         simulator,

@@ -67,8 +67,7 @@ def quadruped() -> Task:
 
     def up(q: Array) -> Array:
         x, y = q[:, 4], q[:, 5]
-        upright: Array = 1.0 - 2.0 * (x * x + y * y)
-        return upright
+        return 1.0 - 2.0 * (x * x + y * y)
 
     return Task(
         simulator,

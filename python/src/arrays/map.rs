@@ -1,14 +1,10 @@
 //! Functions of rows, of one state and of batches on lanes and cores.
 
-use dualbody::Model;
-use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use super::Array;
-use super::output::{numbers_mut, output};
-use super::rows::{Argument, Rows, View, common_batch};
-use crate::errors::{about_base, guarded};
-use crate::scratch::{Memory, with_kept};
+use super::output::output;
+use crate::prelude::*;
+use crate::scratch::Memory;
 use crate::threads::pool;
 use dualbody_python_table::Memory as Of;
 

@@ -13,7 +13,8 @@ use pyo3::Bound;
 pub(crate) use map::{WIDTH, Wide, Work, in_rows, map_rows, map_views, with_memory};
 pub(crate) use output::{checked_output, empty, numbers_mut, room};
 pub(crate) use plain::{
-    matrix, read_matrix, read_matrix_of, read_numbers, read_vector, vector, write_matrix,
+    matrices, matrix, read_matrix, read_matrix_of, read_numbers, read_vector, stack, vector,
+    write_matrix,
 };
 pub(crate) use rows::{Argument, Rows, View, argument, common_batch, numbers};
 

@@ -1,12 +1,9 @@
 //! Arrays for results.
 
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
-use pyo3::prelude::*;
+use numpy::PyArrayDyn;
 
-use super::Array;
-use super::rows::{Rows, of_f64};
-use crate::errors::{shape_error, type_error, value_error};
-use crate::limits::check_array;
+use super::rows::of_f64;
+use crate::prelude::*;
 
 /// A new array whose numbers are not set.
 pub(crate) fn empty<'py>(py: Python<'py>, shape: &[usize]) -> Array<'py> {
@@ -43,7 +40,7 @@ pub(super) fn output<'a, 'py: 'a>(
     for argument in arguments {
         let other = range(argument.as_slice());
         if own.start < other.end && other.start < own.end {
-            return Err(value_error("out overlaps an argument"));
+            refuse!("out overlaps an argument");
         }
     }
     Ok(array)
@@ -55,8 +52,8 @@ pub(crate) fn checked_output<'py>(
     out: &Bound<'py, PyAny>,
     shape: &[usize],
 ) -> PyResult<Array<'py>> {
-    let array = of_f64(out)
-        .ok_or_else(|| type_error(format_args!("{name} is not an array of numpy.float64")))?;
+    let array =
+        of_f64(out).ok_or_else(|| wrong_type!("{name} is not an array of numpy.float64"))?;
     if array.shape() != shape {
         return Err(shape_error(name, array.shape(), format_args!("{shape:?}")));
     }
@@ -64,9 +61,7 @@ pub(crate) fn checked_output<'py>(
     let flags = unsafe { (*array.as_array_ptr()).fields.flags };
     let writeable = flags & numpy::npyffi::NPY_ARRAY_WRITEABLE != 0;
     if !(array.is_c_contiguous() && array.is_aligned() && writeable) {
-        return Err(value_error(format_args!(
-            "{name} is not a writeable array in C order"
-        )));
+        refuse!("{name} is not a writeable array in C order");
     }
     Ok(array.clone())
 }

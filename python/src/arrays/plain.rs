@@ -1,24 +1,46 @@
 //! Vectors and matrices of the library from arrays, and as arrays.
 
 pub(crate) use dualbody_python_table::write::write_matrix;
-use nalgebra::DMatrix;
-use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
-use pyo3::prelude::*;
 
-use super::Array;
-use super::output::{empty, numbers_mut};
-use super::rows::numbers;
-use crate::errors::shape_error;
+use crate::prelude::*;
 
-/// A vector as an array, in its own memory.
-pub(crate) fn vector<'py>(py: Python<'py>, x: Vec<f64>) -> Bound<'py, PyArray1<f64>> {
-    PyArray1::from_vec(py, x)
+/// A vector as an array.
+pub(crate) fn vector<'py>(py: Python<'py>, x: &[f64]) -> Bound<'py, PyAny> {
+    PyArray1::from_slice(py, x).into_any()
 }
 
 /// A matrix as an array.
 pub(crate) fn matrix<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
     let array = empty(py, &[m.nrows(), m.ncols()]);
     write_matrix(m, numbers_mut(&array));
+    array
+}
+
+/// Matrices of a shape as an array, (batch, rows, columns).
+pub(crate) fn matrices<'py, 'a>(
+    py: Python<'py>,
+    batch: &[usize],
+    shape: [usize; 2],
+    all: impl Iterator<Item = &'a DMatrix<f64>>,
+) -> PyResult<Array<'py>> {
+    let array = room(py, &[batch, &shape].concat())?;
+    let out = numbers_mut(&array).chunks_mut((shape[0] * shape[1]).max(1));
+    out.zip(all).for_each(|(out, m)| write_matrix(m, out));
+    Ok(array)
+}
+
+/// Rows as an array, (batch, shape of a row).
+pub(crate) fn stack<'py, 'a>(
+    py: Python<'py>,
+    batch: &[usize],
+    tail: &[usize],
+    rows: impl Iterator<Item = &'a [f64]>,
+) -> Array<'py> {
+    let array = empty(py, &[batch, tail].concat());
+    let width: usize = tail.iter().product();
+    let out = numbers_mut(&array).chunks_mut(width.max(1));
+    out.zip(rows)
+        .for_each(|(out, row)| out.copy_from_slice(row));
     array
 }
 

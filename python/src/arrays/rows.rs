@@ -1,13 +1,10 @@
 //! Arguments, row by row.
 
 use numpy::npyffi::{NPY_TYPES, PyArray_CheckExact};
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::prelude::*;
+use numpy::{PyArrayDyn, PyUntypedArray};
 use pyo3::sync::PyOnceLock;
 
-use super::Array;
-use crate::errors::{shape_error, value_error};
-use crate::limits::check_array;
+use crate::prelude::*;
 
 /// An argument with its name and the shape of one row.
 #[derive(Clone, Copy)]
@@ -108,9 +105,7 @@ pub(crate) fn common_batch<'a>(
     for (name, batch) in batches.filter(|(_, batch)| !batch.is_empty()) {
         match known {
             Some((other, shape)) if shape != batch => {
-                return Err(value_error(format_args!(
-                    "{name} is a batch of shape {batch:?}, {other} one of shape {shape:?}"
-                )));
+                refuse!("{name} is a batch of shape {batch:?}, {other} one of shape {shape:?}");
             }
             _ => known = Some((name, batch)),
         }

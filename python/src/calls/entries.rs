@@ -1,12 +1,10 @@
 //! Functions of the table with their derivatives.
 
 use dualbody_python_table::{Dual, Lifted, Memory, Point, Prepared, Robot, adjoint_of, on_duals};
-use pyo3::prelude::*;
 
 use super::{Call, Kind, Rows, Signature};
-use crate::arrays::{View, Work, in_rows, map_views, with_memory};
 use crate::dynamics::table::Entry;
-use crate::errors::{OrRaise, value_error};
+use crate::prelude::*;
 use crate::simulator::check_finite;
 
 /// A call of an entry of the table.
@@ -85,10 +83,7 @@ impl OfEntry<'_> {
             )?;
         }
         match self.entry.function.is_of_simulator && out[0].iter().any(|x| !x.is_finite()) {
-            true => Err(value_error(format_args!(
-                "{} is not finite",
-                self.call.function
-            ))),
+            true => Err(invalid!("{} is not finite", self.call.function)),
             false => Ok(()),
         }
     }
@@ -107,12 +102,7 @@ impl OfEntry<'_> {
         let function = on_duals(self.call.function);
         let prepare = function
             .and_then(|function| function.prepare)
-            .ok_or_else(|| {
-                value_error(format_args!(
-                    "{} has no derivatives here",
-                    self.call.function
-                ))
-            })?;
+            .ok_or_else(|| invalid!("{} has no derivatives here", self.call.function))?;
         let f: Prepared<Dual> = prepare(self.robot.model(), &self.call.names).or_raise()?;
         let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
             let x = self.vectors(k);
@@ -130,10 +120,19 @@ impl OfEntry<'_> {
                 let kept = memory
                     .dual
                     .get_or_insert_with(|| Lifted::new(self.robot, None));
-                match self.call.kind {
-                    Kind::Pull => self.pull(&point, &f, kept, k, out),
-                    _ => self.push(&point, &f, kept, k, out),
+                let directions = self.call.directions.max(1);
+                if self.call.kind == Kind::Pull {
+                    let weights = self.more(0, k);
+                    let width = weights.len() / directions;
+                    let pull = |i, out: &mut [f64]| point.pull(&f, kept, i, weights, out, width);
+                    return self.each_active(out, pull);
                 }
+                let mut all = vec![None; self.given + 1];
+                for (p, &i) in self.call.active.iter().enumerate() {
+                    all[i] = Some(self.more(p, k));
+                }
+                let width = out.len() / directions;
+                point.push(&f, kept, &all, out, width);
             });
             Ok(())
         };
@@ -144,35 +143,6 @@ impl OfEntry<'_> {
     fn more(&self, p: usize, k: usize) -> &[f64] {
         self.rows
             .row(self.given + usize::from(self.call.has_parameters) + p, k)
-    }
-
-    fn push(
-        &self,
-        point: &Point<'_>,
-        f: &Prepared<Dual>,
-        kept: &mut Lifted,
-        k: usize,
-        out: &mut [f64],
-    ) {
-        let mut all = vec![None; self.given + 1];
-        for (p, &i) in self.call.active.iter().enumerate() {
-            all[i] = Some(self.more(p, k));
-        }
-        let width = out.len() / self.call.directions.max(1);
-        point.push(f, kept, &all, out, width);
-    }
-
-    fn pull(
-        &self,
-        point: &Point<'_>,
-        f: &Prepared<Dual>,
-        kept: &mut Lifted,
-        k: usize,
-        out: &mut [f64],
-    ) {
-        let weights = self.more(0, k);
-        let width = weights.len() / self.call.directions.max(1);
-        self.each_active(out, |i, out| point.pull(f, kept, i, weights, out, width));
     }
 
     /// The part of the row of each input whose derivatives are wanted.

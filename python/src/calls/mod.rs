@@ -15,15 +15,11 @@ mod entries;
 mod signature;
 mod steps;
 
-use numpy::{PyArrayDyn, PyArrayMethods};
-use pyo3::prelude::*;
+use numpy::PyArrayDyn;
 
-use crate::arrays::numbers_mut;
-use crate::errors::{type_error, value_error};
-use crate::model::PyModel;
-use crate::python::functions;
-use crate::simulator::PySimulator;
 use dualbody_python_table::Robot;
+
+use crate::prelude::*;
 pub(crate) use signature::{_signature, _table, Signature};
 
 /// The object that a function belongs to.
@@ -77,7 +73,7 @@ pub(crate) struct Call<'a> {
 }
 
 fn number(text: &str) -> PyResult<usize> {
-    let broken = |_| value_error(format_args!("{text:?} is no number"));
+    let broken = |_| invalid!("{text:?} is no number");
     text.parse().map_err(broken)
 }
 
@@ -91,9 +87,7 @@ impl<'a> Call<'a> {
             "push" => Kind::Push,
             "pull" => Kind::Pull,
             other => {
-                return Err(value_error(format_args!(
-                    "there is no kind {other:?} of calls"
-                )));
+                refuse!("there is no kind {other:?} of calls");
             }
         };
         Ok(Self {
@@ -157,19 +151,20 @@ impl<'a> Call<'a> {
         lengths: impl ExactSizeIterator<Item = usize>,
     ) -> PyResult<()> {
         if lengths.len() != widths.len() {
-            return Err(value_error(format_args!(
+            refuse!(
                 "{} has {} of {what}s, expected {}",
                 self.function,
                 lengths.len(),
                 widths.len()
-            )));
+            );
         }
         for (k, (length, width)) in lengths.zip(widths).enumerate() {
             if length != width * self.count {
-                return Err(value_error(format_args!(
+                refuse!(
                     "{what} {k} of {} has {length} numbers, expected {} rows of {width}",
-                    self.function, self.count
-                )));
+                    self.function,
+                    self.count
+                );
             }
         }
         Ok(())

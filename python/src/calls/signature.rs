@@ -1,12 +1,10 @@
 //! Names and shapes of what functions take and give.
 
 use dualbody_python_table::{Keyword, shape_of};
-use pyo3::prelude::*;
 
 use super::{Call, Kind, Of};
 use crate::dynamics::table::Entry;
-use crate::errors::{guarded, value_error};
-use crate::python::functions;
+use crate::prelude::*;
 
 /// Arguments of a function, parameters of the model included, and its results.
 pub(crate) struct Signature {
@@ -54,9 +52,8 @@ impl Signature {
             }
             _ => {
                 let entry = entries().find(|entry| entry.function.name == call.function);
-                let entry = entry.ok_or_else(|| {
-                    value_error(format_args!("there is no function {}", call.function))
-                })?;
+                let entry =
+                    entry.ok_or_else(|| invalid!("there is no function {}", call.function))?;
                 let own = &entry.function;
                 let names: Vec<_> = own
                     .arguments
@@ -98,7 +95,7 @@ functions! {
         let checked = names.is_some();
         let names = names.unwrap_or_default();
         if let Some(name) = names.iter().find(|name| name.contains('\n')) {
-            return Err(value_error(format_args!("{name:?} has a line break, as no name here may")));
+            refuse!("{name:?} has a line break, as no name here may");
         }
         let call = Call {
             of: Of::read(of)?,

@@ -1,16 +1,12 @@
 //! Steps and rollouts with their derivatives.
 
+use dualbody::Linearization;
 use dualbody::error::StructureMismatch;
 use dualbody::linearize::{RolloutGradientOptions, StepGradient, VjpScratch, WantedParameters};
-use dualbody::{Linearization, Model, Simulator, State};
-use nalgebra::{DMatrix, DVector};
-use pyo3::prelude::*;
 
 use super::{Call, Kind, Rows, Signature};
-use crate::arrays::{View, in_rows};
-use crate::errors::{OrRaise, guarded};
-use crate::simulator::{PySimulator, States, Weighted, check_finite, diverged, pull_step};
-use crate::threads::each;
+use crate::prelude::*;
+use crate::simulator::{States, Weighted, check_finite, diverged, pull_step};
 
 /// Weighted sums of a step whose derivatives are found one by one; for more of them its Jacobians are.
 const FEW: usize = 2;
@@ -158,7 +154,12 @@ impl<'a> Steps<'a> {
     }
 
     /// Derivatives in the coordinates of q, in v and in the state of contact, from those in the tangent of the start, written where they are wanted.
-    fn write_slopes(&self, k: usize, direction: usize, slopes: &Derivatives<'_>, out: &mut [f64]) {
+    fn write_slopes(
+        &self,
+        (k, direction): (usize, usize),
+        [start, inputs, parameters]: [&[f64]; 3],
+        out: &mut [f64],
+    ) {
         let (model, mut first) = (self.model(k), 0);
         let nv = model.nv();
         for &i in &self.call.active {
@@ -166,16 +167,16 @@ impl<'a> Steps<'a> {
             let own = &mut out[first + direction * width..first + (direction + 1) * width];
             match i {
                 0 => {
-                    let tangent = slopes.start.rows(0, nv);
+                    let tangent = DVector::from_column_slice(&start[..nv]);
                     let all = model
                         .difference_jacobian(self.rows.row(0, k))
                         .tr_mul(&tangent);
                     own.copy_from_slice(all.as_slice());
                 }
-                1 => own.copy_from_slice(&slopes.start.as_slice()[nv..2 * nv]),
-                2 => own.copy_from_slice(slopes.inputs),
-                3 if self.has_contact => copy_known(&slopes.start.as_slice()[2 * nv..], own),
-                _ => own.copy_from_slice(&slopes.parameters[..width]),
+                1 => own.copy_from_slice(&start[nv..2 * nv]),
+                2 => own.copy_from_slice(inputs),
+                3 if self.has_contact => copy_known(&start[2 * nv..], own),
+                _ => own.copy_from_slice(&parameters[..width]),
             }
             first += width * self.call.directions;
         }
@@ -187,13 +188,6 @@ fn copy_known(from: &[f64], to: &mut [f64]) {
     let n = from.len().min(to.len());
     to[..n].copy_from_slice(&from[..n]);
     to[n..].fill(0.0);
-}
-
-/// Derivatives of a weighted sum.
-struct Derivatives<'a> {
-    start: &'a DVector<f64>,
-    inputs: &'a [f64],
-    parameters: &'a [f64],
 }
 
 /// Jacobian of a step in all parameters of the model, row by row by its adjoint.
@@ -258,12 +252,8 @@ impl Steps<'_> {
                 }
                 (None, None) => continue,
             };
-            let slopes = Derivatives {
-                start: &all.state,
-                inputs: all.input.as_slice(),
-                parameters: all.parameters.as_slice(),
-            };
-            self.write_slopes(k, d, &slopes, out);
+            let slopes = [&all.state, &all.input, &all.parameters].map(DVector::as_slice);
+            self.write_slopes((k, d), slopes, out);
         }
     }
 
@@ -341,12 +331,8 @@ impl Steps<'_> {
             let (start, inputs) = (&self.states[k], self.rows.row(2, k));
             let all = cost.pull(self.robot(k), start, inputs, &options);
             let by_inputs: Vec<f64> = all.inputs.iter().flat_map(|u| u.iter().copied()).collect();
-            let slopes = Derivatives {
-                start: &all.start,
-                inputs: &by_inputs,
-                parameters: all.parameters.as_slice(),
-            };
-            self.write_slopes(k, d, &slopes, out);
+            let slopes = [all.start.as_slice(), &by_inputs, all.parameters.as_slice()];
+            self.write_slopes((k, d), slopes, out);
         }
     }
 

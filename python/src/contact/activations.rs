@@ -1,14 +1,8 @@
 //! Activations of inputs.
 
-use dualbody::Simulator;
 use dualbody::sim::{Activation, ActuatorNetwork};
-use nalgebra::DMatrix;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::arrays::read_vector;
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::kinds::check_kind;
+use crate::prelude::*;
 
 /// The simulator with the activations that its parts name.
 pub(super) fn add(mut simulator: Simulator, parts: &Bound<'_, PyAny>) -> PyResult<Simulator> {
@@ -33,7 +27,7 @@ pub(super) fn add(mut simulator: Simulator, parts: &Bound<'_, PyAny>) -> PyResul
 
 fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     let dynamics = value.getattr("dynamics")?;
-    let time: Option<f64> = value.getattr("time_constant")?.extract()?;
+    let time: Option<f64> = attribute(value, "time_constant")?;
     let mut own = match dynamics.extract::<String>().ok().as_deref() {
         None => {
             let hint = " (or \"none\", \"filter\", \"explicit_filter\", \"integrator\")";
@@ -44,7 +38,7 @@ fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
         Some("none") => Activation::delay(0),
         Some("integrator") => Activation::integrator(),
         Some(kind @ ("filter" | "explicit_filter")) => {
-            let missing = || value_error(format_args!("a {kind} has no time_constant"));
+            let missing = || invalid!("a {kind} has no time_constant");
             let time = time.ok_or_else(missing)?;
             guarded(|| match kind {
                 "filter" => Activation::filter(time),
@@ -52,20 +46,20 @@ fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
             })?
         }
         Some(other) => {
-            return Err(value_error(format_args!(
+            refuse!(
                 "dynamics is \"{other}\", not \"none\", \"filter\", \"explicit_filter\", \"integrator\" or an ActuatorNetwork"
-            )));
+            );
         }
     };
-    let delay: usize = value.getattr("delay")?.extract()?;
+    let delay: usize = attribute(value, "delay")?;
     own = own.with_delay(delay);
-    if let Some((lower, upper)) = value.getattr("input_range")?.extract()? {
+    if let Some((lower, upper)) = attribute(value, "input_range")? {
         own = own.with_input_range(lower, upper);
     }
-    if let Some((lower, upper)) = value.getattr("range")?.extract()? {
+    if let Some((lower, upper)) = attribute(value, "range")? {
         own = own.with_range(lower, upper);
     }
-    Ok(if value.getattr("early")?.extract()? {
+    Ok(if attribute(value, "early")? {
         own.early()
     } else {
         own
@@ -83,16 +77,16 @@ fn network_of(value: &Bound<'_, PyAny>) -> PyResult<ActuatorNetwork> {
         }
         let rows = offsets.len();
         if rows == 0 || numbers.len() % rows != 0 {
-            return Err(value_error(format_args!(
+            refuse!(
                 "a layer has {} weights in {rows} rows of offsets",
                 numbers.len()
-            )));
+            );
         }
         layers.push((
             DMatrix::from_row_slice(rows, numbers.len() / rows, &numbers),
             offsets,
         ));
     }
-    let ages: Vec<usize> = value.getattr("ages")?.extract()?;
+    let ages: Vec<usize> = attribute(value, "ages")?;
     guarded(|| ActuatorNetwork::new(layers, &ages))
 }

@@ -2,20 +2,15 @@
 
 use std::path::PathBuf;
 
-use dualbody::Model;
 use dualbody::collision::Surface;
 use dualbody::contact::{
     CollisionOptions, Compliance, ContactLaw, Contacts, Material, TurningFriction,
 };
 use nalgebra::Vector3;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::law::law_of;
-use crate::errors::{OrRaise, guarded, type_error, value_error};
-use crate::kinds::{check_kind, fields};
-use crate::model::{PyModel, is_text};
-use crate::python::functions;
+use crate::model::is_text;
+use crate::prelude::*;
 
 /// Lets bodies touch each other, where that is asked for.
 pub(super) fn with_collisions(
@@ -35,10 +30,10 @@ pub(super) fn with_collisions(
         material(own, model)
     })?;
     let mut options = CollisionOptions {
-        self_collision: collisions.getattr("self_collision")?.extract()?,
-        excluded: collisions.getattr("excluded")?.extract()?,
+        self_collision: attribute(&collisions, "self_collision")?,
+        excluded: attribute(&collisions, "excluded")?,
         pairs: pairs(&collisions, model)?,
-        speculative: collisions.getattr("speculative")?.extract()?,
+        speculative: attribute(&collisions, "speculative")?,
         turning: turning(&collisions)?,
         materials,
         ..CollisionOptions::default()
@@ -73,7 +68,7 @@ fn pairs(collisions: &Bound<'_, PyAny>, model: &Model) -> PyResult<Vec<([String;
         let place = format!("pairs[{}]", links.repr()?);
         let links = links
             .extract()
-            .map_err(|_| type_error(format_args!("{place}: expected the names of two links")))?;
+            .map_err(|_| wrong_type!("{place}: expected the names of two links"))?;
         check_kind(&place, &value, "contact", &["Material"], "")?;
         Ok((links, material(&value, model)?))
     };
@@ -112,8 +107,8 @@ fn compliance(value: &Bound<'_, PyAny>, model: &Model) -> PyResult<Option<Compli
 /// Torsional and rolling friction: attributes of these names.
 fn turning(value: &Bound<'_, PyAny>) -> PyResult<TurningFriction> {
     Ok(TurningFriction {
-        torsional: value.getattr("torsional_friction")?.extract()?,
-        rolling: value.getattr("rolling_friction")?.extract()?,
+        torsional: attribute(value, "torsional_friction")?,
+        rolling: attribute(value, "rolling_friction")?,
     })
 }
 
@@ -154,8 +149,8 @@ pub(super) fn with_margins(
 }
 
 fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
-    let vertices: Vec<[f64; 3]> = value.getattr("vertices")?.extract()?;
-    let triangles: Vec<[u32; 3]> = value.getattr("triangles")?.extract()?;
+    let vertices: Vec<[f64; 3]> = attribute(value, "vertices")?;
+    let triangles: Vec<[u32; 3]> = attribute(value, "triangles")?;
     let vertices = vertices.into_iter().map(Vector3::from).collect();
     Surface::new(vertices, triangles).map_err(value_error)
 }

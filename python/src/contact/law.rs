@@ -1,16 +1,10 @@
 //! Laws of contact.
 
-use dualbody::Model;
 use dualbody::contact::{
     ContactLaw, HuntCrossley, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, SoftContact,
 };
-use pyo3::prelude::*;
 
-use crate::arrays::read_numbers;
-use crate::counts::whole;
-use crate::errors::{guarded, value_error};
-use crate::kinds::{check_kind, fields, kind_of};
-use crate::python::functions;
+use crate::prelude::*;
 
 /// Points on which a robot stands, and depth (m) by which it sinks in, of a soft contact that is given by its name.
 const SOFT: (usize, f64) = (4, 1e-3);
@@ -28,9 +22,9 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
                 let soft = SoftContact::estimate(model.total_mass(), points, depth);
                 Ok(ContactLaw::Soft(soft))
             }
-            _ => Err(value_error(format_args!(
+            _ => Err(invalid!(
                 "{name} is {kind:?}, not \"rigid\", \"soft\" or \"relaxed\""
-            ))),
+            )),
         };
     }
     let hint = " (or \"rigid\", \"soft\", \"relaxed\")";
@@ -44,7 +38,7 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
     match kind_of(value)?.as_str() {
         "SoftContact" => Ok(ContactLaw::Soft(SoftContact {
             normal: normal_of(value)?,
-            friction: value.getattr("friction")?.extract()?,
+            friction: attribute(value, "friction")?,
         })),
         "Rigid" => Ok(ContactLaw::Rigid(
             fields!(value => Rigid { friction, restitution, recovery_time }),
@@ -54,8 +48,8 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
 }
 
 fn relaxed(value: &Bound<'_, PyAny>) -> PyResult<RelaxedRigid> {
-    let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
-    let reference = match value.getattr("direct")?.extract()? {
+    let number = |name: &str| -> PyResult<f64> { attribute(value, name) };
+    let reference = match attribute(value, "direct")? {
         Some((stiffness, damping)) => Reference::Direct { stiffness, damping },
         None => Reference::TimeConstant {
             time_constant: number("time_constant")?,

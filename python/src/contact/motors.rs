@@ -1,16 +1,12 @@
 //! Motors.
 
-use dualbody::Model;
 use dualbody::sim::{
     Actuation, Actuator, CoulombFriction, Interval, PositionLimits, Servo, TorqueSpeed,
     VelocityLimit,
 };
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::law::normal_of;
-use crate::errors::{OrRaise, value_error};
-use crate::kinds::check_kind;
+use crate::prelude::*;
 
 pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Actuation> {
     let name: Option<String> = value.extract().ok();
@@ -19,16 +15,14 @@ pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<
         None => {
             let hint = " (or \"ideal\", \"model\")";
             check_kind("actuation", value, "sim", &["Actuation"], hint)?;
-            value.getattr("base")?.extract()?
+            attribute(value, "base")?
         }
     };
     let mut actuation = match base.as_str() {
         "ideal" => Actuation::ideal(model),
         "model" => Actuation::from_model(model),
         _ => {
-            return Err(value_error(format_args!(
-                "actuation is \"{base}\", not \"ideal\" or \"model\""
-            )));
+            refuse!("actuation is \"{base}\", not \"ideal\" or \"model\"");
         }
     };
     if name.is_some() {
@@ -47,9 +41,7 @@ pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<
 }
 
 fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
-    let torque_speed = value
-        .getattr("torque_speed")?
-        .extract::<Option<(f64, f64, f64)>>()?;
+    let torque_speed = attribute::<Option<(f64, f64, f64)>>(value, "torque_speed")?;
     let friction = value.getattr("friction")?;
     let friction = match friction.extract::<Option<f64>>() {
         Ok(force) => force.map(CoulombFriction::exact),
@@ -58,11 +50,9 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
             Some(CoulombFriction::smoothed(force, slip_velocity))
         }
     };
-    let velocity = value.getattr("velocity")?.extract::<Option<(f64, f64)>>()?;
+    let velocity = attribute::<Option<(f64, f64)>>(value, "velocity")?;
     let position =
-        value
-            .getattr("position")?
-            .extract::<Option<(Option<f64>, Option<f64>, Bound<'_, PyAny>)>>()?;
+        attribute::<Option<(Option<f64>, Option<f64>, Bound<'_, PyAny>)>>(value, "position")?;
     Ok(Actuator {
         servo: servo_of(value)?,
         torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
@@ -70,7 +60,7 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
             threshold,
             maximum,
         }),
-        effort: value.getattr("effort")?.extract()?,
+        effort: attribute(value, "effort")?,
         friction,
         position: position.map(limits_of).transpose()?,
         velocity: velocity.map(|(speed, damping)| VelocityLimit { speed, damping }),
@@ -80,10 +70,10 @@ fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
 /// The servo that a part of a robot has, with its ranges.
 pub(super) fn servo_of(value: &Bound<'_, PyAny>) -> PyResult<Option<Servo>> {
     let range = |name: &str| -> PyResult<Option<Interval>> {
-        let ends: Option<(f64, f64)> = value.getattr(name)?.extract()?;
+        let ends: Option<(f64, f64)> = attribute(value, name)?;
         Ok(ends.map(|(lower, upper)| Interval { lower, upper }))
     };
-    let servo: Option<[f64; 5]> = value.getattr("servo")?.extract()?;
+    let servo: Option<[f64; 5]> = attribute(value, "servo")?;
     let (input_range, force_range) = (range("input_range")?, range("force_range")?);
     Ok(
         servo.map(|[gear, gain, bias, position_gain, velocity_gain]| Servo {

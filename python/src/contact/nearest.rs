@@ -3,13 +3,8 @@
 use std::sync::Arc;
 
 use dualbody::contact::{LinkShapes, NearestError};
-use pyo3::prelude::*;
 
-use crate::arrays::{Array, Rows, argument, in_rows, numbers_mut, room};
-use crate::errors::{OrRaise, Raise, guarded, value_error};
-use crate::model::PyModel;
-use crate::python::functions;
-use crate::scratch::with_kept;
+use crate::prelude::*;
 
 /// Shapes of a model, which are kept: to read meshes takes long.
 fn shapes_of(own: &PyModel) -> Arc<LinkShapes> {

@@ -3,20 +3,16 @@
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::sim::{ExternalForce, FrameActuator, TendonServo};
 use dualbody::spatial::{Force, Representation};
-use dualbody::{Model, Simulator};
-use pyo3::exceptions::PyValueError;
-use pyo3::prelude::*;
 
 use super::motors::servo_of;
 use crate::dynamics::named;
-use crate::errors::{OrRaise, guarded};
-use crate::kinds::{check_kind, kind_of};
 use crate::model::read_pose;
+use crate::prelude::*;
 
 fn anchor_of(model: &Model, name: &str, of: &Bound<'_, PyAny>) -> PyResult<Anchor> {
     let value = of.getattr(name)?;
     check_kind(name, &value, "sim", &["Anchor"], ", as Anchor(\"link\")")?;
-    let frame: Option<String> = value.getattr("frame")?.extract()?;
+    let frame: Option<String> = attribute(&value, "frame")?;
     let placement = read_pose("placement", &value.getattr("placement")?)?;
     let frame = frame
         .map(|name| model.find_frame(&name).or_raise())
@@ -29,7 +25,7 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
     let anchors = || -> PyResult<[Anchor; 2]> {
         Ok([anchor_of(model, "a", value)?, anchor_of(model, "b", value)?])
     };
-    let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
+    let number = |name| attribute::<f64>(value, name);
     let constraint = match kind.as_str() {
         "Weld" => Constraint::weld(anchors()?),
         "Ball" => Constraint::ball(anchors()?),
@@ -44,18 +40,16 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
             Constraint::tendon(model, &joints, length).or_raise()?
         }
         _ => {
-            let (one, other): (String, String) = value.getattr("joints")?.extract()?;
+            let (one, other): (String, String) = attribute(value, "joints")?;
             let (ratio, offset) = (number("ratio")?, number("offset")?);
             Constraint::coupler(model, [&one, &other], ratio, offset).or_raise()?
         }
     };
-    let given = |name: &str| value.getattr(name);
-    let time: Option<f64> = given("time_constant")?.extract()?;
-    let spring: Option<(f64, f64)> = given("spring")?.extract()?;
-    let bound: Option<f64> = given("largest_force")?.extract()?;
+    let time: Option<f64> = attribute(value, "time_constant")?;
+    let spring: Option<(f64, f64)> = attribute(value, "spring")?;
+    let bound: Option<f64> = attribute(value, "largest_force")?;
     if time.is_some() && spring.is_some() {
-        let text = "a constraint has a time_constant or a spring, not both";
-        return Err(PyValueError::new_err(text));
+        refuse!("a constraint has a time_constant or a spring, not both");
     }
     guarded(|| {
         let timed = time.map(|time| constraint.clone().with_time_constant(time));
@@ -68,22 +62,28 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
     })
 }
 
-fn force_of(x: [f64; 6]) -> Force<f64> {
-    Force::from_array(x)
+fn force_of(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Force<f64>> {
+    attribute(value, name).map(Force::from_array)
+}
+
+fn axes_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Representation> {
+    named(model, &attribute::<String>(value, "representation")?)
 }
 
 /// A list of parts of some classes.
 fn list<'py, T>(
+    model: &Model,
     parts: &Bound<'py, PyAny>,
     name: &str,
     classes: &[&str],
-    one: impl Fn(&Bound<'py, PyAny>) -> PyResult<T>,
+    one: fn(&Model, &Bound<'py, PyAny>) -> PyResult<T>,
 ) -> PyResult<Vec<T>> {
-    let all: Vec<Bound<'_, PyAny>> = parts.get_item(name)?.extract()?;
+    let all: Option<Vec<Bound<'_, PyAny>>> = parts.get_item(name)?.extract()?;
+    let all = all.unwrap_or_default();
     for (k, one) in all.iter().enumerate() {
         check_kind(format_args!("{name}[{k}]"), one, "sim", classes, "")?;
     }
-    all.iter().map(one).collect()
+    all.iter().map(|own| one(model, own)).collect()
 }
 
 /// Coefficients of joints by name.
@@ -94,12 +94,8 @@ fn coefficients_of(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, f64)>> {
 
 fn external_force_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<ExternalForce> {
     let place = anchor_of(model, "place", value)?;
-    let (force, name): ([f64; 6], String) = (
-        value.getattr("force")?.extract()?,
-        value.getattr("representation")?.extract()?,
-    );
-    let representation = named::<Representation>(model, &name)?;
-    guarded(|| ExternalForce::constant(place, force_of(force), representation))
+    let (force, axes) = (force_of(value, "force")?, axes_of(model, value)?);
+    guarded(|| ExternalForce::constant(place, force, axes))
 }
 
 /// Adds to a simulator what its description in Python names, besides contacts.
@@ -107,62 +103,53 @@ pub(crate) fn with_parts(
     mut simulator: Simulator,
     parts: &Bound<'_, PyAny>,
 ) -> PyResult<Simulator> {
-    let model = simulator.model().clone();
+    let model = &simulator.model().clone();
     let kinds = ["Weld", "Ball", "Distance", "Coupler", "Tendon"];
-    let all = list(parts, "constraints", &kinds, |c| constraint_of(&model, c))?;
-    if !all.is_empty() {
-        let all = [simulator.constraints(), &all].concat();
-        simulator = simulator.with_constraints(all);
-    }
-    let all = list(parts, "external_forces", &["ExternalForce"], |f| {
-        external_force_of(&model, f)
-    })?;
-    if !all.is_empty() {
-        simulator = simulator.with_external_forces(all);
-    }
-    let all = list(parts, "frame_actuators", &["FrameActuator"], |a| {
-        frame_actuator_of(&model, a)
-    })?;
-    if !all.is_empty() {
-        let all = [simulator.frame_actuators(), &all].concat();
-        simulator = simulator.with_frame_actuators(all);
-    }
-    let all = list(parts, "tendon_servos", &["TendonServo"], |t| {
-        tendon_servo_of(&model, t)
-    })?;
-    if !all.is_empty() {
-        let all = [simulator.tendon_servos(), &all].concat();
-        simulator = simulator.with_tendon_servos(all);
-    }
+    let all = list(model, parts, "constraints", &kinds, constraint_of)?;
+    let all = [simulator.constraints(), &all].concat();
+    simulator = simulator.with_constraints(all);
+    let kinds = ["ExternalForce"];
+    let all = list(model, parts, "external_forces", &kinds, external_force_of)?;
+    let all = [simulator.external_forces(), &all].concat();
+    simulator = simulator.with_external_forces(all);
+    let kinds = ["FrameActuator"];
+    let all = list(model, parts, "frame_actuators", &kinds, frame_actuator_of)?;
+    let all = [simulator.frame_actuators(), &all].concat();
+    simulator = simulator.with_frame_actuators(all);
+    let all = list(
+        model,
+        parts,
+        "tendon_servos",
+        &["TendonServo"],
+        tendon_servo_of,
+    )?;
+    let all = [simulator.tendon_servos(), &all].concat();
+    simulator = simulator.with_tendon_servos(all);
     let simulator = super::sleeping::add(simulator, parts)?;
     super::activations::add(simulator, parts)
 }
 
 fn tendon_servo_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<TendonServo> {
-    let name: String = value.getattr("name")?.extract()?;
+    let name: String = attribute(value, "name")?;
     let joints = coefficients_of(value)?;
     let joints: Vec<(&str, f64)> = joints.iter().map(|(name, c)| (&**name, *c)).collect();
-    let missing = || PyValueError::new_err(format!("the tendon \"{name}\" has no servo"));
+    let missing = || invalid!("the tendon \"{name}\" has no servo");
     let servo = servo_of(value)?.ok_or_else(missing)?;
     let made = TendonServo::new(model, name.clone(), &joints, servo).or_raise()?;
-    match value.getattr("effort")?.extract()? {
+    match attribute(value, "effort")? {
         Some(effort) => guarded(|| made.with_effort(effort)),
         None => Ok(made),
     }
 }
 
 fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameActuator> {
-    let name: String = value.getattr("name")?.extract()?;
+    let name: String = attribute(value, "name")?;
     let place = anchor_of(model, "place", value)?;
-    let (wrench, axes): ([f64; 6], String) = (
-        value.getattr("wrench")?.extract()?,
-        value.getattr("representation")?.extract()?,
-    );
-    let representation = named::<Representation>(model, &axes)?;
-    let limits: Option<(f64, f64)> = value.getattr("limits")?.extract()?;
+    let (wrench, axes) = (force_of(value, "wrench")?, axes_of(model, value)?);
+    let limits: Option<(f64, f64)> = attribute(value, "limits")?;
     let servo = servo_of(value)?;
     guarded(|| {
-        let actuator = FrameActuator::new(name, place, force_of(wrench), representation);
+        let actuator = FrameActuator::new(name, place, wrench, axes);
         let actuator = match servo {
             Some(servo) => actuator.with_servo(servo),
             None => actuator,

@@ -1,20 +1,15 @@
 //! Where a robot touches the ground.
 
-use dualbody::Model;
 use dualbody::contact::{
     ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing, SolverOptions,
 };
 use dualbody::model::{BodyId, FrameId};
 use nalgebra::Vector3;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::collisions::{with_collisions, with_margins, with_turning};
 use super::law::law_of;
 use super::terrain::terrain_of;
-use crate::counts::whole_of;
-use crate::errors::{OrRaise, guarded};
-use crate::kinds::{check_kind, fields};
+use crate::prelude::*;
 
 /// A point of contact: link, body, centre, kind, parameters of the kind.
 pub(crate) type Point = (usize, usize, [f64; 3], String, Vec<f64>);
@@ -61,11 +56,11 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     check_kind("contacts", value, "contact", &["Contacts"], hint)?;
     let terrain = terrain_of(&value.getattr("terrain")?)?;
     let law = law_of("law", &value.getattr("law")?, model)?;
-    let points: Option<Vec<Point>> = value.getattr("points")?.extract()?;
+    let points: Option<Vec<Point>> = attribute(value, "points")?;
     let mut contacts = match points {
         None => {
             let options = ContactOptions {
-                mesh_points: whole_of(value, "mesh_points")?,
+                mesh_points: attribute(value, "mesh_points")?,
             };
             Contacts::with_options(model, terrain, law, &options).or_raise()?
         }
@@ -79,7 +74,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
             .or_raise()?
         }
     };
-    if let Some(links) = value.getattr("links")?.extract::<Option<Vec<String>>>()? {
+    if let Some(links) = attribute::<Option<Vec<String>>>(value, "links")? {
         let links: Vec<&str> = links.iter().map(String::as_str).collect();
         contacts = contacts.with_links(model, &links).or_raise()?;
     }
@@ -94,9 +89,9 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     let smoothing = value.getattr("smoothing")?;
     if !smoothing.is_none() {
         check_kind("smoothing", &smoothing, "contact", &["Smoothing"], "")?;
-        let kappa = smoothing.getattr("kappa")?.extract()?;
+        let kappa = attribute(&smoothing, "kappa")?;
         let mut own = Smoothing::new(kappa);
-        if let Some(reach) = smoothing.getattr("reach")?.extract()? {
+        if let Some(reach) = attribute(&smoothing, "reach")? {
             own = own.with_reach(reach);
         }
         contacts = contacts.with_smoothing(own);
@@ -104,7 +99,7 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
     let solver = value.getattr("solver")?;
     if !solver.is_none() {
         check_kind("solver", &solver, "contact", &["SolverOptions"], "")?;
-        let count = |name: &str| whole_of(&solver, name);
+        let count = |name: &str| attribute(&solver, name);
         let options = fields!(solver => SolverOptions {
             tolerance,
             iterations: count("iterations")?,

@@ -1,13 +1,8 @@
 //! The ground.
 
 use dualbody::contact::{HeightField, Terrain};
-use pyo3::prelude::*;
 
-use crate::arrays::{read_matrix, read_numbers};
-use crate::errors::guarded;
-use crate::kinds::{check_kind, kind_of};
-use crate::limits::check_grid;
-use crate::python::functions;
+use crate::prelude::*;
 
 pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
     check_kind(

@@ -1,8 +1,8 @@
 //! Rollouts of a GPU as numbers of arrays.
 
-use dualbody::State;
 use dualbody_cuda::{CudaRollout, Ending};
 
+use crate::prelude::*;
 use crate::simulator::{Status, status_of};
 
 /// The states that were kept, the last ones, and how each motion ended.

@@ -2,14 +2,10 @@
 
 use std::path::PathBuf;
 
-use dualbody::Simulator;
 use dualbody_cuda::{Compiler, CudaError, CudaSimulator, Device, Real};
 use pyo3::exceptions::{PyMemoryError, PyOSError};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::arrays::read_vector;
-use crate::errors::{OrRaise, Raise, choice, guarded, value_error};
+use crate::prelude::*;
 
 impl Raise for CudaError {
     fn raise(self) -> PyErr {

@@ -2,19 +2,12 @@
 
 use std::path::PathBuf;
 
-use dualbody::State;
-use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyFloatingPointError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use super::motions::{Motions, ending_of};
 use super::precision::{Either, Gpu, Wanted, on_either, on_gpu};
-use crate::arrays::{Rows, argument};
-use crate::counts::whole;
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::{getters, methods, of_package};
-use crate::simulator::{Given, PySimulator, read_inputs, row, stack};
+use crate::prelude::*;
+use crate::simulator::{Given, read_inputs, row};
 use crate::threads::stopped;
 
 /// Steps of many states of a robot, or of variants of it, on a GPU. Its kernels are recorded and compiled when it is made.
@@ -146,11 +139,7 @@ methods! { PyCudaSimulator {
         let py = q.py();
         let (given, states, inputs) = self.read(q, v, u, contact)?;
         let all = on_gpu!(py, &self.gpu, gpu => gpu.linearize(&states, &inputs))?;
-        let own = self.simulator.get();
-        own.jacobians(py, &given, |out| {
-            out.write_all(&all);
-            Ok(())
-        })
+        (self.simulator.get()).jacobians(py, &given.batch, &all)
     }
 
     /// Gradients of ⟨adjoint, next state⟩ of each state, as Simulator.vjp: a StepGradient (state, input, parameters, friction), in the parameters
@@ -207,9 +196,9 @@ impl PyCudaSimulator {
         if fits || (shared && batch.is_empty()) {
             return Ok(());
         }
-        Err(value_error(format_args!(
+        Err(invalid!(
             "{what} of a batch of shape {batch:?}, expected ({count},)"
-        )))
+        ))
     }
 }
 

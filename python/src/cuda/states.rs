@@ -4,20 +4,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dlpark::DlpackElement;
 use dlpark::python::ExportRequest;
-use dualbody::State;
 use dualbody_cuda::{CudaError, CudaSimulator, CudaStates, Device, Dlpack, Numbers, Real};
-use numpy::PyArray1;
 use pyo3::exceptions::PyBufferError;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::motions::ending_of;
 use super::precision::{Either, Gpu, on_either};
 use super::simulator::PyCudaSimulator;
 use super::tensors;
-use crate::counts::whole;
-use crate::errors::{OrRaise, guarded};
-use crate::python::{methods, of_package};
+use crate::prelude::*;
 
 /// States of one precision on the device, with room for their input.
 #[derive(Debug)]

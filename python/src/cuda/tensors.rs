@@ -5,9 +5,8 @@ use dlpark::ffi::DLDevice;
 use dlpark::python::{DlpackStream, ExportRequest, ImportRequest, ImportedDlpack, StreamArg};
 use dualbody_cuda::{Device, Dlpack};
 use pyo3::exceptions::{PyBufferError, PyTypeError};
-use pyo3::prelude::*;
 
-use crate::errors::{OrRaise, value_error};
+use crate::prelude::*;
 
 /// The stream of a device, whose work waits for a producer's.
 struct Stream<'a>(&'a Device);
@@ -40,9 +39,7 @@ pub(super) fn read(name: &str, array: &Bound<'_, PyAny>, device: &Device) -> PyR
         .device()
         .is_ok_and(|found| found.device_type != here)
     {
-        return Err(value_error(format_args!(
-            "{name} is not on a GPU; step and rollout take arrays of NumPy"
-        )));
+        refuse!("{name} is not on a GPU; step and rollout take arrays of NumPy");
     }
     match request.import(Some(&Stream(device)), None)? {
         ImportedDlpack::Versioned(tensor) => Ok(tensor),

@@ -8,13 +8,9 @@
 pub(crate) mod table;
 mod tangents;
 
-use dualbody::Model;
 use dualbody_python_table::Named;
 use dualbody_python_table::prelude::*;
-use pyo3::prelude::*;
 
-use crate::errors::OrRaise;
-use crate::model::PyModel;
 use table::{Entry, python_functions};
 
 /// Functions of one area, each a function of Python.
@@ -61,6 +57,8 @@ macro_rules! functions_of_numbers {
     } };
 }
 use functions_of_numbers;
+
+use crate::prelude::*;
 
 /// The frame, representation or other item that an argument names.
 pub(crate) fn named<N: Named>(model: &Model, name: &str) -> PyResult<N> {

@@ -1,11 +1,8 @@
 //! Functions of Python from entries of the table.
 
-use dualbody::Model;
 use dualbody_python_table::{Function, Memory, Prepared, Robot, Shape, shape_of};
-use pyo3::prelude::*;
 
-use crate::arrays::{Argument, Array, Wide, Work, map_rows};
-use crate::errors::OrRaise;
+use crate::prelude::*;
 
 /// Most vectors of a function.
 const MOST: usize = 6;

@@ -1,11 +1,8 @@
 //! Tangents of states, as methods of a model.
 
-use pyo3::prelude::*;
-
 use super::frames::{_deviation, difference, integrate};
 use super::values::{_difference_jacobian, _integrate_jacobian};
-use crate::arrays::Array;
-use crate::model::PyModel;
+use crate::prelude::*;
 
 /// Methods that call functions of the table.
 macro_rules! tangents {

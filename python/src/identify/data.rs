@@ -3,14 +3,8 @@
 use dualbody::identify::{
     Dataset, Experiment, LowPass, Preparation, Quantity, SavitzkyGolay, Segment, Unit,
 };
-use nalgebra::DMatrix;
-use pyo3::prelude::*;
 
-use crate::arrays::{Array, empty, numbers_mut, read_matrix, read_vector};
-use crate::counts::whole_of;
-use crate::errors::{OrRaise, choice, guarded};
-use crate::model::PyModel;
-use crate::python::functions;
+use crate::prelude::*;
 
 const QUANTITIES: [(&str, Quantity); 4] = [
     ("position", Quantity::Position),
@@ -28,7 +22,15 @@ const UNITS: [(&str, Unit); 5] = [
 ];
 
 /// A segment as Python has it: name, start, rate, and q, v, a, tau with a row for each sample.
-type SegmentNumbers<'py> = (String, f64, f64, [Array<'py>; 4]);
+type SegmentNumbers<'py> = (
+    String,
+    f64,
+    f64,
+    Array<'py>,
+    Array<'py>,
+    Array<'py>,
+    Array<'py>,
+);
 
 functions! {
     /// Prepares experiments for a robot: segments, and stretches that were too short as (name, start, samples).
@@ -43,21 +45,25 @@ functions! {
             .collect::<PyResult<_>>()?;
         let data = py.detach(|| guarded(|| preparation.prepare(model, &all)))?;
         let data = data.or_raise()?;
-        let left_out = data.left_out.into_iter();
-        let left_out = left_out.map(|own| (own.experiment, own.start, own.samples));
-        let segments = data.segments.iter().map(|own| numbers_of(py, own));
-        Ok((segments.collect(), left_out.collect()))
+        let left_out = data.left_out.iter();
+        let left_out = left_out.map(|own| (own.experiment.clone(), own.start, own.samples));
+        Ok((numbers_of(py, &data), left_out.collect()))
+    }
+
+    /// Segments of training data, and of the last share of each segment.
+    fn _hold_back(py: Python, data, share: f64) -> PyResult<[Vec<SegmentNumbers<'py>>; 2]> {
+        let data = data_of(data)?;
+        let (kept, held) = guarded(|| data.hold_back(share))?;
+        Ok([kept, held].map(|part| numbers_of(py, &part)))
     }
 }
 
-fn numbers_of<'py>(py: Python<'py>, segment: &Segment) -> SegmentNumbers<'py> {
-    let rows = [&segment.q, &segment.v, &segment.a, &segment.tau].map(|m| samples(py, m));
-    (
-        segment.experiment.clone(),
-        segment.start,
-        segment.rate,
-        rows,
-    )
+fn numbers_of<'py>(py: Python<'py>, data: &Dataset) -> Vec<SegmentNumbers<'py>> {
+    let one = |own: &Segment| {
+        let [q, v, a, tau] = [&own.q, &own.v, &own.a, &own.tau].map(|m| samples(py, m));
+        (own.experiment.clone(), own.start, own.rate, q, v, a, tau)
+    };
+    data.segments.iter().map(one).collect()
 }
 
 /// A matrix whose columns are samples, as an array whose rows are.
@@ -70,10 +76,10 @@ pub(super) fn samples<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
 
 fn preparation_of(value: &Bound<'_, PyAny>) -> PyResult<Preparation> {
     let (half_width, degree): (usize, usize) =
-        (whole_of(value, "half_width")?, whole_of(value, "degree")?);
+        (attribute(value, "half_width")?, attribute(value, "degree")?);
     let mut out = Preparation::new(SavitzkyGolay::new(half_width, degree).or_raise()?)
-        .with_decimation(whole_of(value, "decimation")?);
-    let low_pass: Option<(usize, f64)> = whole_of(value, "low_pass")?;
+        .with_decimation(attribute(value, "decimation")?);
+    let low_pass: Option<(usize, f64)> = attribute(value, "low_pass")?;
     if let Some((order, cutoff)) = low_pass {
         out = out.with_low_pass(LowPass { order, cutoff });
     }
@@ -81,15 +87,15 @@ fn preparation_of(value: &Bound<'_, PyAny>) -> PyResult<Preparation> {
 }
 
 fn experiment_of(value: &Bound<'_, PyAny>) -> PyResult<Experiment> {
-    let name: String = value.getattr("name")?.extract()?;
+    let name: String = attribute(value, "name")?;
     let times = value.getattr("times")?;
     let mut out = match times.is_none() {
-        true => Experiment::at_rate(name, value.getattr("rate")?.extract()?),
+        true => Experiment::at_rate(name, attribute(value, "rate")?),
         false => Experiment::at_times(name, &read_vector("times", &times, None)?),
     };
     for channel in value.getattr("channels")?.try_iter()? {
         let channel = channel?;
-        let text = |name: &str| -> PyResult<String> { channel.getattr(name)?.extract() };
+        let text = |name: &str| -> PyResult<String> { attribute(&channel, name) };
         let quantity = choice("quantity", &text("quantity")?, &QUANTITIES)?;
         let unit = channel.getattr("unit")?;
         let unit = match unit.extract::<f64>() {
@@ -101,7 +107,7 @@ fn experiment_of(value: &Bound<'_, PyAny>) -> PyResult<Experiment> {
         let values = read_vector("values", &values, None)?;
         out = out.with_channel(text("joint")?, quantity, unit, &values);
     }
-    for joint in value.getattr("passive")?.extract::<Vec<String>>()? {
+    for joint in attribute::<Vec<String>>(value, "passive")? {
         out = out.with_passive_joint(joint);
     }
     Ok(out)
@@ -116,9 +122,9 @@ pub(super) fn data_of(value: &Bound<'_, PyAny>) -> PyResult<Dataset> {
             Ok(read_matrix(name, &segment.getattr(name)?)?.transpose())
         };
         Ok(Segment {
-            experiment: whole_of(&segment, "experiment")?,
-            start: segment.getattr("start")?.extract()?,
-            rate: segment.getattr("rate")?.extract()?,
+            experiment: attribute(&segment, "experiment")?,
+            start: attribute(&segment, "start")?,
+            rate: attribute(&segment, "rate")?,
             q: columns("q")?,
             v: columns("v")?,
             a: columns("a")?,

@@ -4,15 +4,11 @@ use dualbody::identify::{
     BaseParameters, ConsistencyOptions, Estimate, Interval, Report, estimate,
 };
 use dualbody::view::identification_page;
-use pyo3::prelude::*;
 
 use super::data::data_of;
 use super::regressor::regressor_of;
 use super::robot::{RobotNumbers, numbers_of, robot_of};
-use crate::arrays::{Array, matrix, read_matrix_of, read_vector, vector};
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::functions;
-use crate::threads::on_pool_stopped;
+use crate::prelude::*;
 
 /// Name, value, standard deviation, lower and upper end.
 pub(super) type IntervalNumbers = (String, f64, f64, f64, f64);
@@ -41,14 +37,14 @@ functions! {
         let own = found.or_raise()?;
         let (freedom, unknowns) = (own.freedom(), own.unknowns());
         Ok((
-            vector(py, own.values.as_slice().to_vec()).into_any(),
+            vector(py, own.values.as_slice()),
             matrix(py, &own.covariance),
             matrix(py, &own.information),
             own.force_deviations,
             own.equations,
             own.condition,
             freedom,
-            vector(py, unknowns.as_slice().to_vec()).into_any(),
+            vector(py, unknowns.as_slice()),
         ))
     }
 }
@@ -59,12 +55,10 @@ fn estimate_of(value: &Bound<'_, PyAny>) -> PyResult<Estimate> {
     let base = guarded(|| BaseParameters::new(&regressor))?;
     let (n, nv) = (base.len(), regressor.model().nv());
     let square = |name| read_matrix_of(name, &value.getattr(name)?, (n, n));
-    let force_deviations: Vec<f64> = value.getattr("force_deviations")?.extract()?;
-    let equations: Vec<usize> = value.getattr("equations")?.extract()?;
+    let force_deviations: Vec<f64> = attribute(value, "force_deviations")?;
+    let equations: Vec<usize> = attribute(value, "equations")?;
     if [force_deviations.len(), equations.len()] != [nv; 2] {
-        return Err(value_error(format_args!(
-            "force_deviations and equations are not {nv} each"
-        )));
+        refuse!("force_deviations and equations are not {nv} each");
     }
     Ok(Estimate {
         values: read_vector("values", &value.getattr("values")?, Some(n))?.into(),
@@ -72,7 +66,7 @@ fn estimate_of(value: &Bound<'_, PyAny>) -> PyResult<Estimate> {
         information: square("information")?,
         force_deviations,
         equations,
-        condition: value.getattr("condition")?.extract()?,
+        condition: attribute(value, "condition")?,
         regressor,
         base,
     })
@@ -102,7 +96,7 @@ functions! {
         options.regularization = regularization.unwrap_or(options.regularization);
         options.gap = gap.unwrap_or(options.gap);
         let found = on_pool_stopped(py, || own.consistent(&options))?.or_raise()?;
-        let unknowns = vector(py, found.unknowns.as_slice().to_vec()).into_any();
+        let unknowns = vector(py, found.unknowns.as_slice());
         let robot = numbers_of(py, &found.robot);
         Ok((unknowns, robot, found.excess, found.gap, found.iterations))
     }

@@ -18,7 +18,7 @@ mod regressor;
 mod robot;
 mod shooting;
 
-pub(crate) use data::_prepare;
+pub(crate) use data::{_hold_back, _prepare};
 pub(crate) use estimate::{_consistent, _estimate, _identified, _intervals, _report};
 pub(crate) use motion::{_excite, _excited};
 pub(crate) use regressor::{_base_parameters, _regressor, _regressor_matrix};

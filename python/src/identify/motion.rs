@@ -1,15 +1,9 @@
 //! Motions that excite.
 
 use dualbody::identify::{Excitation, ExcitationOptions, excite};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::regressor::regressor_of;
-use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
-use crate::errors::OrRaise;
-use crate::options::read_options;
-use crate::python::functions;
-use crate::threads::on_pool_stopped;
+use crate::prelude::*;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
     read_options!(ExcitationOptions, "excite", value;
@@ -25,7 +19,7 @@ functions! {
         let (regressor, options) = (regressor_of(regressor)?, options_of(options)?);
         let found = on_pool_stopped(py, || excite(&regressor, &options))?;
         let found = found.or_raise()?;
-        let center = vector(py, found.center).into_any();
+        let center = vector(py, &found.center);
         let coefficients = matrix(py, &found.coefficients);
         let (condition, start) = (found.condition, found.start_condition);
         Ok((found.period, center, coefficients, condition, start))
@@ -36,10 +30,10 @@ functions! {
         let center = read_vector("center", &motion.getattr("center")?, None)?;
         let (n, times) = (center.len(), read_vector("times", times, None)?);
         let motion = Excitation {
-            period: motion.getattr("period")?.extract()?,
+            period: attribute(motion, "period")?,
             coefficients: read_matrix("coefficients", &motion.getattr("coefficients")?)?,
-            condition: motion.getattr("condition")?.extract()?,
-            start_condition: motion.getattr("start_condition")?.extract()?,
+            condition: attribute(motion, "condition")?,
+            start_condition: attribute(motion, "start_condition")?,
             center,
         };
         let out = [(); 3].map(|()| empty(py, &[times.len(), n]));

@@ -1,12 +1,8 @@
 //! Regressors and base parameters.
 
 use dualbody::identify::{BaseParameters, DryFriction, Regressor};
-use pyo3::prelude::*;
 
-use crate::arrays::{Array, matrix, vector, write_matrix};
-use crate::errors::{OrRaise, choice, guarded};
-use crate::model::PyModel;
-use crate::python::functions;
+use crate::prelude::*;
 
 /// Dry friction (shape, number) from its description in Python.
 pub(super) fn friction_of(given: Option<(String, f64)>) -> PyResult<Option<DryFriction>> {
@@ -32,9 +28,9 @@ pub(super) fn model_of<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Py
 }
 
 pub(super) fn regressor_of(value: &Bound<'_, PyAny>) -> PyResult<Regressor> {
-    let known: Vec<String> = value.getattr("known_links")?.extract()?;
+    let known: Vec<String> = attribute(value, "known_links")?;
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    let flag = |name: &str| -> PyResult<bool> { value.getattr(name)?.extract() };
+    let flag = |name: &str| -> PyResult<bool> { attribute(value, name) };
     let mut out = Regressor::new(&model_of(value)?.get().model)
         .with_known_links(&known)
         .or_raise()?;
@@ -44,7 +40,7 @@ pub(super) fn regressor_of(value: &Bound<'_, PyAny>) -> PyResult<Regressor> {
     if flag("armature")? {
         out = out.with_armature();
     }
-    if let Some(shape) = friction_of(value.getattr("dry_friction")?.extract()?)? {
+    if let Some(shape) = friction_of(attribute(value, "dry_friction")?)? {
         out = out.with_dry_friction(shape).or_raise()?;
     }
     if flag("offsets")? {
@@ -57,7 +53,7 @@ functions! {
     /// Names and nominal values of the unknowns.
     fn _regressor(regressor) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
         let own = regressor_of(regressor)?;
-        let nominal = vector(regressor.py(), own.nominal().as_slice().to_vec());
+        let nominal = vector(regressor.py(), own.nominal().as_slice());
         Ok((own.names().to_vec(), nominal.into_any()))
     }
 }

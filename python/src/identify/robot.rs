@@ -1,13 +1,10 @@
 //! Identified robots.
 
 use dualbody::identify::Robot;
-use pyo3::prelude::*;
 
 use super::data::{data_of, samples};
 use super::regressor::{friction_of, map_motion, model_of};
-use crate::arrays::{Array, read_vector, vector};
-use crate::errors::{OrRaise, guarded};
-use crate::python::functions;
+use crate::prelude::*;
 
 /// An identified robot as Python has it: all parameters of the model, dry friction, offsets.
 pub(super) type RobotNumbers<'py> = [Bound<'py, PyAny>; 3];
@@ -19,7 +16,7 @@ pub(super) fn numbers_of<'py>(py: Python<'py>, robot: &Robot) -> RobotNumbers<'p
         robot.dry_friction.clone(),
         robot.offsets.clone(),
     ];
-    all.map(|x| vector(py, x).into_any())
+    all.map(|x| vector(py, &x))
 }
 
 pub(super) fn robot_of(value: &Bound<'_, PyAny>) -> PyResult<Robot> {
@@ -28,7 +25,7 @@ pub(super) fn robot_of(value: &Bound<'_, PyAny>) -> PyResult<Robot> {
     Ok(Robot {
         dry_friction: all("dry_friction")?,
         offsets: all("offsets")?,
-        shape: friction_of(value.getattr("shape")?.extract()?)?,
+        shape: friction_of(attribute(value, "shape")?)?,
         model,
     })
 }

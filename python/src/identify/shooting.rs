@@ -2,19 +2,10 @@
 
 use dualbody::identify::{Adjustable, ShootingOptions, Starts, shoot};
 use dualbody::least_squares::Status;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
-use crate::arrays::vector;
-use crate::counts::whole;
-use crate::errors::OrRaise;
-use crate::kinds::kind_of;
-use crate::options::{chosen, read_options};
-use crate::python::functions;
-use crate::simulator::PySimulator;
-use crate::threads::on_pool_stopped;
+use crate::prelude::*;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
     let starts = chosen(
@@ -27,7 +18,7 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
 
 /// The adjusted parameter.
 fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
-    let text = |name: &str| -> PyResult<String> { value.getattr(name)?.extract() };
+    let text = |name: &str| -> PyResult<String> { attribute(value, name) };
     Ok(match kind_of(value)?.as_str() {
         "Inertia" => Adjustable::Inertia(text("link")?),
         "LinkMass" => Adjustable::LinkMass(text("link")?),
@@ -67,13 +58,13 @@ functions! {
         let parameters = found.simulator.model().parameters();
         let intervals = found.intervals;
         Ok((
-            vector(py, found.values).into_any(),
+            vector(py, &found.values),
             intervals.map(|all| all.into_iter().map(interval).collect()),
             found.deviation,
             found.status.to_string(),
             found.status == Status::Converged,
             found.iterations,
-            vector(py, parameters.as_slice().to_vec()).into_any(),
+            vector(py, parameters.as_slice()),
         ))
     }
 }

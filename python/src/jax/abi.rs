@@ -23,95 +23,37 @@ pub(super) const INVALID_ARGUMENT: c_int = 3;
 pub(super) const F32: c_int = 11;
 pub(super) const F64: c_int = 12;
 
-#[repr(C)]
-pub(super) struct Extension {
-    pub(super) struct_size: usize,
-    pub(super) kind: c_int,
-    pub(super) next: *mut Extension,
+/// Structs as C has them.
+macro_rules! structs {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),* })*) => { $(
+        $(#[$doc])*
+        #[repr(C)]
+        pub(super) struct $name {
+            $(pub(super) $field: $type),*
+        }
+    )* };
 }
 
-#[repr(C)]
-pub(super) struct ApiVersion {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) major: c_int,
-    pub(super) minor: c_int,
-}
-
-#[repr(C)]
-pub(super) struct Metadata {
-    pub(super) struct_size: usize,
-    pub(super) version: ApiVersion,
-    pub(super) traits: u32,
-}
-
-#[repr(C)]
-pub(super) struct MetadataExtension {
-    pub(super) base: Extension,
-    pub(super) metadata: *mut Metadata,
-}
-
-#[repr(C)]
-pub(super) struct ErrorArguments {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) message: *const c_char,
-    pub(super) code: c_int,
-}
-
-#[repr(C)]
-pub(super) struct Api {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) version: ApiVersion,
-    pub(super) internal: *const c_void,
-    pub(super) create_error: unsafe extern "C" fn(*mut ErrorArguments) -> *mut c_void,
-}
-
-#[repr(C)]
-pub(super) struct Buffer {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) kind: c_int,
-    pub(super) data: *mut c_void,
-    pub(super) rank: i64,
-    pub(super) lengths: *const i64,
-}
-
-/// Arguments, or results.
-#[repr(C)]
-pub(super) struct Buffers {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) count: i64,
-    pub(super) kinds: *const c_int,
-    pub(super) buffers: *const *const Buffer,
-}
-
-#[repr(C)]
-pub(super) struct Text {
-    pub(super) start: *const u8,
-    pub(super) length: usize,
-}
-
-#[repr(C)]
-pub(super) struct Attributes {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) count: i64,
-    pub(super) kinds: *const c_int,
-    pub(super) names: *const *const Text,
-    pub(super) values: *const *const c_void,
-}
-
-#[repr(C)]
-pub(super) struct CallFrame {
-    pub(super) struct_size: usize,
-    pub(super) extension: *mut Extension,
-    pub(super) api: *const Api,
-    pub(super) context: *mut c_void,
-    pub(super) stage: c_int,
-    pub(super) arguments: Buffers,
-    pub(super) results: Buffers,
-    pub(super) attributes: Attributes,
+structs! {
+    Extension { struct_size: usize, kind: c_int, next: *mut Extension }
+    ApiVersion { struct_size: usize, extension: *mut Extension, major: c_int, minor: c_int }
+    Metadata { struct_size: usize, version: ApiVersion, traits: u32 }
+    MetadataExtension { base: Extension, metadata: *mut Metadata }
+    ErrorArguments { struct_size: usize, extension: *mut Extension, message: *const c_char, code: c_int }
+    Api {
+        struct_size: usize, extension: *mut Extension,
+        version: ApiVersion, internal: *const c_void, create_error: unsafe extern "C" fn(*mut ErrorArguments) -> *mut c_void
+    }
+    Buffer { struct_size: usize, extension: *mut Extension, kind: c_int, data: *mut c_void, rank: i64, lengths: *const i64 }
+    /// Arguments, or results.
+    Buffers { struct_size: usize, extension: *mut Extension, count: i64, kinds: *const c_int, buffers: *const *const Buffer }
+    Text { start: *const u8, length: usize }
+    Attributes {
+        struct_size: usize, extension: *mut Extension, count: i64,
+        kinds: *const c_int, names: *const *const Text, values: *const *const c_void
+    }
+    CallFrame {
+        struct_size: usize, extension: *mut Extension, api: *const Api, context: *mut c_void,
+        stage: c_int, arguments: Buffers, results: Buffers, attributes: Attributes
+    }
 }

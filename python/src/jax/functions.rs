@@ -1,11 +1,9 @@
 //! Calls of compiled programs.
 
-use pyo3::prelude::*;
-
 use super::frame::Frame;
 use super::registry::{Used, find};
 use crate::calls::{Call, Of};
-use crate::errors::caught;
+use crate::prelude::*;
 
 /// Makes the call that a frame describes.
 pub(super) fn call(frame: &Frame<'_>) -> Result<(), String> {

@@ -19,11 +19,12 @@ use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
-use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
 
 use abi::CallFrame;
 use frame::Frame;
+
+use crate::prelude::*;
 pub(crate) use registry::_foreign_name;
 
 /// The function that XLA calls.

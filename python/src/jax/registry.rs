@@ -3,12 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{PoisonError, RwLock};
 
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-use crate::errors::type_error;
-use crate::model::PyModel;
-use crate::simulator::PySimulator;
+use crate::prelude::*;
 
 /// Bytes of the digest by which a robot is known.
 const DIGEST: usize = 16;
@@ -56,8 +51,7 @@ pub(crate) fn _foreign_name(of: &Bound<'_, PyAny>) -> PyResult<String> {
 fn digest(of: &Bound<'_, PyAny>) -> PyResult<String> {
     let py = of.py();
     let bytes = py.import("pickle")?.call_method1("dumps", (of,))?;
-    let options = PyDict::new(py);
-    options.set_item("digest_size", DIGEST)?;
+    let options = dict!(py; digest_size = DIGEST);
     let digest = py.import("hashlib")?.getattr("blake2b")?;
     let digest = digest.call((bytes,), Some(&options))?;
     digest.call_method0("hexdigest")?.extract()

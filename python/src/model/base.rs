@@ -1,9 +1,8 @@
 //! Base of a robot (fixed or floating), by name.
 
 use dualbody::Base;
-use pyo3::prelude::*;
 
-use crate::errors::choice;
+use crate::prelude::*;
 
 pub(super) fn base_of(name: &str) -> PyResult<Base> {
     let choices = [

@@ -4,23 +4,17 @@ use dualbody::joint::{JointKind, Pitch};
 use dualbody::model::{
     Collision, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, SecondAxis, Visual,
 };
-use pyo3::prelude::*;
 
 use super::base::base_of;
-use super::handle::PyModel;
 use super::shapes::{inertia_of, read_geometry, read_pose};
-use crate::errors::{OrRaise, choice, guarded, value_error};
-use crate::python::functions;
+use crate::prelude::*;
 
 pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
-    let name: String = link.getattr("name")?.extract()?;
-    let mass: f64 = link.getattr("mass")?.extract()?;
-    let (com, inertia) = (
-        link.getattr("com")?.extract()?,
-        link.getattr("inertia")?.extract()?,
-    );
+    let name: String = attribute(link, "name")?;
+    let mass: f64 = attribute(link, "mass")?;
+    let (com, inertia) = (attribute(link, "com")?, attribute(link, "inertia")?);
     let mut spec = LinkSpec::new(name).with_inertia(inertia_of(mass, com, inertia));
-    if !link.getattr("gravity")?.extract::<bool>()? {
+    if !attribute::<bool>(link, "gravity")? {
         spec = spec.without_gravity();
     }
     for shape in link.getattr("visuals")?.try_iter()? {
@@ -29,7 +23,7 @@ pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
             name: None,
             placement: read_pose("placement", &shape.getattr("placement")?)?,
             geometry: read_geometry(&shape)?,
-            color: shape.getattr("color")?.extract()?,
+            color: attribute(&shape, "color")?,
         });
     }
     for shape in link.getattr("collisions")?.try_iter()? {
@@ -46,9 +40,7 @@ pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
 /// Kind of a joint; `pitch` is that of a screw joint, m/rad.
 fn kind_of(name: &str, pitch: f64) -> PyResult<JointKind> {
     if name == "screw" && !(pitch.is_finite() && pitch != 0.0) {
-        return Err(value_error(format_args!(
-            "pitch is {pitch}: a screw joint needs one, finite and not zero"
-        )));
+        refuse!("pitch is {pitch}: a screw joint needs one, finite and not zero");
     }
     let choices = [
         ("fixed", JointKind::Fixed),
@@ -75,9 +67,9 @@ fn limits_of(value: &Bound<'_, PyAny>) -> PyResult<Limits> {
 }
 
 pub(super) fn joint_of(joint: &Bound<'_, PyAny>) -> PyResult<JointSpec> {
-    let text = |name: &str| -> PyResult<String> { joint.getattr(name)?.extract() };
-    let number = |name: &str| -> PyResult<f64> { joint.getattr(name)?.extract() };
-    let (stiffness, rest) = joint.getattr("spring")?.extract()?;
+    let text = |name: &str| -> PyResult<String> { attribute(joint, name) };
+    let number = |name: &str| -> PyResult<f64> { attribute(joint, name) };
+    let (stiffness, rest) = attribute(joint, "spring")?;
     let mut spec = JointSpec::new(
         text("name")?,
         kind_of(&text("kind")?, number("pitch")?)?,
@@ -85,23 +77,20 @@ pub(super) fn joint_of(joint: &Bound<'_, PyAny>) -> PyResult<JointSpec> {
         text("child")?,
     )
     .with_placement(read_pose("placement", &joint.getattr("placement")?)?)
-    .with_axis(joint.getattr("axis")?.extract()?)
+    .with_axis(attribute(joint, "axis")?)
     .with_limits(limits_of(&joint.getattr("limits")?)?)
     .with_damping(number("damping")?)
     .with_friction(number("friction")?)
     .with_armature(number("armature")?)
     .with_spring(stiffness, rest);
-    if let Some((leader, multiplier, offset)) = joint.getattr("mimic")?.extract()? {
+    if let Some((leader, multiplier, offset)) = attribute(joint, "mimic")? {
         spec = spec.with_mimic(Mimic {
             leader,
             multiplier,
             offset,
         });
     }
-    if let Some(axis) = joint
-        .getattr("second_axis")?
-        .extract::<Option<[f64; 3]>>()?
-    {
+    if let Some(axis) = attribute::<Option<[f64; 3]>>(joint, "second_axis")? {
         spec = spec.with_second_axis(SecondAxis::about(axis));
     }
     Ok(spec)

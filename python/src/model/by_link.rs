@@ -1,10 +1,6 @@
 //! Masses link by link.
 
-use pyo3::prelude::*;
-
-use super::handle::PyModel;
-use crate::arrays::{Array, empty, numbers_mut, vector};
-use crate::errors::OrRaise;
+use crate::prelude::*;
 
 #[pymethods]
 impl PyModel {
@@ -16,7 +12,7 @@ impl PyModel {
     /// Centre of mass of a link in its frame, (3,), m; NaN for a link without mass.
     fn link_center_of_mass<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Bound<'py, PyAny>> {
         let com = self.model.link_inertia(link).or_raise()?.com();
-        Ok(vector(py, com.as_slice().to_vec()).into_any())
+        Ok(vector(py, com.as_slice()))
     }
 
     /// Inertia of a link in its frame, (6, 6), rows and columns [linear; angular].
@@ -32,7 +28,10 @@ impl PyModel {
     #[getter]
     fn link_masses<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         let all = self.model.link_inertias();
-        vector(py, all.iter().map(|inertia| inertia.mass).collect()).into_any()
+        vector(
+            py,
+            &all.iter().map(|inertia| inertia.mass).collect::<Vec<_>>(),
+        )
     }
 
     /// Inertias of all links in their frames, in the order of link_names, (n_links, 6, 6).

@@ -1,19 +1,12 @@
 //! Changed robots.
 
-use dualbody::Model;
 use dualbody::model::Spring;
 use dualbody::spatial::Transform;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::build::{joint_of, link_of};
-use super::handle::PyModel;
 use super::load::by_name;
 use super::shapes::{inertia_of, read_pose};
-use crate::arrays::read_vector;
-use crate::counts::whole;
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::methods;
+use crate::prelude::*;
 
 pub(super) fn positions(given: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
     given
@@ -28,19 +21,19 @@ fn coordinate(model: &Model, v: &Bound<'_, PyAny>) -> PyResult<usize> {
         let index: usize = whole("v", v)?;
         return match index < model.nv() {
             true => Ok(index),
-            false => Err(value_error(format_args!(
+            false => Err(invalid!(
                 "v is {index}, and \"{}\" has {} velocity coordinates",
                 model.name(),
                 model.nv()
-            ))),
+            )),
         };
     };
     let range = model.joint_v(model.find_joint(&name).or_raise()?);
     match range.len() {
         1 => Ok(range.start),
-        n => Err(value_error(format_args!(
+        n => Err(invalid!(
             "joint \"{name}\" has {n} velocity coordinates: give the index of one, joint_v(\"{name}\") has them"
-        ))),
+        )),
     }
 }
 

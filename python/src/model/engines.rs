@@ -1,16 +1,9 @@
 //! States, forces and matrices in the coordinates of other engines.
 
-use dualbody::Model;
 use dualbody::sim::{Engine, EngineCoordinates};
-use nalgebra::{DMatrix, DVector};
-use numpy::PyUntypedArrayMethods;
-use pyo3::prelude::*;
 use pyo3::types::PySlice;
 
-use super::handle::PyModel;
-use crate::arrays::{Array, Work, argument, map_rows, numbers, write_matrix};
-use crate::errors::{OrRaise, choice, guarded, shape_error, value_error};
-use crate::python::{getters, methods, slice};
+use crate::prelude::*;
 
 fn engine(name: &str) -> PyResult<Engine> {
     let choices = [
@@ -57,10 +50,7 @@ impl PyEngineCoordinates {
         let joints = joint_order.as_deref().unwrap_or(&[]);
         let is_again = |k: &usize| joints[..*k].contains(&joints[*k]);
         if let Some(k) = (0..joints.len()).find(is_again) {
-            return Err(value_error(format_args!(
-                "joint_order names \"{}\" twice",
-                joints[k]
-            )));
+            refuse!("joint_order names \"{}\" twice", joints[k]);
         }
         let out = Self {
             model: model.clone().unbind(),
@@ -184,19 +174,15 @@ impl PyEngineCoordinates {
         })
     }
 
-    fn __reduce__<'py>(
-        this: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Recipe<'py> {
         let (py, own) = (this.py(), this.get());
         let parts = (
             own.model.clone_ref(py),
             &own.engine,
             own.joint_order.clone(),
         );
-        Ok((
-            this.get_type().into_any(),
-            parts.into_pyobject(py)?.into_any(),
-        ))
+        let parts = parts.into_pyobject(py)?.into_any();
+        Ok((this.get_type().into_any(), parts))
     }
 
     fn __repr__(&self) -> String {

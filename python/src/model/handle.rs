@@ -4,15 +4,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dualbody::Model;
 use dualbody::model::JointId;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::report::PyImportReport;
-use crate::arrays::{Array, Work, argument, map_rows};
-use crate::errors::OrRaise;
-use crate::python::functions;
+use crate::prelude::*;
 
 /// Robot: an immutable tree of bodies and joints.
 ///
@@ -79,9 +74,9 @@ impl PyModel {
         hasher.finish()
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Py<PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = py.import("dualbody._dualbody")?.getattr(self.recipe.0)?;
-        Ok((make, self.recipe.1.clone_ref(py)))
+        Ok((make, self.recipe.1.bind(py).clone().into_any()))
     }
 }
 

@@ -1,12 +1,8 @@
 //! Sizes and densities of links as parameters.
 
 use dualbody::model::{Dimension, Hardware, MassDistribution, ScaledLink};
-use pyo3::prelude::*;
 
-use super::handle::PyModel;
-use crate::arrays::{Array, matrix, read_vector, vector};
-use crate::errors::{OrRaise, choice, guarded};
-use crate::python::functions;
+use crate::prelude::*;
 
 const DIMENSIONS: [(&str, Dimension); 6] = [
     ("x", Dimension::X),
@@ -47,7 +43,7 @@ functions! {
     /// Names and nominal values of the parameters.
     fn _hardware(model: &Bound<'py, PyModel>, links: Option<Links>) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
         let hardware = hardware_of(model, links.as_ref())?;
-        let nominal = vector(model.py(), hardware.nominal().to_vec());
+        let nominal = vector(model.py(), hardware.nominal());
         Ok((hardware.names().to_vec(), nominal.into_any()))
     }
 

@@ -1,19 +1,15 @@
 //! Robots from descriptions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use dualbody::error::LoadError;
 use dualbody::io::{MasslessLinks, MjcfScene};
 use dualbody::model::{Base, BodyId, UpAxis};
-use dualbody::{ImportReport, Model, ModelOptions, Simulator};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use dualbody::{ImportReport, ModelOptions};
 
 use super::base::base_of;
-use super::handle::PyModel;
 use super::report::PyImportReport;
-use crate::arrays::read_vector;
-use crate::errors::{OrRaise, choice, guarded, type_error, value_error, warn};
-use crate::python::{functions, methods};
+use crate::prelude::*;
 
 fn up_axis(name: &str) -> PyResult<UpAxis> {
     let choices = [
@@ -40,7 +36,7 @@ fn with_option(
     name: &str,
     value: &Bound<'_, PyAny>,
 ) -> PyResult<ModelOptions> {
-    let wrong = |error: PyErr| type_error(format_args!("{name}: {}", error.value(value.py())));
+    let wrong = |error: PyErr| wrong_type!("{name}: {}", error.value(value.py()));
     let text = || value.extract::<String>().map_err(wrong);
     let paths = || value.extract::<Vec<PathBuf>>().map_err(wrong);
     Ok(match name {
@@ -69,9 +65,7 @@ fn with_option(
         "search_paths" => (paths()?.into_iter()).fold(options, ModelOptions::with_search_path),
         "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),
         _ => {
-            return Err(type_error(format_args!(
-                "\"{name}\" is not a keyword of a loader"
-            )));
+            return Err(wrong_type!("\"{name}\" is not a keyword of a loader"));
         }
     })
 }
@@ -90,26 +84,6 @@ fn massless(value: &Bound<'_, PyAny>) -> PyResult<MasslessLinks> {
     }
 }
 
-/// Loads a robot from a text that begins like XML, or from a file.
-fn from_description(
-    format: &'static str,
-    description: &Bound<'_, PyAny>,
-    keywords: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyModel> {
-    let py = description.py();
-    let none = PyDict::new(py);
-    let keywords = keywords.unwrap_or(&none);
-    match description.extract::<String>() {
-        Ok(text) if is_text(&text) => _load_model(py, format, Some(text), None, keywords),
-        _ => {
-            let path = description
-                .extract::<PathBuf>()
-                .map_err(|_| type_error("description is neither a text nor a path"))?;
-            _load_model(py, format, None, Some(path), keywords)
-        }
-    }
-}
-
 /// Whether it is a description, and not the path of one: XML, after a byte-order mark perhaps.
 pub(crate) fn is_text(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
@@ -117,13 +91,24 @@ pub(crate) fn is_text(text: &str) -> bool {
 }
 
 impl PyModel {
-    /// The robot of a description in a format, "urdf" or "mjcf".
+    /// The robot of a description in a format, "urdf", "sdf" or "mjcf": a text that begins like XML, or a file.
     pub(crate) fn of_description(
         format: &'static str,
         description: &Bound<'_, PyAny>,
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        from_description(format, description, keywords)
+        let py = description.py();
+        let none = PyDict::new(py);
+        let keywords = keywords.unwrap_or(&none);
+        match description.extract::<String>() {
+            Ok(text) if is_text(&text) => _load_model(py, format, Some(text), None, keywords),
+            _ => {
+                let path = description.extract::<PathBuf>();
+                let path =
+                    path.map_err(|_| type_error("description is neither a text nor a path"))?;
+                _load_model(py, format, None, Some(path), keywords)
+            }
+        }
     }
 
     /// Format, text, path and keywords of the description that it was loaded from.
@@ -141,14 +126,10 @@ pub(crate) fn simulator_of(recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
         let scene = scene_of(recipe)?;
         return guarded(|| scene.simulator());
     }
-    let (wanted, text, path) = source_of(recipe)?;
-    let loaded = guarded(|| match (&path, &text) {
-        (Some(path), None) => wanted.load_urdf_file(path),
-        (path, text) => {
-            beside(wanted, path.as_ref()).load_urdf_str(text.as_deref().unwrap_or_default())
-        }
-    })?;
-    let (model, report) = loaded.or_raise()?;
+    let (model, report) = Source::of(recipe)?.load(
+        |options, path| options.load_urdf_file(path),
+        |options, text| options.load_urdf_str(text),
+    )?;
     guarded(|| report.simulator(model))
 }
 
@@ -156,28 +137,60 @@ pub(crate) fn simulator_of(recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
 ///
 /// * `recipe` – format, text, path and keywords
 pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
-    let (wanted, text, path) = source_of(recipe)?;
-    let loaded = guarded(|| match (&path, &text) {
-        (Some(path), None) => wanted.load_mjcf_scene_file(path),
-        (path, text) => {
-            beside(wanted, path.as_ref()).load_mjcf_scene_str(text.as_deref().unwrap_or_default())
-        }
-    })?;
-    Ok(loaded.or_raise()?.0)
+    let (scene, _) = Source::of(recipe)?.load(
+        |options, path| options.load_mjcf_scene_file(path),
+        |options, text| options.load_mjcf_scene_str(text),
+    )?;
+    Ok(scene)
 }
 
-/// Options, text and path of a description; without the text if the file still has it.
-fn source_of(
-    recipe: &Bound<'_, PyAny>,
-) -> PyResult<(ModelOptions, Option<String>, Option<PathBuf>)> {
-    type Recipe<'py> = (String, Option<String>, Option<PathBuf>, Bound<'py, PyDict>);
-    let (_, text, path, keywords): Recipe<'_> = recipe.extract()?;
-    let wanted = guarded(|| options_of(&keywords))??;
-    let read = path
-        .as_ref()
-        .and_then(|path| std::fs::read_to_string(path).ok());
-    let is_there = path.is_some() && text == read;
-    Ok((wanted, text.filter(|_| !is_there), path))
+/// A description.
+struct Source {
+    options: ModelOptions,
+    text: Option<String>,
+    path: Option<PathBuf>,
+    /// Whether the file has this text.
+    is_there: bool,
+}
+
+impl Source {
+    fn new(
+        text: Option<String>,
+        path: Option<PathBuf>,
+        keywords: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
+        // A pickle may be read in another folder.
+        let path = path.map(|path| std::path::absolute(&path).unwrap_or(path));
+        let read = path.as_ref();
+        let read = read.and_then(|path| std::fs::read_to_string(path).ok());
+        Ok(Self {
+            options: guarded(|| options_of(keywords))??,
+            is_there: path.is_some() && (text.is_none() || text == read),
+            text: text.or(read),
+            path,
+        })
+    }
+
+    /// That of a recipe: format, text, path and keywords.
+    fn of(recipe: &Bound<'_, PyAny>) -> PyResult<Self> {
+        type Recipe<'py> = (String, Option<String>, Option<PathBuf>, Bound<'py, PyDict>);
+        let (_, text, path, keywords): Recipe<'_> = recipe.extract()?;
+        Self::new(text, path, &keywords)
+    }
+
+    /// Reads the file if it is there; else the text, with meshes beside the file.
+    fn load<T>(
+        &self,
+        of_file: fn(&ModelOptions, &Path) -> Result<T, LoadError>,
+        of_text: fn(&ModelOptions, &str) -> Result<T, LoadError>,
+    ) -> PyResult<T> {
+        let text = self.text.as_deref().unwrap_or_default();
+        let loaded = guarded(|| match &self.path {
+            Some(path) if self.is_there => of_file(&self.options, path),
+            path => of_text(&beside(self.options.clone(), path.as_ref()), text),
+        });
+        loaded?.or_raise()
+    }
 }
 
 functions! {
@@ -185,28 +198,15 @@ functions! {
     ///
     /// A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
     fn _load_model(py: Python, format: &str, text: Option<String>, path: Option<PathBuf>, options: &Bound<'py, PyDict>) -> PyResult<PyModel> {
-        let wanted = guarded(|| options_of(options))??;
-        // A pickle may be read in another folder.
-        let path = path.map(|path| std::path::absolute(&path).unwrap_or(path));
-        let read = path
-            .as_ref()
-            .and_then(|path| std::fs::read_to_string(path).ok());
-        let is_from_file = path.is_some() && (text.is_none() || text == read);
-        let loaded = py.detach(|| {
-            guarded(|| match (format, &path, &text) {
-                ("urdf", Some(path), _) if is_from_file => wanted.load_urdf_file(path),
-                ("sdf", Some(path), _) if is_from_file => wanted.load_sdf_file(path),
-                ("mjcf", Some(path), _) if is_from_file => wanted.load_mjcf_file(path),
-                ("urdf", _, Some(text)) => beside(wanted, path.as_ref()).load_urdf_str(text),
-                ("mjcf", _, Some(text)) => beside(wanted, path.as_ref()).load_mjcf_str(text),
-                (_, _, Some(text)) => beside(wanted, path.as_ref()).load_sdf_str(text),
-                _ => wanted.load_urdf_str(""),
-            })
+        let source = Source::new(text, path, options)?;
+        let (model, report) = py.detach(|| match format {
+            "sdf" => source.load(|own, path| own.load_sdf_file(path), |own, text| own.load_sdf_str(text)),
+            "mjcf" => source.load(|own, path| own.load_mjcf_file(path), |own, text| own.load_mjcf_str(text)),
+            _ => source.load(|own, path| own.load_urdf_file(path), |own, text| own.load_urdf_str(text)),
         })?;
-        let (model, report) = loaded.or_raise()?;
         // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
-        let path = path.map(PathBuf::into_os_string);
-        let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
+        let path = source.path.map(PathBuf::into_os_string);
+        let recipe = (format, source.text, path, options).into_pyobject(py)?;
         warn_of_floating_arm(py, &model, &report)?;
         let report = Py::new(py, PyImportReport { report })?;
         let model = PyModel::new(model, ("_load_model", recipe));
@@ -264,14 +264,14 @@ methods! { PyModel {
     /// mesh_up_axis: "auto", "honour" or "ignore". What the loader remarks is in `import_report`.
     #[staticmethod]
     fn from_urdf(description, **keywords) -> PyResult<Self> {
-        from_description("urdf", description, keywords)
+        Self::of_description("urdf", description, keywords)
     }
 
     /// Loads a robot from an SDF: a text that begins with "<", or the path of a file. The keywords are those of from_urdf, and
     /// model_name where there are several.
     #[staticmethod]
     fn from_sdf(description, **keywords) -> PyResult<Self> {
-        from_description("sdf", description, keywords)
+        Self::of_description("sdf", description, keywords)
     }
 
     /// Loads a robot from an MJCF, the XML of MuJoCo: a text that begins with "<", or the path of a file. The keywords are those of from_urdf; with base
@@ -279,6 +279,6 @@ methods! { PyModel {
     /// cannot hold, such as actuators and sensors, is in `import_report`.
     #[staticmethod]
     fn from_mjcf(description, **keywords) -> PyResult<Self> {
-        from_description("mjcf", description, keywords)
+        Self::of_description("mjcf", description, keywords)
     }
 } }

@@ -1,19 +1,14 @@
 //! Configurations: moves, differences, random ones.
 
-use pyo3::prelude::*;
 use rand::SeedableRng;
 
-use super::handle::PyModel;
-use crate::arrays::{Array, vector};
-use crate::counts::whole;
-use crate::errors::guarded;
-use crate::python::methods;
+use crate::prelude::*;
 
 #[pymethods]
 impl PyModel {
     /// Neutral configuration (nq,).
     pub(super) fn neutral<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, self.model.neutral().as_slice().to_vec()).into_any()
+        vector(py, self.model.neutral().as_slice())
     }
 
     /// Random configuration within the limits, (nq,); equal seeds give equal results.
@@ -21,7 +16,7 @@ impl PyModel {
         let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let q = self.model.random_configuration(&mut rng);
-        Ok(vector(py, q.as_slice().to_vec()).into_any())
+        Ok(vector(py, q.as_slice()))
     }
 }
 
@@ -40,6 +35,6 @@ methods! { PyModel {
         let (py, seed) = (seed.py(), whole("seed", seed)?);
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let v = guarded(|| self.model.random_velocity(&mut rng, speed))?;
-        Ok(vector(py, v.as_slice().to_vec()).into_any())
+        Ok(vector(py, v.as_slice()))
     }
 } }

@@ -1,12 +1,9 @@
 //! Properties of a robot: sizes, names, joints, parameters.
 
-use pyo3::prelude::*;
 use pyo3::types::PySlice;
 
-use super::handle::PyModel;
 use super::report::PyImportReport;
-use crate::arrays::vector;
-use crate::python::{getters, of_package, slice};
+use crate::prelude::*;
 
 getters! { PyModel {
     /// Name of the robot.
@@ -43,16 +40,16 @@ getters! { PyModel {
     frame_names: Vec<&str> = |own| own.model.frame_names();
 
     /// Damping of each velocity coordinate (nv,), N·m·s/rad or N·s/m.
-    damping: Bound<'py, PyAny> = |own, py| vector(py, own.model.damping().to_vec()).into_any();
+    damping: Bound<'py, PyAny> = |own, py| vector(py, own.model.damping());
 
     /// Inertia of the rotor of each velocity coordinate (nv,), kg·m² or kg.
-    armature: Bound<'py, PyAny> = |own, py| vector(py, own.model.armature().to_vec()).into_any();
+    armature: Bound<'py, PyAny> = |own, py| vector(py, own.model.armature());
 
     /// Remarks of the reader; None for a robot that was built in code.
     import_report: Option<Py<PyImportReport>> = |own, py| own.report.as_ref().map(|report| report.clone_ref(py));
 
     /// Masses, inertias, placements, gravity, damping, rotors and springs in one vector; named by parameter_names.
-    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.model.parameters().as_slice().to_vec()).into_any();
+    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.model.parameters().as_slice());
 
     /// Names of the parameters, in the order of `parameters`.
     parameter_names: Vec<String> = |own| own.model.parameter_layout().names().to_vec();

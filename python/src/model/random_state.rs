@@ -1,16 +1,10 @@
 //! Random states within bounds, and joint forces by name.
 
-use dualbody::State;
 use dualbody::dynamics::{NamedForces, joint_forces};
 use dualbody::sim::StateBounds;
-use nalgebra::DMatrix;
-use pyo3::prelude::*;
 use rand::SeedableRng;
 
-use super::handle::PyModel;
-use crate::arrays::{Array, matrix, vector};
-use crate::errors::{OrRaise, guarded};
-use crate::python::functions;
+use crate::prelude::*;
 
 type Three = [[f64; 2]; 3];
 
@@ -29,7 +23,7 @@ functions! {
         };
         let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
         let state = guarded(|| State::random_within(&model.get().model, &mut rng, &bounds))?;
-        let array = |x: &nalgebra::DVector<f64>| vector(py, x.as_slice().to_vec()).into_any();
+        let array = |x: &DVector<f64>| vector(py, x.as_slice());
         Ok((array(&state.q), array(&state.v)))
     }
 

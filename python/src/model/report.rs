@@ -2,12 +2,10 @@
 
 use dualbody::ImportReport;
 use dualbody::io::ImportNote;
-use pyo3::prelude::*;
 
 use super::base::base_of;
-use crate::python::getters;
-use crate::python::{functions, of_package};
-use crate::words::{for_python, snake};
+use crate::prelude::*;
+use crate::words::for_python;
 
 /// Report of loading a file: warnings, and unused content. Its str is a table.
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
@@ -64,7 +62,7 @@ getters! { PyImportReport {
 
 #[pymethods]
 impl PyImportReport {
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = of_package!(py, "_dualbody", "_import_report");
         let r = &self.report;
         let parts = (

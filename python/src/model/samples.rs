@@ -1,13 +1,9 @@
 //! Robots that come with the library.
 
 use dualbody::model::samples;
-use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
+use pyo3::types::PyString;
 
-use super::handle::PyModel;
-use crate::counts::whole;
-use crate::errors::{choice, guarded, value_error};
-use crate::python::functions;
+use crate::prelude::*;
 
 /// Descriptions of robots by name, which are in the module itself: an installed package has no files of the repository.
 const DESCRIPTIONS: [(&str, &str); 12] = [
@@ -47,7 +43,7 @@ functions! {
                 let seed = whole("seed", &seed)?;
                 guarded(|| samples::random_tree(n, seed))?
             }
-            _ => return Err(value_error(format_args!("there is no sample \"{name}\""))),
+            _ => refuse!("there is no sample \"{name}\""),
         };
         let py = arguments.py();
         let name = PyString::new(py, name).into_any();

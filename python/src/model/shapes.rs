@@ -5,11 +5,8 @@ use std::path::PathBuf;
 use dualbody::model::{Geometry, UpAxis};
 use dualbody::spatial::{Inertia, Symmetric3, Transform};
 use nalgebra::{Matrix3, Vector3};
-use pyo3::prelude::*;
 
-use crate::arrays::{numbers, read_numbers};
-use crate::errors::{shape_error, value_error};
-use crate::kinds::kind_of;
+use crate::prelude::*;
 
 /// A pose from a matrix [[R, p], [0, 1]], or from a translation.
 pub(crate) fn read_pose(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Transform<f64>> {
@@ -23,9 +20,7 @@ pub(crate) fn read_pose(name: &'static str, value: &Bound<'_, PyAny>) -> PyResul
             let rotation = Matrix3::from_fn(|i, j| x[4 * i + j]);
             let off = (rotation.transpose() * rotation - Matrix3::identity()).norm();
             if !(off < 1e-6 && rotation.determinant() > 0.0) {
-                return Err(value_error(format_args!(
-                    "{name}[:3, :3] is not a rotation"
-                )));
+                refuse!("{name}[:3, :3] is not a rotation");
             }
             Ok(Transform::new(rotation, Vector3::new(x[3], x[7], x[11])))
         }

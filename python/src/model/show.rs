@@ -1,10 +1,6 @@
 //! Robots as texts and pages.
 
-use pyo3::prelude::*;
-
-use super::handle::PyModel;
-use crate::errors::{OrRaise, guarded};
-use crate::python::{methods, of_package};
+use crate::prelude::*;
 
 #[pymethods]
 impl PyModel {

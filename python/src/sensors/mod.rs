@@ -8,16 +8,10 @@ use std::sync::Arc;
 use dualbody::linearize::SensorLinearization;
 use dualbody::sim::{SensorScratch, Sensors};
 use pyo3::exceptions::PyFloatingPointError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PySlice};
+use pyo3::types::PySlice;
 
-use crate::arrays::{Array, numbers_mut, room, write_matrix};
-use crate::errors::{guarded, value_error};
-use crate::model::PyModel;
-use crate::python::{getters, methods, of_package, slice};
-use crate::scratch::with_kept;
-use crate::simulator::PySimulator;
-use crate::threads::each;
+use crate::prelude::*;
+
 pub(crate) use noise::PyNoisySensors;
 
 /// The sensors of a robot, which read one vector: a mapping from names to `sim.Sensor`. Immutable; pickles.
@@ -84,10 +78,10 @@ impl PySensors {
         )
     }
 
-    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Recipe<'py> {
         let (py, own) = (this.py(), this.get());
         let arguments = (own.model.clone_ref(py), own.given.clone_ref(py)).into_pyobject(py)?;
-        Ok((this.get_type().into_any(), arguments.into_any().unbind()))
+        Ok((this.get_type().into_any(), arguments.into_any()))
     }
 }
 
@@ -115,26 +109,18 @@ methods! { PySensors {
     fn linearize(&self, simulator: &Bound<'py, PySimulator>, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), simulator.get());
         let given = own.read(q, v, u, contact)?;
-        let count = given.count();
-        let (states, inputs) = (own.states(&given, count)?, own.inputs(&given, count)?);
+        let (states, inputs) = own.states_and_inputs(&given)?;
         let (sensors, of, nu) = (&*self.sensors, &*own.simulator, own.simulator.nu());
         let one = |k: usize| sensors.linearize(of, &states[k], &inputs[k * nu..(k + 1) * nu]);
-        let all: Vec<SensorLinearization> = py.detach(|| each(count, one))?;
-        let (n, len) = (of.n_tangent(), sensors.len());
-        let array = |rows: usize, columns: usize| {
-            room(py, &[given.batch.as_slice(), &[rows, columns]].concat())
-        };
-        let out = [array(n, n)?, array(n, nu)?, array(len, n)?, array(len, nu)?];
-        for (k, linear) in all.iter().enumerate() {
-            let parts = [&linear.step.a, &linear.step.b, &linear.c, &linear.d];
-            for (array, matrix) in out.iter().zip(parts) {
-                let start = k * matrix.len();
-                write_matrix(matrix, &mut numbers_mut(array)[start..start + matrix.len()]);
-            }
-        }
-        let class = of_package!(py, "sim", "SensorLinearization");
-        let [a, b, c, d] = out;
-        class.call1((a, b, c, d))
+        let all: Vec<SensorLinearization> = py.detach(|| each(states.len(), one))?;
+        let (n, len, batch) = (of.n_tangent(), sensors.len(), &given.batch);
+        let parts = (
+            matrices(py, batch, [n, n], all.iter().map(|own| &own.step.a))?,
+            matrices(py, batch, [n, nu], all.iter().map(|own| &own.step.b))?,
+            matrices(py, batch, [len, n], all.iter().map(|own| &own.c))?,
+            matrices(py, batch, [len, nu], all.iter().map(|own| &own.d))?,
+        );
+        of_package!(py, "sim", "SensorLinearization").call1(parts)
     }
 
     /// The sensors with noise, for one state per seed: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between
@@ -158,8 +144,8 @@ fn check_rows(batch: &[usize], n: usize) -> PyResult<()> {
     match batch {
         [rows] if *rows == n => Ok(()),
         [] if n == 1 => Ok(()),
-        _ => Err(value_error(format_args!(
+        _ => Err(invalid!(
             "readings of a batch of shape {batch:?} for {n} seeds"
-        ))),
+        )),
     }
 }

@@ -3,13 +3,9 @@
 use std::sync::Mutex;
 
 use dualbody::sim::{NoisySensors, Sensors};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::{check_rows, spec};
-use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::python::methods;
+use crate::prelude::*;
 
 /// Sensors with noise, of one state for each seed: made by `Sensors.noisy`. The same seed gives the same readings, whatever other states there are.
 #[pyclass(frozen, name = "NoisySensors", module = "dualbody.sim")]
@@ -73,12 +69,10 @@ methods! { PyNoisySensors {
         let mut states = self.lock()?;
         let mask = mask.unwrap_or_else(|| vec![true; states.len()]);
         if (seeds.len(), mask.len()) != (states.len(), states.len()) {
-            return Err(value_error(format_args!(
-                "{} seeds and a mask of {} for {} states",
+            refuse!("{} seeds and a mask of {} for {} states",
                 seeds.len(),
                 mask.len(),
-                states.len()
-            )));
+                states.len());
         }
         for (state, (&seed, _)) in states
             .iter_mut()

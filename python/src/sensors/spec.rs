@@ -1,18 +1,11 @@
 //! Sensors and their noise as the small classes of Python: read, and written for sensors of a file.
 
-use dualbody::Model;
 use dualbody::model::{FrameId, JointId};
 use dualbody::sim::{ScanAngles, Sensor, SensorNoise};
 use dualbody::spatial::Representation;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::dynamics::named;
-use crate::errors::{OrRaise, value_error};
-use crate::kinds::check_kind;
-use crate::model::PyModel;
-use crate::python::of_package;
-use crate::words::snake;
+use crate::prelude::*;
 
 /// A `sim.Sensor` of a robot, by its name.
 struct Given<'a, 'py> {
@@ -56,7 +49,7 @@ trait Field: Sized {
 macro_rules! numbers {
     ($($kind:ty),*) => { $(impl Field for $kind {
         fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
-            given.value.getattr(field)?.extract()
+            attribute(given.value, field)
         }
 
         fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()> {
@@ -68,10 +61,7 @@ numbers!(f64, [f64; 3]);
 
 impl Field for Representation {
     fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
-        named(
-            given.model,
-            &given.value.getattr(field)?.extract::<String>()?,
-        )
+        named(given.model, &attribute::<String>(given.value, field)?)
     }
 
     fn write(self, field: &str, out: &Bound<'_, PyDict>) -> PyResult<()> {
@@ -82,12 +72,12 @@ impl Field for Representation {
 impl Field for ScanAngles {
     fn read(given: &Given<'_, '_>, field: &str) -> PyResult<Self> {
         let wrong = |_| {
-            value_error(format_args!(
+            invalid!(
                 "sensors[\"{}\"]: {field} is not a number of rays, the first and the last angle, like (640, -1.5, 1.5)",
                 given.name
-            ))
+            )
         };
-        let (count, first, last) = given.value.getattr(field)?.extract().map_err(wrong)?;
+        let (count, first, last) = attribute(given.value, field).map_err(wrong)?;
         Ok(Self { count, first, last })
     }
 
@@ -99,12 +89,12 @@ impl Field for ScanAngles {
 impl Given<'_, '_> {
     /// The joint or frame that the sensor is on.
     fn place<P: Place>(&self) -> PyResult<P> {
-        let on: Option<String> = self.value.getattr("on")?.extract()?;
+        let on: Option<String> = attribute(self.value, "on")?;
         let missing = || {
-            value_error(format_args!(
+            invalid!(
                 "sensors[\"{}\"] is on nothing: on= names its joint, link or frame",
                 self.name
-            ))
+            )
         };
         P::find(self.model, &on.ok_or_else(missing)?)
     }
@@ -162,13 +152,13 @@ kinds! {
 pub(super) fn read(model: &Model, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Sensor> {
     let place = format_args!("sensors[\"{name}\"]");
     check_kind(place, value, "sim", &["Sensor"], "")?;
-    let kind: String = value.getattr("kind")?.extract()?;
+    let kind: String = attribute(value, "kind")?;
     let given = Given { model, name, value };
     of_kind(&kind, &given)?.ok_or_else(|| {
-        value_error(format_args!(
+        invalid!(
             "sensors[\"{name}\"] is of the kind \"{kind}\", expected one of {}",
             KINDS.join(", ")
-        ))
+        )
     })
 }
 
@@ -206,9 +196,7 @@ impl PyModel {
             };
             let fields = PyDict::new(py);
             let missing = || {
-                value_error(format_args!(
-                    "a sensor of the file is of a kind that Python does not have: {sensor:?}"
-                ))
+                invalid!("a sensor of the file is of a kind that Python does not have: {sensor:?}")
             };
             let place = parts(sensor, &self.model, &fields)?.ok_or_else(missing)?;
             let sensor = of_package!(py, "sim", "Sensor").call(place, Some(&fields))?;

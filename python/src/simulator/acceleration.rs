@@ -1,14 +1,10 @@
 //! Accelerations at a moment.
 
 use pyo3::exceptions::PyFloatingPointError;
-use pyo3::prelude::*;
 
 use super::forces::with_forces;
-use super::handle::PySimulator;
 use super::memory::check_batch;
-use crate::arrays::{Array, numbers_mut};
-use crate::model::PyModel;
-use crate::python::methods;
+use crate::prelude::*;
 
 fn not_finite(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));

@@ -4,19 +4,13 @@ use dualbody::sim::{
     AutoReset, BATCH_WIDTH, BatchScalar, BatchSimulator, Environment, Environments, Episode,
     Transitions,
 };
-use dualbody::{Model, State};
-use numpy::{PyArray1, PyArray2, PyArrayLike1, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayLike1};
 use pyo3::exceptions::PyRuntimeError;
-use pyo3::prelude::*;
 use rand::{Rng, RngExt};
 
-use super::handle::PySimulator;
 use super::memory::threads_for;
 use super::spread::Spread;
-use crate::arrays::{Rows, argument, read_vector, vector};
-use crate::errors::{choice, shape_error, value_error};
-use crate::limits::check_array;
-use crate::python::methods;
+use crate::prelude::*;
 
 /// Bounds of numbers.
 type Bounds = [Vec<f64>; 2];
@@ -169,7 +163,7 @@ methods! { PyBalance {
             ("steps_per_action", steps_per_action),
         ] {
             if count == 0 {
-                return Err(value_error(format_args!("{name} is 0, expected 1 or more")));
+                refuse!("{name} is 0, expected 1 or more");
             }
         }
         check_array("states", &[n, nq + nv])?;
@@ -199,9 +193,7 @@ methods! { PyBalance {
         let n = self.next.rewards.len();
         let mask = mask.map(|mask| mask.as_array().to_vec());
         if let Some(given) = mask.as_ref().map(Vec::len).filter(|given| *given != n) {
-            return Err(value_error(format_args!(
-                "reset_mask has the shape ({given},), expected ({n},)"
-            )));
+            refuse!("reset_mask has the shape ({given},), expected ({n},)");
         }
         if let Some(all) = &mut self.all {
             match &mask {
@@ -213,12 +205,12 @@ methods! { PyBalance {
     }
 
     /// The first state (nq,), (nv,), and the number of actions of its episode so far.
-    fn first(&self, py: Python) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize)>> {
+    fn first(&self, py: Python) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>, usize)>> {
         let Some(all) = self.all.as_ref().filter(|all| all.states().len() > 0) else {
             return Ok(None);
         };
         let state = all.states().state(0);
-        let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
+        let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice()));
         Ok(Some((q, v, all.length(0))))
     }
 } }
@@ -249,11 +241,11 @@ impl PyBalance {
         }
         match self.actions.iter().position(|x| !x.is_finite()) {
             None => Ok(()),
-            Some(k) => Err(value_error(format_args!(
+            Some(k) => Err(invalid!(
                 "the action of environment {} is not finite: {}",
                 k / nu,
                 self.actions[k]
-            ))),
+            )),
         }
     }
 
@@ -281,9 +273,7 @@ fn bounds(
         let is_finite = low.is_finite() && high.is_finite();
         let are_ordered = low <= high;
         if !are_ordered || (are_finite && !is_finite) {
-            return Err(value_error(format_args!(
-                "{name}: the bounds of entry {k} are {low} and {high}"
-            )));
+            refuse!("{name}: the bounds of entry {k} are {low} and {high}");
         }
     }
     Ok([low, high])

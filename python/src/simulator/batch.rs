@@ -1,18 +1,15 @@
 //! Rollouts of batches.
 
-use dualbody::State;
 use dualbody::sim::{BatchStates, RolloutStatus};
-use pyo3::prelude::*;
 
 use super::given::row;
-use super::handle::{Batch, PySimulator};
+use super::handle::Batch;
 use super::inputs::Inputs;
 use super::single::SHORT;
 use super::step::write_states;
 use super::trajectories::{End, Trajectories};
-use crate::arrays::{Array, Rows, WIDTH, argument, empty, numbers_mut};
-use crate::errors::value_error;
-use crate::threads::{Watch, on_pool, on_pool_watched};
+use crate::prelude::*;
+use crate::threads::{Watch, on_pool_watched};
 
 impl PySimulator {
     /// Rollouts with inputs that are known.
@@ -107,10 +104,10 @@ impl PySimulator {
 fn read_inputs_of(shape: &[usize], nu: usize, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let u = Rows::read(&argument("the control's input", given, &[nu]))?;
     if !u.batch().is_empty() && u.batch() != shape {
-        return Err(value_error(format_args!(
+        refuse!(
             "the control's input is a batch of shape {:?}, expected {shape:?}",
             u.batch()
-        )));
+        );
     }
     let count = shape.iter().product();
     let rows = (0..count).flat_map(|i| row(&u, i, nu));

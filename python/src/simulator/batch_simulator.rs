@@ -1,22 +1,14 @@
 //! The class `BatchSimulator`: states that stay in lanes between steps.
 
-use dualbody::State;
 use dualbody::sim::{BatchSimulator, BatchStates, RolloutStatus};
-use numpy::{PyArray1, PyArrayLike1};
+use numpy::PyArrayLike1;
 use pyo3::exceptions::PyKeyError;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::given::{States, check_finite};
-use super::handle::PySimulator;
 use super::memory::threads_for;
 use super::spread::Spread;
 use super::step::write_parts;
-use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
-use crate::counts::whole;
-use crate::errors::{guarded, value_error};
-use crate::limits::check_array;
-use crate::python::{getters, methods};
+use crate::prelude::*;
 
 /// Many states of a robot that stay where they are between steps, in the lanes of vector units: faster than Simulator.step, which reads and checks all states at each step.
 ///
@@ -96,16 +88,12 @@ methods! { PyBatchSimulator {
         let given = own.read(q, v, None, contact)?;
         let mask = mask.map(|mask| mask.as_array().to_vec());
         if !given.batch.is_empty() && given.batch != [n] {
-            return Err(value_error(format_args!(
-                "the states are a batch of shape {:?}, expected ({n},)",
-                given.batch
-            )));
+            refuse!("the states are a batch of shape {:?}, expected ({n},)",
+                given.batch);
         }
         if let Some(mask) = mask.as_ref().filter(|mask| mask.len() != n) {
-            return Err(value_error(format_args!(
-                "mask has {} entries, expected {n}",
-                mask.len()
-            )));
+            refuse!("mask has {} entries, expected {n}",
+                mask.len());
         }
         let is_set = |i: &usize| mask.as_ref().is_none_or(|mask| mask[*i]);
         let mut state: State = own.simulator.neutral_state();
@@ -164,9 +152,7 @@ impl PyBatchSimulator {
         match rows.batch() {
             [] => Ok(rows.as_slice().repeat(n)),
             [given] if *given == n => Ok(rows.as_slice().to_vec()),
-            other => Err(value_error(format_args!(
-                "u is a batch of shape {other:?}, expected ({n},)"
-            ))),
+            other => Err(invalid!("u is a batch of shape {other:?}, expected ({n},)")),
         }
     }
 }

@@ -3,13 +3,8 @@
 use dualbody::cone::Certificate;
 use dualbody::contact::PointState;
 use dualbody::sim::ContactReport;
-use numpy::PyArrayMethods;
-use pyo3::prelude::*;
 
-use super::handle::PySimulator;
-use crate::arrays::{read_vector, vector};
-use crate::python::{methods, of_package};
-use crate::words::snake;
+use crate::prelude::*;
 
 methods! { PySimulator {
     /// Remarks on a time step that is too long for springs, dampers, limits and soft contact near this pose, and for rotations if a velocity is given.
@@ -34,15 +29,15 @@ methods! { PySimulator {
             self.simulator.contact_report(&memory.state, &memory.u)
         })?;
         let fields = (
-            points(py, &report, |p| p.position.into())?,
-            points(py, &report, |p| p.velocity.into())?,
-            points(py, &report, |p| p.normal.into())?,
-            vector(py, report.points.iter().map(|p| p.depth).collect()),
-            rows(py, report.forces.iter().map(|f| [f.x, f.y, f.z]))?,
-            rows(py, report.links.iter().map(|f| f.to_array()))?,
+            points(py, &report, |p| p.position.into()),
+            points(py, &report, |p| p.velocity.into()),
+            points(py, &report, |p| p.normal.into()),
+            vector(py, &Vec::from_iter(report.points.iter().map(|p| p.depth))),
+            rows(py, report.forces.iter().map(|f| [f.x, f.y, f.z])),
+            rows(py, report.links.iter().map(|f| f.to_array())),
             words(&report.modes, |mode| snake(mode)),
             words(&report.reasons, ToString::to_string),
-            vector(py, report.constraints.clone()),
+            vector(py, &report.constraints),
             certificate(&report.certificate),
             self.pairs(py, &report)?,
         );
@@ -60,7 +55,7 @@ impl PySimulator {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let class = of_package!(py, "sim", "PairContact");
         let frames = self.simulator.model().frames();
-        let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice().to_vec());
+        let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice());
         let pairs = report.pairs.iter().map(|pair| {
             let [first, second] = pair.links.map(|link| frames[link.0].name.as_str());
             let point = &pair.point;
@@ -82,11 +77,10 @@ impl PySimulator {
 /// An array with a row of N numbers for each item.
 fn rows<'py, const N: usize>(
     py: Python<'py>,
-    items: impl ExactSizeIterator<Item = [f64; N]>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let count = items.len();
-    let array = vector(py, items.flatten().collect());
-    Ok(array.reshape([count, N])?.into_any())
+    items: impl Iterator<Item = [f64; N]>,
+) -> Bound<'py, PyAny> {
+    let all: Vec<_> = items.collect();
+    stack(py, &[all.len()], &[N], all.iter().map(|row| &row[..])).into_any()
 }
 
 /// A vector of each point, (n, 3).
@@ -94,7 +88,7 @@ fn points<'py>(
     py: Python<'py>,
     report: &ContactReport,
     one: fn(&PointState<f64>) -> [f64; 3],
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Bound<'py, PyAny> {
     rows(py, report.points.iter().map(one))
 }
 

@@ -4,16 +4,11 @@ use dualbody::cone::Mode;
 use dualbody::contact::PointState;
 use dualbody::model::FrameId;
 use dualbody::sim::{ContactReason, ContactReport, PairReport};
-use dualbody::{Model, Simulator, State};
 use nalgebra::Vector3;
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::prelude::*;
+use numpy::PyUntypedArray;
 use rayon::prelude::*;
 
-use super::handle::PySimulator;
-use crate::arrays::{Array, Work, argument, map_rows, numbers, numbers_mut, room};
-use crate::python::methods;
-use crate::threads::on_pool;
+use crate::prelude::*;
 
 /// Numbers of a link: the force on it, and whether it is in contact.
 const LINK: usize = 7;
@@ -28,8 +23,7 @@ methods! { PySimulator {
     fn _contact_forces(&self, q, v, u: Option<&Bound<'py, PyAny>>, contact: Option<&Bound<'py, PyAny>>) -> PyResult<[Array<'py>; 3]> {
         let py = q.py();
         let given = self.read(q, v, u, contact)?;
-        let count = given.count();
-        let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
+        let (states, inputs) = self.states_and_inputs(&given)?;
         let simulator = &*self.simulator;
         let reports = on_pool(py, || reports(simulator, &states, &inputs))?;
         let most = reports.iter().map(|r| r.pairs.len()).max().unwrap_or(0);

@@ -2,14 +2,10 @@
 
 use dualbody_python_table::prelude::*;
 use dualbody_python_table::{Robot, simulator_function};
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
-use pyo3::prelude::*;
+use numpy::PyArrayDyn;
 
-use super::handle::PySimulator;
-use crate::arrays::{Array, Work, argument, map_rows, numbers_mut};
 use crate::dynamics::table::Entry;
-use crate::errors::value_error;
-use crate::python::methods;
+use crate::prelude::*;
 
 /// Entries of the table, and methods that call them.
 macro_rules! entries_of_simulators {
@@ -76,16 +72,15 @@ methods! { PySimulator {
         let flags = map_rows(q.py(), (model, self.id()), &arguments, &tail, None, work)?;
         let shape = flags.shape().to_vec();
         let flags: Vec<bool> = numbers_mut(&flags).iter().map(|&x| x > 0.0).collect();
-        numpy::PyArray1::from_vec(q.py(), flags).reshape(shape)
+        PyArray1::from_vec(q.py(), flags).reshape(shape)
     }
 } }
 
 impl PySimulator {
     fn check_contacts(&self) -> PyResult<()> {
-        match self.simulator.contacts() {
-            Some(_) => Ok(()),
-            None => Err(value_error("the simulator has no contacts")),
-        }
+        let has_contacts = self.simulator.contacts().is_some();
+        ensure!(has_contacts, "the simulator has no contacts");
+        Ok(())
     }
 
     fn call_entry<'py>(

@@ -1,27 +1,19 @@
 //! Poses that can be held, and regulators about them.
 
 use dualbody::control::{Equilibrium, EquilibriumStatus};
-use nalgebra::DVector;
-use numpy::PyArray1;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
-use super::handle::PySimulator;
-use crate::arrays::{matrix, read_matrix_of, vector};
-use crate::errors::guarded;
-use crate::python::methods;
-use crate::threads::on_pool_stopped;
+use crate::prelude::*;
 
 methods! { PySimulator {
     /// Equilibrium near a guess: (q, contact, u, acceleration, iterations, status, found).
     fn _equilibrium(&self, q, u = None, contact = None) -> PyResult<Bound<'py, PyTuple>> {
         let py = q.py();
-        let rest = vector(py, vec![0.0; self.simulator.model().nv()]);
+        let rest = vector(py, &vec![0.0; self.simulator.model().nv()]);
         let given = self.one(q, &rest, u, contact)?;
         let (state, u) =
             self.with_memory(&given, |memory| (memory.state.clone(), memory.u.to_vec()))?;
         let found = on_pool_stopped(py, || Equilibrium::find(&self.simulator, &state, &u))?;
-        let numbers = |x: &DVector<f64>| vector(py, x.as_slice().to_vec());
+        let numbers = |x: &DVector<f64>| vector(py, x.as_slice());
         (
             numbers(&found.state.q),
             numbers(&found.state.contact),
@@ -38,7 +30,7 @@ methods! { PySimulator {
     fn _equilibrium_lqr(&self, at: [Bound<'py, PyAny>; 3], q, r) -> PyResult<Bound<'py, PyTuple>> {
         let (py, [pose, contact, u]) = (q.py(), at);
         let (n, nu) = (2 * self.simulator.model().nv(), self.simulator.nu());
-        let rest = vector(py, vec![0.0; n / 2]);
+        let rest = vector(py, &vec![0.0; n / 2]);
         let given = self.one(&pose, &rest, Some(&u), Some(&contact))?;
         let q = read_matrix_of("q", q, (n, n))?;
         let r = read_matrix_of("r", r, (nu, nu))?;

@@ -1,10 +1,6 @@
 //! Forces on frames by name, in a step or at a moment.
 
-use pyo3::prelude::*;
-
-use super::handle::PySimulator;
-use crate::errors::value_error;
-use crate::python::of_package;
+use crate::prelude::*;
 
 /// A simulator with an input for each coordinate of the forces, and the input with them.
 pub(super) fn with_forces<'py>(
@@ -15,9 +11,7 @@ pub(super) fn with_forces<'py>(
     has_models: bool,
 ) -> PyResult<(Bound<'py, PySimulator>, Option<Bound<'py, PyAny>>)> {
     if has_models {
-        return Err(value_error(
-            "forces act on states of one robot: give forces or models, not both",
-        ));
+        refuse!("forces act on states of one robot: give forces or models, not both");
     }
     let py = this.py();
     let parts = this.get().parts.bind(py).as_any();

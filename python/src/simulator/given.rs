@@ -1,11 +1,6 @@
 //! States and inputs that a call is given.
 
-use dualbody::State;
-use pyo3::prelude::*;
-
-use super::handle::PySimulator;
-use crate::arrays::{Rows, View, argument, common_batch, vector};
-use crate::errors::{OrRaise, about_base, value_error};
+use crate::prelude::*;
 
 /// A state, or a batch of them, with an input: arrays of NumPy.
 pub(crate) struct Given<'py> {
@@ -55,7 +50,7 @@ impl States<'_> {
             return error;
         }
         let text = Python::attach(|py| error.value(py).to_string());
-        value_error(format_args!("state {k} of the batch: {text}"))
+        invalid!("state {k} of the batch: {text}")
     }
 }
 
@@ -67,7 +62,7 @@ pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
 pub(crate) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
     match x.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(k) => Err(value_error(format_args!("{name}[{k}] is {}", x[k]))),
+        Some(k) => Err(invalid!("{name}[{k}] is {}", x[k])),
     }
 }
 
@@ -85,7 +80,7 @@ impl PySimulator {
             let rows = Rows::read(&argument(name, value, &[n]));
             rows.map_err(|error| about_base(q.py(), self.simulator.model(), error))
         };
-        let neutral = || vector(q.py(), vec![0.0; nc]).into_any();
+        let neutral = || vector(q.py(), &vec![0.0; nc]);
         let neutral = (contact.is_none() && nc > 0).then(neutral);
         let contact = contact.or(neutral.as_ref());
         let given = Given {
@@ -151,6 +146,12 @@ impl PySimulator {
         Ok(all)
     }
 
+    /// All states and their inputs.
+    pub(crate) fn states_and_inputs(&self, given: &Given<'_>) -> PyResult<(Vec<State>, Vec<f64>)> {
+        let count = given.count();
+        Ok((self.states(given, count)?, self.inputs(given, count)?))
+    }
+
     /// One state, not a batch.
     pub(super) fn one<'py>(
         &self,
@@ -162,10 +163,10 @@ impl PySimulator {
         let given = self.read(q, v, u, contact)?;
         match given.batch.is_empty() {
             true => Ok(given),
-            false => Err(value_error(format_args!(
+            false => Err(invalid!(
                 "one state is expected, not a batch of shape {:?}",
                 given.batch
-            ))),
+            )),
         }
     }
 }

@@ -4,17 +4,10 @@ use std::ops::Range;
 
 use dualbody::linearize::{StepGradient, VjpScratch, WantedParameters};
 use dualbody::sim::SimulatorParameterGroup;
-use dualbody::{Simulator, State};
-use pyo3::prelude::*;
 
 use super::given::{check_finite, row};
-use super::handle::PySimulator;
 use super::memory::check_batch;
-use crate::arrays::{Array, Rows, argument, common_batch, empty, numbers_mut};
-use crate::model::PyModel;
-use crate::python::{methods, of_package};
-use crate::scratch::with_kept;
-use crate::threads::each;
+use crate::prelude::*;
 
 /// Gradient of ⟨adjoint, next state⟩ of a step.
 pub(crate) fn pull_step(
@@ -40,21 +33,6 @@ pub(super) fn wanted(parameters: bool) -> WantedParameters {
         true => WantedParameters::All,
         false => WantedParameters::None,
     }
-}
-
-/// An array of the shape (batch, tail) from its rows.
-pub(crate) fn stack<'py, 'a>(
-    py: Python<'py>,
-    batch: &[usize],
-    tail: &[usize],
-    rows: impl Iterator<Item = &'a [f64]>,
-) -> Array<'py> {
-    let array = empty(py, &[batch, tail].concat());
-    let width: usize = tail.iter().product();
-    let out = numbers_mut(&array).chunks_mut(width.max(1));
-    out.zip(rows)
-        .for_each(|(out, row)| out.copy_from_slice(row));
-    array
 }
 
 methods! { PySimulator {

@@ -4,15 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use dualbody::contact::Contacts;
 use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
-use dualbody::{Model, Simulator, State};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::arrays::{read_vector, vector};
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
-use crate::errors::{OrRaise, choice, value_error, warn};
-use crate::model::{PyModel, next_id, scene_of, simulator_of};
-use crate::python::{functions, getters, methods, of_package};
+use crate::model::{next_id, scene_of, simulator_of};
+use crate::prelude::*;
 
 /// A simulator of a batch.
 pub(crate) struct Batch {
@@ -138,9 +133,7 @@ impl PySimulator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = description.py();
         let model = PyModel::of_description(format, description, keywords)?;
-        let parts = PyDict::new(py);
-        parts.set_item("integrator", py.None())?;
-        parts.set_item("_scene", model.source(py)?)?;
+        let parts = dict!(py; integrator = py.None(), _scene = model.source(py)?);
         let class = py.get_type::<Self>();
         class.call((Bound::new(py, model)?,), Some(&parts))
     }
@@ -162,18 +155,15 @@ impl PySimulator {
         }
         let scene = scene_of(&scene)?;
         let state_of = |state: &State, u: Vec<f64>| {
-            let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice().to_vec()));
+            let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice()));
             let mut contact = self.simulator.neutral_state::<f64>();
             // A simulator with other activations starts without those of the file.
             if contact.activation.len() == state.activation.len() {
                 contact.activation.clone_from(&state.activation);
             }
-            let contact = contact
-                .contact
-                .iter()
-                .chain(&contact.activation)
-                .chain(&contact.sleep);
-            (q, v, vector(py, u), vector(py, contact.copied().collect()))
+            let all = contact.contact.iter().chain(&contact.activation);
+            let all: Vec<f64> = all.chain(&contact.sleep).copied().collect();
+            (q, v, vector(py, &u), vector(py, &all))
         };
         let still = vec![0.0; self.simulator.nu()];
         out.set_item("qpos0", state_of(&scene.reference, still.clone()))?;
@@ -215,7 +205,7 @@ impl PySimulator {
         Ok(text + ")")
     }
 
-    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Recipe<'py> {
         let (py, own) = (this.py(), this.get());
         let parts = own.parts.bind(py).copy()?;
         let has_described = !parts.as_any().get_item("contacts")?.is_none();
@@ -230,7 +220,7 @@ impl PySimulator {
         }
         let make = of_package!(py, "_dualbody", "_simulator");
         let arguments = (this.get_type(), own.base.clone_ref(py), parts).into_pyobject(py)?;
-        Ok((make.clone(), arguments.into_any().unbind()))
+        Ok((make.clone(), arguments.into_any()))
     }
 }
 
@@ -244,29 +234,17 @@ methods! { PySimulator {
         activations: Option<Bound<'py, PyDict>> = None, sleeping: Option<Bound<'py, PyAny>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
         _scene: Option<Bound<'py, PyAny>> = None
     ) -> PyResult<Self> {
-        let parts = PyDict::new(py);
-        parts.set_item("_scene", _scene)?;
-        parts.set_item("time_step", time_step)?;
-        parts.set_item("integrator", integrator)?;
-        parts.set_item("actuated", actuated)?;
-        parts.set_item("contacts", contacts)?;
-        parts.set_item("actuation", actuation)?;
-        parts.set_item("constraints", constraints.unwrap_or_default())?;
-        parts.set_item("external_forces", external_forces.unwrap_or_default())?;
-        parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
-        parts.set_item("tendon_servos", tendon_servos.unwrap_or_default())?;
-        parts.set_item("activations", activations)?;
-        parts.set_item("sleeping", sleeping)?;
-        parts.set_item("divergence_bound", divergence_bound)?;
+        let parts = dict!(py; _scene, time_step, integrator, actuated, contacts, actuation, constraints, external_forces, frame_actuators,
+            tendon_servos, activations, sleeping, divergence_bound);
         let mut simulator = build(&model.get().model, &parts)?;
         let mut own = model.clone();
         if let Some(parameters) = parameters {
             let count = simulator.parameters().len();
             let x = read_vector("parameters", &parameters, Some(count))?;
             simulator = simulator.with_parameters(&x);
-            let of_model = vector(py, x[..model.get().model.parameters().len()].to_vec());
+            let of_model = vector(py, &x[..model.get().model.parameters().len()]);
             own = Bound::new(py, PyModel::with_parameters(model, of_model.as_any())?)?;
-            parts.set_item("parameters", vector(py, x))?;
+            parts.set_item("parameters", vector(py, &x))?;
         }
         Ok(Self {
             simulator: Arc::new(simulator),
@@ -312,9 +290,7 @@ methods! { PySimulator {
             .is_some_and(|own| !own.is_none());
         if has_parameters && !changes.is_some_and(|all| all.contains("parameters").unwrap_or(false))
         {
-            return Err(value_error(
-                "this simulator has other parameters than its parts: give parameters too, or None for those of the parts",
-            ));
+            refuse!("this simulator has other parameters than its parts: give parameters too, or None for those of the parts");
         }
         for (name, value) in changes.into_iter().flatten() {
             match name.extract::<String>()?.as_str() {
@@ -329,9 +305,7 @@ methods! { PySimulator {
     ///
     /// Placements are relative to those of the description, as in Model.with_parameters.
     fn with_parameters(this: &Bound<'py, Self>, parameters) -> PyResult<Bound<'py, PyAny>> {
-        let changes = PyDict::new(this.py());
-        changes.set_item("parameters", parameters)?;
-        Self::replace(this, Some(&changes))
+        Self::replace(this, Some(&dict!(this.py(); parameters)))
     }
 } }
 

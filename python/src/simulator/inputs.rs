@@ -1,10 +1,6 @@
 //! Inputs of rollouts.
 
-use pyo3::prelude::*;
-
-use crate::arrays::{Rows, argument, read_vector};
-use crate::counts::whole;
-use crate::errors::{shape_error, value_error};
+use crate::prelude::*;
 
 /// Inputs of a rollout.
 pub(crate) enum Inputs<'a> {
@@ -49,11 +45,10 @@ pub(crate) fn read_inputs<'py>(
     let steps = match steps {
         Some(steps) => steps,
         None => {
-            let shape: Vec<usize> = crate::arrays::numbers("inputs", inputs)?
-                .getattr("shape")?
-                .extract()?;
+            let array = numbers("inputs", inputs)?;
+            let shape = array.shape();
             let axes = shape.len().checked_sub(2).map(|k| shape[k]);
-            axes.ok_or_else(|| shape_error("inputs", &shape, format_args!("(…, steps, {nu})")))?
+            axes.ok_or_else(|| shape_error("inputs", shape, format_args!("(…, steps, {nu})")))?
         }
     };
     Ok((

@@ -1,17 +1,13 @@
 //! Working memory of steps.
 
+use dualbody::Linearization;
 use dualbody::linearize::LinearizeScratch;
 use dualbody::sim::{BatchSimulator, StepScratch};
-use dualbody::{Linearization, Model, Simulator, State};
-use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use super::given::{Given, States, check_finite};
-use super::handle::{Batch, PySimulator};
-use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::model::PyModel;
-use crate::scratch::with_kept;
+use super::handle::Batch;
+use crate::prelude::*;
 use crate::threads::{FEW, pool};
 
 /// Working memory of a thread for a simulator.
@@ -176,21 +172,18 @@ impl PySimulator {
 
 /// Refuses models for one state.
 pub(super) fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
-    match batch.is_empty() && has_models {
-        true => Err(value_error(
-            "models are for a batch, and there is one state",
-        )),
-        false => Ok(()),
-    }
+    let is_for_batch = !(batch.is_empty() && has_models);
+    ensure!(
+        is_for_batch,
+        "models are for a batch, and there is one state"
+    );
+    Ok(())
 }
 
 fn check_count(models: &[Py<PyModel>], length: usize) -> PyResult<()> {
-    match models.len() {
-        given if given == length => Ok(()),
-        given => Err(value_error(format_args!(
-            "{given} models for {length} states"
-        ))),
-    }
+    let given = models.len();
+    ensure!(given == length, "{given} models for {length} states");
+    Ok(())
 }
 
 /// Threads for a batch of a length.

@@ -46,8 +46,6 @@ pub(crate) use given::Given;
 pub(crate) use given::row;
 pub(crate) use given::{States, check_finite};
 pub(crate) use gradient::pull_step;
-#[cfg(feature = "cuda")]
-pub(crate) use gradient::stack;
 pub(crate) use handle::{_simulator, PySimulator};
 #[cfg(feature = "cuda")]
 pub(crate) use inputs::read_inputs;

@@ -1,22 +1,16 @@
 //! Simulators whose steps are compiled.
 
-use dualbody::State;
 use dualbody_native::{NativeScratch, NativeSimulator};
 use dualbody_python_trace as trace;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::given::States;
-use super::handle::PySimulator;
 use super::memory::StepMemory;
 use super::rollout::Asked;
 use super::single::Control;
 use super::step::{diverged, write_row};
 use crate::compiler::compiler_of;
-use crate::errors::{OrRaise, guarded, value_error};
 use crate::model::next_id;
-use crate::python::{getters, methods, of_package};
-use crate::scratch::with_kept;
+use crate::prelude::*;
 use crate::threads::stopped;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -43,7 +37,7 @@ getters! { PyNativeSimulator {
 
 #[pymethods]
 impl PyNativeSimulator {
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = of_package!(py, "native", "_native_simulator");
         let simulator = self.simulator.clone_ref(py);
         let compiler = self.compiler.as_ref().map(|own| own.clone_ref(py));
@@ -100,10 +94,8 @@ methods! { PyNativeSimulator {
     fn linearize(&self, q, v, u = None, *, contact = None) -> PyResult<Bound<'py, PyAny>> {
         let own = self.simulator.get();
         let given = own.read(q, v, u, contact)?;
-        own.jacobians(q.py(), &given, |out| {
-            own.linearize_each(q.py(), &given, out, |state, u, linear| {
-                self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
-            })
+        own.linearize_each(q.py(), &given, |state, u, linear| {
+            self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
         })
     }
 
@@ -114,9 +106,7 @@ methods! { PyNativeSimulator {
         asked.check_memory(1, own)?;
         let given = own.read(q, v, None, contact)?;
         if !given.batch.is_empty() || !asked.batch().is_empty() {
-            return Err(value_error(
-                "compiled rollouts are of one state; simulator.rollout takes batches, on vector registers",
-            ));
+            refuse!("compiled rollouts are of one state; simulator.rollout takes batches, on vector registers");
         }
         let roll = |initial: &State, steps, control: &mut Control<'_>| {
             self.native.rollout(initial, steps, control)

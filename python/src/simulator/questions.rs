@@ -1,15 +1,9 @@
 //! Properties of a simulator: inputs, contacts, constraints.
 
 use dualbody::contact::ContactPoint;
-use nalgebra::DVector;
-use pyo3::prelude::*;
 
-use super::handle::PySimulator;
-use crate::arrays::vector;
 use crate::contact::point_numbers;
-use crate::errors::OrRaise;
-use crate::python::getters;
-use crate::python::methods;
+use crate::prelude::*;
 
 getters! { PySimulator {
     /// Number of inputs.
@@ -36,7 +30,7 @@ getters! { PySimulator {
 
     /// All parameters of a step, (n,), named by parameter_names: those of the model, then of motors, joint limits, constraints, contact points and
     /// models, ground and forces, and the time step.
-    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.simulator.parameters().as_slice().to_vec()).into_any();
+    parameters: Bound<'py, PyAny> = |own, py| vector(py, own.simulator.parameters().as_slice());
 
     /// Names of the parameters, in the order of `parameters`: "pivot: Coulomb friction", "contact 0 of foot: friction", "time step".
     parameter_names: Vec<String> = |own| own.simulator.parameter_layout().names().to_vec();
@@ -54,7 +48,7 @@ impl PySimulator {
     #[getter]
     fn effort_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
         let (lower, upper) = self.simulator.effort_bounds();
-        (vector(py, lower).into_any(), vector(py, upper).into_any())
+        (vector(py, &lower), vector(py, &upper))
     }
 
     /// The contact points: [(link, centre in the frame of the link (3,), kind)].
@@ -88,7 +82,7 @@ impl PySimulator {
 
     /// The state of contact of a robot that touches nothing and is awake, and activations of 0, (n_contact,).
     pub(super) fn neutral_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, vec![0.0; self.n_contact()]).into_any()
+        vector(py, &vec![0.0; self.n_contact()])
     }
 }
 
@@ -109,7 +103,7 @@ methods! { PySimulator {
         let errors = self.with_memory(&given, |memory| {
             self.simulator.constraint_errors(&memory.state)
         })?;
-        Ok(vector(q.py(), errors).into_any())
+        Ok(vector(q.py(), &errors))
     }
 
     /// A nearby state that satisfies the constraints: (q, v). Raises a ValueError with the remaining error if none is found.
@@ -119,7 +113,7 @@ methods! { PySimulator {
             .with_memory(&given, |memory| self.simulator.assemble(&memory.state))?
             .or_raise()?
             .state;
-        let array = |x: &DVector<f64>| vector(q.py(), x.as_slice().to_vec()).into_any();
+        let array = |x: &DVector<f64>| vector(q.py(), x.as_slice());
         Ok((array(&state.q), array(&state.v)))
     }
 } }

@@ -1,20 +1,12 @@
 //! Rollouts.
 
-use dualbody::State;
 use dualbody::sim::Rollout;
-use numpy::{PyArray1, PyArrayMethods};
-use pyo3::prelude::*;
 
-use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
 use super::memory::check_batch;
 use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
-use crate::arrays::{Rows, WIDTH, common_batch};
-use crate::errors::value_error;
-use crate::limits::check_trajectories;
-use crate::model::PyModel;
-use crate::python::{methods, of_package};
+use crate::prelude::*;
 
 methods! { PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
@@ -114,7 +106,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         inputs: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
         if control.is_some() && inputs.is_some() {
-            return Err(value_error("control and inputs are both given"));
+            refuse!("control and inputs are both given");
         }
         let (inputs, steps) = read_inputs(inputs, steps, nu)?;
         Ok(Self {
@@ -202,7 +194,7 @@ impl<'a, 'py> Asked<'a, 'py> {
 fn check_some(batch: &[usize], has_models: bool) -> PyResult<()> {
     check_batch(batch, has_models)?;
     if batch.contains(&0) {
-        return Err(value_error("the batch is empty"));
+        refuse!("the batch is empty");
     }
     Ok(())
 }

@@ -2,20 +2,14 @@
 
 use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions};
 use dualbody::sim::RolloutStatus;
-use pyo3::prelude::*;
 
 use super::given::{check_finite, row};
-use super::gradient::{stack, wanted};
-use super::handle::PySimulator;
+use super::gradient::wanted;
 use super::inputs::read_inputs;
 use super::memory::check_batch;
 use super::trajectories::status_of;
 use super::weighted::Weighted;
-use crate::arrays::{Rows, argument, common_batch};
-use crate::errors::value_error;
-use crate::model::PyModel;
-use crate::python::{methods, of_package};
-use crate::threads::each;
+use crate::prelude::*;
 
 /// Weights of a trajectory of a batch, of so many numbers each.
 fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {

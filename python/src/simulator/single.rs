@@ -3,14 +3,11 @@
 use std::cell::Cell;
 use std::panic::resume_unwind;
 
-use dualbody::State;
 use dualbody::sim::Rollout;
-use numpy::PyArray1;
-use pyo3::prelude::*;
 
 use super::inputs::{Inputs, read_input};
 use super::trajectories::Trajectories;
-use crate::errors::guarded;
+use crate::prelude::*;
 use crate::threads::{Watch, on_pool_watched};
 
 /// A function that writes the input of a time and a state.

@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use pyo3::prelude::*;
-
-use crate::errors::guarded;
+use crate::prelude::*;
 use crate::threads::beside_pool;
 
 /// Work that takes less time is done by the thread that asks for it: to wake another one takes as long.

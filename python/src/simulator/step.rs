@@ -1,20 +1,13 @@
 //! One step.
 
+use dualbody::Scalar;
 use dualbody::sim::{BatchStates, RolloutStatus};
-use dualbody::{Scalar, State};
-use nalgebra::DVector;
 use pyo3::exceptions::PyFloatingPointError;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::forces::with_forces;
 use super::given::{Given, States};
-use super::handle::PySimulator;
 use super::memory::{StepMemory, check_batch};
-use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
-use crate::errors::value_error;
-use crate::model::PyModel;
-use crate::python::methods;
+use crate::prelude::*;
 
 /// Writes the numbers of a state as the k-th row of q, v and the numbers beside them. An empty output is left out.
 pub(super) fn write_row<T: Scalar>(
@@ -184,10 +177,7 @@ impl PySimulator {
                 .collect());
         };
         if out.len() != count {
-            return Err(value_error(format_args!(
-                "out has {} arrays, expected {count}",
-                out.len()
-            )));
+            refuse!("out has {} arrays, expected {count}", out.len());
         }
         let arrays = widths[..count].iter().zip(out.iter());
         let arrays: Vec<Array<'py>> = arrays
@@ -197,7 +187,7 @@ impl PySimulator {
             let own = numbers_mut(own).as_ptr_range();
             let mut others = (arrays[..k].iter()).map(|other| numbers_mut(other).as_ptr_range());
             if others.any(|other| own.start < other.end && other.start < own.end) {
-                return Err(value_error(format_args!("out[{k}] overlaps another one")));
+                refuse!("out[{k}] overlaps another one");
             }
         }
         Ok(arrays)

@@ -2,7 +2,7 @@
 
 use dualbody::sim::{Rollout, RolloutStatus, SolverFailure};
 
-use crate::words::snake;
+use crate::prelude::*;
 
 pub(crate) type Status = (&'static str, Option<usize>);
 

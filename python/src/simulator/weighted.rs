@@ -1,8 +1,9 @@
 //! Costs that are linear in states and inputs.
 
+use dualbody::Scalar;
 use dualbody::linearize::{RolloutCost, RolloutGradient, RolloutGradientOptions};
-use dualbody::{Scalar, Simulator, State};
-use nalgebra::DVector;
+
+use crate::prelude::*;
 
 /// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost.
 pub(crate) struct Weighted<'a> {

@@ -1,15 +1,10 @@
 //! Differential dynamic programming.
 
 use dualbody::trajopt::{AnySystem, Curvature, Ddp, DdpOptions, Policy};
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, is_of_user, problem_of};
 use super::solution::{curvature_of, solve};
-use crate::arrays::{empty, numbers_mut, write_matrix};
-use crate::errors::value_error;
-use crate::options::read_options;
-use crate::python::functions;
+use crate::prelude::*;
 
 pub(super) fn options_of(value: &Bound<'_, PyDict>) -> PyResult<DdpOptions> {
     read_options!(DdpOptions, "Ddp", value;
@@ -22,13 +17,9 @@ pub(super) fn gains<'py>(
     py: Python<'py>,
     dynamics: &dyn AnySystem,
     policy: &Policy,
-) -> Bound<'py, PyAny> {
-    let (ndx, nu) = (dynamics.ndx(), dynamics.nu());
-    let array = empty(py, &[policy.gains.len(), nu, ndx]);
-    let rows = numbers_mut(&array).chunks_mut((nu * ndx).max(1));
-    rows.zip(&policy.gains)
-        .for_each(|(out, gain)| write_matrix(gain, out));
-    array.into_any()
+) -> PyResult<Bound<'py, PyAny>> {
+    let (ndx, nu, all) = (dynamics.ndx(), dynamics.nu(), &policy.gains);
+    matrices(py, &[all.len()], [nu, ndx], all.iter()).map(Bound::into_any)
 }
 
 functions! {
@@ -36,9 +27,7 @@ functions! {
     fn _ddp(problem, options: &Bound<'py, PyDict>, guess: Option<Guess<'py>> = None, report = None) -> PyResult<Bound<'py, PyTuple>> {
         let options = options_of(options)?;
         if is_of_user(problem)? && options.curvature == Curvature::Exact {
-            return Err(value_error(
-                "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
-            ));
+            refuse!("exact_curvature needs second derivatives, and dynamics that are functions have first ones");
         }
         solve(
             problem,
@@ -49,7 +38,7 @@ functions! {
                 let mut ddp = Ddp::with_options(problem, options);
                 ddp.solve_with(problem, guess, report).clone()
             },
-            |py, dynamics, policy| Ok(gains(py, dynamics, policy)),
+            gains,
         )
     }
 }

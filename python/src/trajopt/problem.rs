@@ -3,18 +3,11 @@
 use dualbody::trajopt::{
     Activation, AnySystem, Constraint, Cost, InitialState, Problem, Residual, System, Trajectory,
 };
-use nalgebra::DVector;
-use pyo3::prelude::*;
 
 use super::residual::{Use, activation_of, reference_rows, with_residual};
 use super::user::UserSystem;
-use crate::arrays::read_vector;
-use crate::counts::whole_of;
-use crate::errors::{guarded, value_error};
-use crate::limits::check_trajectories;
-use crate::python::functions;
-use crate::raised::Raised;
-use crate::simulator::{PySimulator, check_finite};
+use crate::prelude::*;
+use crate::simulator::check_finite;
 
 struct AddTerm(Cost, f64, Activation, Option<(usize, usize)>);
 
@@ -54,10 +47,7 @@ pub(super) fn cost_of(
     let mut cost = Cost::new();
     for term in terms.try_iter()? {
         let term = term?;
-        let (weight, stages) = (
-            term.getattr("weight")?.extract()?,
-            term.getattr("stages")?.extract()?,
-        );
+        let (weight, stages) = (attribute(&term, "weight")?, attribute(&term, "stages")?);
         let activation = activation_of(&term.getattr("activation")?)?;
         let then = AddTerm(cost, weight, activation, stages);
         cost = with_residual(dynamics, &term.getattr("residual")?, raised, then)?;
@@ -71,7 +61,7 @@ fn constraint_of(
     raised: &Raised,
 ) -> PyResult<Constraint> {
     let residual = value.getattr("residual")?;
-    let bounds: Option<(Vec<f64>, Vec<f64>)> = value.getattr("bounds")?.extract()?;
+    let bounds: Option<(Vec<f64>, Vec<f64>)> = attribute(value, "bounds")?;
     let then = match &bounds {
         None => AddConstraint::Zero(dynamics),
         Some((lower, upper)) => AddConstraint::Within(lower, upper),
@@ -107,7 +97,7 @@ fn problem_with(
     value: &Bound<'_, PyAny>,
     raised: &Raised,
 ) -> PyResult<Problem> {
-    let horizon: usize = whole_of(value, "horizon")?;
+    let horizon: usize = attribute(value, "horizon")?;
     let (nx, nu) = (System::nx(&dynamics), System::nu(&dynamics));
     let start = read_vector("start", &value.getattr("start")?, Some(nx))?;
     check_finite("start", &start)?;
@@ -133,7 +123,7 @@ fn problem_with(
         let constraint = constraint_of(problem.dynamics(), &constraint?, raised)?;
         problem = problem.with_final_constraint(constraint);
     }
-    if value.getattr("free_start")?.extract()? {
+    if attribute(value, "free_start")? {
         problem = problem.with_initial_state(InitialState::Free);
     }
     Ok(problem)
@@ -166,10 +156,7 @@ pub(super) fn rows(
     let rows = reference_rows(name, value, n)?;
     match rows.len() == count {
         true => Ok(rows.into_iter().map(DVector::from_vec).collect()),
-        false => Err(value_error(format_args!(
-            "{name} has {} rows, expected {count}",
-            rows.len()
-        ))),
+        false => Err(invalid!("{name} has {} rows, expected {count}", rows.len())),
     }
 }
 

@@ -4,16 +4,11 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use dualbody::trajopt::RecedingHorizon;
 use pyo3::exceptions::PyRuntimeError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use super::ddp::{gains, options_of};
 use super::problem::{Guess, cost_of, guess_of, problem_of_simulator};
 use super::solution::solution;
-use crate::arrays::read_vector;
-use crate::errors::{guarded, value_error};
-use crate::python::methods;
-use crate::raised::Raised;
+use crate::prelude::*;
 
 /// Model-predictive controller: solves the problem from where the robot is, a few iterations at each step, and moves the plan along.
 #[pyclass(frozen, name = "RecedingHorizon", module = "dualbody.trajopt")]
@@ -28,7 +23,7 @@ impl PyRecedingHorizon {
     fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let controller = self.lock()?;
         let (dynamics, found) = (controller.problem().dynamics(), controller.solution());
-        solution(py, dynamics, found, gains(py, dynamics, &found.own))
+        solution(py, dynamics, found, gains(py, dynamics, &found.own)?)
     }
 }
 
@@ -60,17 +55,15 @@ methods! { PyRecedingHorizon {
             x.extend(read_vector("contact", contact, Some(n_contact))?);
         }
         if let Some(k) = x.iter().position(|x| !x.is_finite()) {
-            return Err(value_error(format_args!(
-                "the state (q, v)[{k}] is {}",
-                x[k]
-            )));
+            refuse!("the state (q, v)[{k}] is {}",
+                x[k]);
         }
         // Threads of the solver may call functions of Python.
         let own = &mut *controller;
         let u = (q.py()).detach(|| guarded(|| own.control(&x).to_vec()));
         self.raised.check()?;
         let u = u?;
-        Ok(crate::arrays::vector(q.py(), u).into_any())
+        Ok(vector(q.py(), &u))
     }
 
     /// Replaces the costs.

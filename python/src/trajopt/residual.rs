@@ -8,22 +8,15 @@ use dualbody::trajopt::{
     FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Obstacle, Residual,
     StateError,
 };
-use dualbody::{Model, State};
-use pyo3::prelude::*;
 
-use crate::arrays::{read_matrix, read_vector};
-use crate::counts::whole_of;
 use crate::dynamics::named;
-use crate::errors::{OrRaise, guarded, shape_error, value_error};
-use crate::kinds::kind_of;
-use crate::limits::check_trajectories;
 use crate::model::read_pose;
+use crate::prelude::*;
 
 use super::user::UserResidual;
-use crate::raised::Raised;
 
 pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
-    let kind: String = value.getattr("kind")?.extract()?;
+    let kind: String = attribute(value, "kind")?;
     let numbers = |name| read_vector(name, &value.getattr(name)?, None);
     let (x, y) = (numbers("x")?, numbers("y")?);
     match (kind.as_str(), x.as_slice()) {
@@ -32,9 +25,7 @@ pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
         ("smooth_abs", &[width]) => Ok(Activation::SmoothAbs { width }),
         ("flat", &[width]) => Ok(Activation::Flat { width }),
         ("barrier", _) => guarded(|| Activation::barrier(&x, &y)),
-        _ => Err(value_error(format_args!(
-            "activation is of the unknown kind \"{kind}\""
-        ))),
+        _ => Err(invalid!("activation is of the unknown kind \"{kind}\"")),
     }
 }
 
@@ -67,9 +58,9 @@ pub(super) fn with_residual<U: Use>(
             Some(all) => then.with(StateError::along(all)),
         },
         (kind, Some(model)) => with_robot_residual(model, kind, value, then),
-        (other, None) => Err(value_error(format_args!(
+        (other, None) => Err(invalid!(
             "a residual of the kind \"{other}\" is one of robots, and the dynamics are functions"
-        ))),
+        )),
     }
 }
 
@@ -98,7 +89,7 @@ fn with_robot_residual<U: Use>(
     then: U,
 ) -> PyResult<U::Out> {
     let frame = |name: &str| -> PyResult<FrameId> {
-        let frame: String = value.getattr(name)?.extract()?;
+        let frame: String = attribute(value, name)?;
         model.find_frame(&frame).or_raise()
     };
     let target = || value.getattr("target");
@@ -118,7 +109,7 @@ fn with_robot_residual<U: Use>(
             target: read_pose("target", &target()?)?,
         }),
         "FrameVelocity" => {
-            let name: String = value.getattr("representation")?.extract()?;
+            let name: String = attribute(value, "representation")?;
             then.with(FrameVelocity {
                 frame: frame("frame")?,
                 representation: named::<Representation>(model, &name)?,
@@ -137,12 +128,12 @@ fn with_robot_residual<U: Use>(
             })
         }
         "LinkDistances" => {
-            let pairs: Vec<(String, String)> = value.getattr("pairs")?.extract()?;
+            let pairs: Vec<(String, String)> = attribute(value, "pairs")?;
             let pairs: Vec<[&str; 2]> = pairs.iter().map(|(a, b)| [a.as_str(), b]).collect();
-            let width: f64 = value.getattr("smoothing")?.extract()?;
+            let width: f64 = attribute(value, "smoothing")?;
             let shapes = guarded(|| LinkShapes::new(model).with_smoothing(width))?;
             let distances = LinkDistances::new(model, shapes, &pairs);
-            let samples: usize = whole_of(value, "samples_between")?;
+            let samples: usize = attribute(value, "samples_between")?;
             // A row of a Jacobian for each, at each stage.
             check_trajectories(1, samples.saturating_add(1), pairs.len() * (model.nv() + 1))?;
             then.with(distances.or_raise()?.with_samples_between(samples))
@@ -151,9 +142,7 @@ fn with_robot_residual<U: Use>(
             target: three()?.into(),
         }),
         "CentroidalMomentum" => then.with(CentroidalMomentum { target: six()? }),
-        _ => Err(value_error(format_args!(
-            "residual is of the unknown kind \"{kind}\""
-        ))),
+        _ => Err(invalid!("residual is of the unknown kind \"{kind}\"")),
     }
 }
 
@@ -163,10 +152,7 @@ pub(super) fn reference_rows(
     value: &Bound<'_, PyAny>,
     n: usize,
 ) -> PyResult<Vec<Vec<f64>>> {
-    let axes: usize = crate::arrays::numbers(name, value)?
-        .getattr("ndim")?
-        .extract()?;
-    if axes == 1 {
+    if numbers(name, value)?.ndim() == 1 {
         return Ok(vec![read_vector(name, value, Some(n))?]);
     }
     let matrix = read_matrix(name, value)?;

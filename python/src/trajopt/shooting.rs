@@ -1,16 +1,10 @@
 //! Single shooting: the cost of a rollout as a function of its inputs, with first and second derivatives.
 
 use dualbody::trajopt::{Minimizer, ShootingOptions, SingleShooting, Variables};
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, guess_of, problem_of_simulator};
 use super::solution::{curvature_of, solve, trajectory};
-use crate::arrays::{matrix, read_vector, vector};
-use crate::errors::{choice, guarded};
-use crate::options::{chosen, read_options};
-use crate::python::functions;
-use crate::raised::Raised;
+use crate::prelude::*;
 
 const MINIMIZERS: [(&str, Minimizer); 4] = [
     ("lbfgs", Minimizer::Lbfgs),
@@ -38,7 +32,7 @@ functions! {
                 let minimizer = options.minimizer;
                 SingleShooting::with_options(problem, options).solve_with(guess, minimizer, report)
             },
-            |py, _, own: &Variables| Ok(vector(py, own.variables.clone()).into_any()),
+            |py, _, own: &Variables| Ok(vector(py, &own.variables)),
         )
     }
 }
@@ -71,7 +65,7 @@ functions! {
             Question::Value => guarded(|| own.value(&z))?.into_pyobject(py)?.into_any(),
             Question::Gradient => {
                 let gradient = guarded(|| own.gradient(&z))?;
-                vector(py, gradient.as_slice().to_vec()).into_any()
+                vector(py, gradient.as_slice())
             }
             Question::Hessian => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
             Question::Trajectory => {
@@ -91,6 +85,6 @@ functions! {
         let guess = guess_of(&problem, guess)?;
         let options = options_of(options)?;
         let found = guarded(|| SingleShooting::with_options(&problem, options).variables(&guess))?;
-        Ok(vector(py, found).into_any())
+        Ok(vector(py, &found))
     }
 }

@@ -1,14 +1,10 @@
 //! Runs of solvers: their options, progress and results.
 
 use dualbody::trajopt::{AnySystem, Curvature, Problem, Progress, Solution, Trajectory};
-use nalgebra::DVector;
-use numpy::{PyArray1, PyArrayMethods};
-use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyTuple};
+use pyo3::types::PyBool;
 
 use super::problem::{Guess, guess_of};
-use crate::raised::Raised;
-use crate::threads::on_pool_stopped;
+use crate::prelude::*;
 
 /// Whether second derivatives of the steps are taken.
 pub(super) fn curvature_of(exact: &Bound<'_, PyAny>) -> PyResult<Curvature> {
@@ -94,19 +90,11 @@ pub(super) fn trajectory<'py>(
     dynamics: &dyn AnySystem,
     given: &Trajectory,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    Ok((
-        stack(py, &given.states, dynamics.nx())?,
-        stack(py, &given.inputs, dynamics.nu())?,
-    ))
+    let states = nodes(py, &given.states, dynamics.nx());
+    Ok((states, nodes(py, &given.inputs, dynamics.nu())))
 }
 
 /// Rows of `n` numbers as an array.
-pub(super) fn stack<'py>(
-    py: Python<'py>,
-    rows: &[DVector<f64>],
-    n: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let numbers: Vec<f64> = rows.iter().flat_map(|row| row.iter().copied()).collect();
-    let array = PyArray1::from_vec(py, numbers);
-    Ok(array.reshape([rows.len(), n])?.into_any())
+pub(super) fn nodes<'py>(py: Python<'py>, rows: &[DVector<f64>], n: usize) -> Bound<'py, PyAny> {
+    stack(py, &[rows.len()], &[n], rows.iter().map(DVector::as_slice)).into_any()
 }

@@ -1,17 +1,10 @@
 //! Direct transcription.
 
 use dualbody::trajopt::{Continuous, Curve, Problem, Transcription, TranscriptionOptions};
-use nalgebra::DVector;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use super::problem::{Guess, is_of_user, problem_of, rows};
-use super::solution::{solve, stack};
-use crate::arrays::read_vector;
-use crate::errors::{guarded, value_error};
-use crate::options::read_options;
-use crate::python::functions;
-use crate::raised::Raised;
+use super::solution::{nodes, solve};
+use crate::prelude::*;
 
 /// States at the nodes and in the middles, inputs likewise.
 type Points<'py> = (
@@ -28,12 +21,12 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<TranscriptionOptions> {
 }
 
 fn check_dynamics(problem: &Bound<'_, PyAny>) -> PyResult<()> {
-    match is_of_user(problem)? {
-        true => Err(value_error(
-            "transcription needs the rate of the state, and dynamics that are functions have steps only",
-        )),
-        false => Ok(()),
+    if is_of_user(problem)? {
+        refuse!(
+            "transcription needs the rate of the state, and dynamics that are functions have steps only"
+        );
     }
+    Ok(())
 }
 
 /// The points of a curve as rows.
@@ -89,9 +82,9 @@ functions! {
             |py, simulator, own: &Continuous| {
                 let (nx, nu, curve) = (simulator.nx(), simulator.nu(), &own.curve);
                 let arrays = [
-                    stack(py, &curve.middle_states, nx)?,
-                    stack(py, &curve.inputs, nu)?,
-                    stack(py, &curve.middle_inputs, nu)?,
+                    nodes(py, &curve.middle_states, nx),
+                    nodes(py, &curve.inputs, nu),
+                    nodes(py, &curve.middle_inputs, nu),
                 ];
                 Ok(PyTuple::new(py, arrays)?.into_any())
             },
@@ -108,7 +101,7 @@ functions! {
             read_vector("times", times, None)?,
         );
         if let Some(k) = times.iter().position(|time| time.is_nan()) {
-            return Err(value_error(format_args!("times[{k}] is not a number")));
+            refuse!("times[{k}] is not a number");
         }
         let simulator = problem.dynamics();
         let (states, inputs): (Vec<_>, Vec<_>) = guarded(|| {
@@ -117,8 +110,8 @@ functions! {
             times.iter().map(at).unzip()
         })?;
         Ok((
-            stack(py, &states, simulator.nx())?,
-            stack(py, &inputs, simulator.nu())?,
+            nodes(py, &states, simulator.nx()),
+            nodes(py, &inputs, simulator.nu()),
         ))
     }
 }

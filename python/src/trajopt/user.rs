@@ -4,15 +4,8 @@
 
 use dualbody::trajopt::{Node, Residual, ResidualJacobian, Scratch, System};
 use dualbody::{Linearization, Scalar};
-use nalgebra::DMatrix;
-use numpy::PyArray1;
-use pyo3::prelude::*;
 
-use crate::arrays::{read_matrix_of, read_vector};
-use crate::counts::whole_of;
-use crate::errors::value_error;
-use crate::limits::check_array;
-use crate::raised::Raised;
+use crate::prelude::*;
 
 /// Two functions of (x, u): values, and their Jacobians in state and input.
 struct Functions {
@@ -24,6 +17,21 @@ struct Functions {
 }
 
 impl Functions {
+    /// The functions of an object: that of a name, and `jacobians`.
+    fn read(
+        of: &Bound<'_, PyAny>,
+        value: &str,
+        sizes: [usize; 3],
+        raised: &Raised,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            value: of.getattr(value)?.unbind(),
+            jacobians: of.getattr("jacobians")?.unbind(),
+            sizes,
+            raised: raised.clone(),
+        })
+    }
+
     /// Calls one of both functions with arrays of a state and an input.
     fn call<'py>(
         py: Python<'py>,
@@ -82,18 +90,13 @@ pub(super) struct UserSystem {
 
 impl UserSystem {
     pub(super) fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
-        let (nx, nu): (usize, usize) = (whole_of(value, "nx")?, whole_of(value, "nu")?);
+        let (nx, nu): (usize, usize) = (attribute(value, "nx")?, attribute(value, "nu")?);
         if nx == 0 {
-            return Err(value_error("nx is 0: dynamics have a state"));
+            refuse!("nx is 0: dynamics have a state");
         }
         Ok(Self {
-            step: Functions {
-                value: value.getattr("step")?.unbind(),
-                jacobians: value.getattr("jacobians")?.unbind(),
-                sizes: [nx, nx, nu],
-                raised: raised.clone(),
-            },
-            time_step: value.getattr("time_step")?.extract()?,
+            step: Functions::read(value, "step", [nx, nx, nu], raised)?,
+            time_step: attribute(value, "time_step")?,
         })
     }
 }
@@ -142,14 +145,9 @@ impl UserResidual {
         sizes: [usize; 2],
         raised: &Raised,
     ) -> PyResult<Self> {
-        let (dim, [ndx, nu]) = (whole_of(value, "dim")?, sizes);
+        let (dim, [ndx, nu]) = (attribute(value, "dim")?, sizes);
         check_array("Jacobians of a residual", &[dim, ndx + nu])?;
-        Ok(Self(Functions {
-            value: value.getattr("value")?.unbind(),
-            jacobians: value.getattr("jacobians")?.unbind(),
-            sizes: [dim, ndx, nu],
-            raised: raised.clone(),
-        }))
+        Functions::read(value, "value", [dim, ndx, nu], raised).map(Self)
     }
 }
 

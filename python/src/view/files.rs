@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 
 use dualbody::view::Recording;
-use pyo3::prelude::*;
 
 use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
-use crate::errors::{OrRaise, guarded};
-use crate::python::{methods, of_package};
+use crate::prelude::*;
 
 files! { PyRecording.recording {
     /// The page as a text: it works offline, in one file.

@@ -3,15 +3,9 @@
 use std::sync::{Mutex, PoisonError};
 
 use dualbody::view::{Live, Recording};
-use dualbody::{Simulator, State};
-use pyo3::prelude::*;
 
 use super::recording::PyRecording;
-use crate::arrays::{read_vector, vector};
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::model::PyModel;
-use crate::python::{getters, methods};
-use crate::simulator::PySimulator;
+use crate::prelude::*;
 
 /// A simulation that a page shows while it runs; a notebook shows it in a frame. It ends with `stop`, or when nothing refers to it.
 #[pyclass(name = "Live", module = "dualbody", frozen)]
@@ -53,7 +47,7 @@ impl PyLive {
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let State { q, v, .. } = self.of(py, Live::state)?;
-        let array = |x: &[f64]| vector(py, x.to_vec()).into_any();
+        let array = |x: &[f64]| vector(py, x);
         Ok((array(q.as_slice()), array(v.as_slice())))
     }
 

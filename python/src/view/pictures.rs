@@ -2,17 +2,12 @@
 
 use std::path::PathBuf;
 
-use dualbody::State;
 use dualbody::view::{Picture, PictureOptions, Pictures};
-use numpy::{PyArray1, PyArray3, PyArrayMethods};
-use pyo3::prelude::*;
+use numpy::PyArray3;
 use pyo3::types::PyBytes;
 
 use super::recording::{PyRecording, models_of};
-use crate::arrays::read_vector;
-use crate::errors::{OrRaise, guarded, value_error};
-use crate::model::PyModel;
-use crate::python::{getters, methods};
+use crate::prelude::*;
 
 /// Rows of pixels (height, width, 3), red, green, blue.
 type Pixels<'py> = Bound<'py, PyArray3<u8>>;
@@ -61,9 +56,7 @@ methods! { PyPictures {
         let models = models_of(&self.models);
         if q.len() != models.len() {
             let (given, expected) = (q.len(), models.len());
-            return Err(value_error(format_args!(
-                "{given} configurations, expected {expected}"
-            )));
+            refuse!("{given} configurations, expected {expected}");
         }
         let states = q.iter().zip(&models).map(|(q, model)| {
             let q = read_vector("q", &q, Some(model.nq()))?;

@@ -3,13 +3,9 @@
 use std::path::PathBuf;
 
 use dualbody::view::{Plot, PlotLine, PlotScale};
-use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::read_vector;
-use crate::counts::whole;
-use crate::errors::{OrRaise, guarded};
-use crate::python::{functions, methods, of_package};
+use crate::prelude::*;
 
 /// Plot of curves; shows itself in notebooks.
 #[pyclass(frozen, name = "Plot", module = "dualbody")]
@@ -61,7 +57,7 @@ impl PyPlot {
         guarded(|| self.plot.save_png(path))?.or_raise()
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = of_package!(py, "_dualbody", "_plot");
         let plot = &self.plot;
         let line = |line: &PlotLine| (line.name.clone(), line.points.clone());

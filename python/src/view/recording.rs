@@ -2,16 +2,8 @@
 
 use dualbody::sim::Rollout;
 use dualbody::view::Recording;
-use dualbody::{Model, Simulator, State};
-use nalgebra::DVector;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
-use crate::arrays::{Rows, argument, read_vector};
-use crate::errors::{OrRaise, guarded, type_error, value_error};
-use crate::model::PyModel;
-use crate::python::{functions, getters, methods, of_package};
-use crate::simulator::PySimulator;
+use crate::prelude::*;
 
 /// Motion of robots: for pages, files and plots.
 #[pyclass(subclass, name = "Recording", module = "dualbody")]
@@ -43,11 +35,9 @@ fn trajectory(
         read("rollout.contact", &contact, nc)?,
     );
     if q.batch().len() != 1 {
-        return Err(value_error(
-            "rollout is a batch: give one of its trajectories, rollout[i]",
-        ));
+        refuse!("rollout is a batch: give one of its trajectories, rollout[i]");
     }
-    let count: usize = rollout.getattr("n_states")?.extract()?;
+    let count: usize = attribute(rollout, "n_states")?;
     let piece = |rows: &Rows<'_>, k: usize, n: usize| rows.as_slice()[k * n..(k + 1) * n].to_vec();
     let states = (0..count).map(|k| {
         let state = State::new(&piece(&q, k, model.nq()), &piece(&v, k, model.nv()));
@@ -67,9 +57,9 @@ fn trajectory(
     let inputs = (0..count - 1).map(|k| DVector::from_vec(piece(&u, k, nu)));
     let names = match simulator {
         Some(simulator) => simulator.input_names(),
-        None => rollout.getattr("input_names")?.extract()?,
+        None => attribute(rollout, "input_names")?,
     };
-    let time_step = rollout.getattr("time_step")?.extract()?;
+    let time_step = attribute(rollout, "time_step")?;
     let (states, inputs) = (states.collect(), inputs.collect());
     guarded(|| {
         let mut rollout = Rollout::new(model, time_step, states, inputs);
@@ -106,7 +96,7 @@ getters! { PyRecording {
     title: &str = |own| own.recording.title();
 
     /// Recorded times, (n,), s.
-    times: Bound<'py, PyAny> = |own, py| crate::arrays::vector(py, own.recording.times().to_vec()).into_any();
+    times: Bound<'py, PyAny> = |own, py| vector(py, own.recording.times());
 } }
 
 #[pymethods]
@@ -142,9 +132,7 @@ impl PyRecording {
             .collect()
     }
 
-    fn __reduce__<'py>(
-        this: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Recipe<'py> {
         let (py, own) = (this.py(), this.borrow());
         let make = of_package!(py, "_dualbody", "_recording");
         let models: Vec<_> = own.models.iter().map(|model| model.clone_ref(py)).collect();
@@ -196,11 +184,9 @@ methods! { PyRecording {
     /// Adds the states of all robots at a time: (q, v) or (q, v, u) of each.
     fn push(&mut self, time: f64, *states) -> PyResult<()> {
         if states.len() != self.models.len() {
-            return Err(value_error(format_args!(
-                "{} states, expected {}",
+            refuse!("{} states, expected {}",
                 states.len(),
-                self.models.len()
-            )));
+                self.models.len());
         }
         let mut all = Vec::new();
         for (state, model) in states.iter().zip(&self.models) {

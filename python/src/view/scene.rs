@@ -3,16 +3,11 @@
 use dualbody::spatial::Transform;
 use dualbody::view::{Camera, Track};
 use nalgebra::Vector3;
-use pyo3::prelude::*;
 
 use super::recording::PyRecording;
-use crate::arrays::{Rows, argument, read_vector};
 use crate::contact::terrain_of;
-use crate::counts::whole;
-use crate::errors::{OrRaise, guarded};
 use crate::model::{read_geometry, read_pose};
-use crate::python::methods;
-use crate::simulator::PySimulator;
+use crate::prelude::*;
 
 fn transform(placement: Option<&Bound<'_, PyAny>>) -> PyResult<Transform<f64>> {
     placement.map_or(Ok(Transform::identity()), |pose| {
