@@ -377,7 +377,7 @@ fn second_derivatives_equal_differences_of_gradients() {
         let mut state = simulator.neutral_state();
         let mut dv = [0.0; 12];
         dv[9..].copy_from_slice(&[0.3 * tilt, tilt, tilt]);
-        state.q = simulator.model().integrate(state.q.as_slice(), &dv).into();
+        state.q = simulator.model().integrate(state.q.as_slice(), &dv);
         let x = simulator.pack(&state);
         let found = cost.expand_exactly(&simulator, 0, x.as_slice(), &[]);
         for k in 0..12 {

@@ -143,9 +143,11 @@ pub(super) fn with_margins(
         all.map(|(link, own)| Ok((link.extract()?, own.extract()?)))
             .collect::<PyResult<_>>()?
     };
-    margins.iter().try_fold(contacts, |contacts, (link, margin)| {
-        guarded(|| contacts.with_margin(model, link, *margin))?.or_raise()
-    })
+    margins
+        .iter()
+        .try_fold(contacts, |contacts, (link, margin)| {
+            guarded(|| contacts.with_margin(model, link, *margin))?.or_raise()
+        })
 }
 
 fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {

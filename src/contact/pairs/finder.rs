@@ -98,7 +98,12 @@ impl PairFinder {
             self.place(pairs, plain, kinematics, &margin, lane);
             let still = margin.half_height(0.0);
             let value = |x: P| T::from(x).value(lane);
-            fits &= self.find_near(pairs, plain, among, still + pairs.margin_of_triangles(value));
+            fits &= self.find_near(
+                pairs,
+                plain,
+                among,
+                still + pairs.margin_of_triangles(value),
+            );
             self.find_in_lane(pairs, plain, (still, value), lane, out);
         }
         if T::LANES > 1 {

@@ -206,7 +206,9 @@ impl<P: Scalar> Contacts<P> {
         X: &[Transform<T>; 2],
         V: &[Motion<T>; 2],
     ) -> PairState<T> {
-        let shapes = point.shapes.map_each(|shape| &self.shape_pairs().shapes[shape]);
+        let shapes = point
+            .shapes
+            .map_each(|shape| &self.shape_pairs().shapes[shape]);
         let state = state_of_shapes(&point.feature, shapes, X, V);
         self.with_margin_of(state, point, shapes)
     }

@@ -89,7 +89,7 @@ mod tests {
             "{}",
             reason(&long)
         );
-        let mut changed = |at: usize, by: [u8; 4]| {
+        let changed = |at: usize, by: [u8; 4]| {
             let mut bytes = whole.clone();
             bytes[at..at + 4].copy_from_slice(&by);
             reason(&bytes)

@@ -25,7 +25,6 @@ use crate::io::context::Context;
 use crate::io::names::Names;
 use crate::io::place::SourcePlace;
 use crate::model::{Collision, Visual};
-use crate::scalar::MapEach;
 use crate::spatial::{Inertia, Transform};
 
 /// A body; the first one is the world.

@@ -2,8 +2,8 @@
 
 use std::ops::AddAssign;
 
-use nalgebra::{Matrix3, Matrix4, Vector3};
 use crate::nested::IntoNested;
+use nalgebra::{Matrix3, Matrix4, Vector3};
 
 use crate::io::mesh::Mesh;
 use crate::scalar::MapEach;
