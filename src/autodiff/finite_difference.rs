@@ -11,10 +11,10 @@
 //! # References
 //! [Ridders 1982].
 
-use crate::scalar::{MapEach, from_each};
 use nalgebra::DMatrix;
 
 use super::VectorFunction;
+use crate::scalar::{MapEach, from_each};
 
 /// Largest step, relative to the size of the input.
 const FIRST_STEP: f64 = 1.0 / 32.0;

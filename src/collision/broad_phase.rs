@@ -1,9 +1,9 @@
 //! Pairs of overlapping boxes, by a tree of boxes that is reused from step to step.
 
-use crate::scalar::MapEach;
 use std::fmt;
 
 use super::bounds::Bounds;
+use crate::scalar::MapEach;
 
 /// Growth of the area of all nodes at which the tree is built again: refitted trees cost less than a new one until they are about that much looser.
 const LOOSE: f64 = 1.5;

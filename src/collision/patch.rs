@@ -1,12 +1,12 @@
 //! The flat part of a shape that lies farthest along a direction: a point, an edge or a face, as a polygon.
 
-use crate::scalar::MapEach;
 use nalgebra::{Vector2, Vector3};
 
 use super::corner::{Across, Corner, Ends};
 use super::feature::{Face, Feature};
 use super::shape::{RIM_VERTICES, Shape};
 use super::solid::Solid;
+use crate::scalar::MapEach;
 
 /// Most corners of a polygon.
 pub(super) const MAX_CORNERS: usize = RIM_VERTICES as usize;

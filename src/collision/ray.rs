@@ -1,10 +1,10 @@
 //! The first triangle that a ray meets, on plain values.
 
-use crate::scalar::MapEach;
 use nalgebra::Vector3;
 
 use super::bounds::Bounds;
 use super::broad_phase::{BroadPhase, MAX_WAITING, Node};
+use crate::scalar::MapEach;
 
 /// Slope of a ray to a triangle, by both lengths, below which it passes along the triangle and does not meet it.
 const ALONG: f64 = 1e-12;

@@ -20,7 +20,7 @@ use super::newton::{LEAST_STIFFNESS, STEPS, step_across};
 use super::shape::Shape;
 use super::solid::Solid;
 use super::witness::witness;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use crate::spatial::linear::{columns, dot, rotate, rotate_back, scale};
 
@@ -142,7 +142,7 @@ impl<T: Scalar> Rounded<'_, T> {
 
     /// The change of that point with the direction, along e across it: `∇²h_w(n) e`.
     fn curvature(&self, n: &Vector3<T>, e: &Vector3<T>) -> Vector3<T> {
-        let [n, e] = [n, e].map(|x| rotate_back(&self.X.rotation, x));
+        let [n, e] = [n, e].map_each(|x| rotate_back(&self.X.rotation, x));
         let cluster = self.cluster(&n);
         let mut moment = Vector3::from_element(T::zero());
         self.each_vertex(&n, |v, share| {
@@ -242,7 +242,7 @@ impl Pair<'_, f64> {
     /// A step of Newton's method across n that widens the gap: where it is not concave, as if it were.
     fn ascent(&self, n: &Vector3<f64>, w: &Vector3<f64>) -> Vector3<f64> {
         let axes = plane_across(n);
-        let columns = axes.map(|e| self.curvature(n, &e, n.dot(w)));
+        let columns = axes.map_each(|e| self.curvature(n, &e, n.dot(w)));
         let stiffness = Matrix2::from_fn(|i, j| axes[i].dot(&columns[j]));
         let eigen = stiffness.symmetric_eigen();
         let slope = Vector2::new(axes[0].dot(w), axes[1].dot(w));
@@ -291,7 +291,7 @@ pub(crate) fn each_rounded<T: Scalar>(
         _ => pair.refined(&Pair(rounded([a, b], &plain, width)).widest(&near.1.normal)),
     };
     let found = pair.witness(&normal);
-    let points = found.points.map(|point| point + origin);
+    let points = found.points.map_each(|point| point + origin);
     each(Witness { points, ..found });
 }
 

@@ -9,6 +9,7 @@ use clap::Args;
 use super::output::{Outcome, complain, heading};
 use super::robot::{Format, Robot};
 use crate::io::MjcfScene;
+use crate::nested::IntoNested;
 
 /// Write a robot in another format, and list lost content.
 ///
@@ -34,7 +35,7 @@ impl Convert {
             Format::Sdf => return Err("SDF is read, not written: choose urdf or mjcf".into()),
         };
         let ignored = loaded.report.ignored.iter().map(ToString::to_string);
-        let beside = loaded.scene.iter().flat_map(beside_the_model);
+        let beside = loaded.scene.iter().nested(beside_the_model);
         let lost = ignored.chain(left_out(&text)).chain(beside);
         let lost: Vec<String> = lost.collect();
         if self.output.as_os_str() == "-" {

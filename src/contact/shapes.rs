@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -13,6 +12,7 @@ use super::point::{ContactPoint, Feature};
 use crate::error::OutOfMemory;
 use crate::memory;
 use crate::model::{Collision, Geometry, Model, short_reference};
+use crate::nested::IntoNested;
 use crate::scalar::{MapEach, from_each};
 use crate::spatial::Transform;
 use crate::spatial::geometry::thinned;

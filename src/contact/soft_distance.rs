@@ -7,7 +7,7 @@ use crate::collision::{NOTHING, PairFeature, Witness, each_rounded, excess};
 use crate::dynamics::Kinematics;
 use crate::model::{FrameId, Model};
 use crate::numbers::Domain;
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 
 /// Least and largest width, m: squares of both, and of their inverses, are finite.
 const LEAST: f64 = 1e-100;
@@ -76,13 +76,13 @@ impl LinkShapes {
     ) {
         let plain = |own: &LinkShape| plain_pose(&kinematics.pose(own.body), 0) * own.placement;
         self.each_distance(links, plain, |shapes, feature, found| {
-            let [a, b] = shapes.map(|k| &self.shapes()[k]);
+            let [a, b] = shapes.map_each(|k| &self.shapes()[k]);
             let reach = NOTHING + excess(&a.shape) + excess(&b.shape);
             if found.distance - least > reach * self.smoothing {
                 return;
             }
             let both = [&a.shape, &b.shape];
-            let poses = [a, b].map(|own| kinematics.pose(own.body) * own.placement.lift());
+            let poses = [a, b].map_each(|own| kinematics.pose(own.body) * own.placement.lift());
             let near = (feature, found);
             each_rounded(
                 &near,

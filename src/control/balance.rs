@@ -10,10 +10,10 @@
 //! are of equal size. G and H count for the states that have both: with one alone a state would be scaled until it does
 //! not matter. The entries of D are powers of two, so the scaling itself rounds nothing.
 
-use crate::scalar::MapEach;
 use nalgebra::{DMatrix, DVector};
 
 use super::triple::Triple;
+use crate::scalar::MapEach;
 
 /// Sweeps over all states. One settles a lightly coupled system; more than this only chase the last factor of two.
 const SWEEPS: usize = 12;

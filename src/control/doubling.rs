@@ -16,11 +16,11 @@
 //! # References
 //! [Chu, Fan, Lin and Wang 2004] in discrete time, [Chu, Fan and Lin 2005] in continuous time; [Smith 1968].
 
-use crate::scalar::MapEach;
 use nalgebra::DMatrix;
 
 use super::balance::Balance;
 use super::triple::Triple;
+use crate::scalar::MapEach;
 
 /// Doublings before giving up. 2⁶⁰ steps reach the end of the slowest mode that double precision tells from one that
 /// stays.

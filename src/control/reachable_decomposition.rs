@@ -9,12 +9,12 @@
 //! [Van Dooren 1981].
 
 use crate::linalg::{svd, symmetric_eigen};
-use crate::nested::IntoNested;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::doubling::TimeDomain;
 use super::riccati::Riccati;
 use super::stability;
+use crate::nested::IntoNested;
 
 /// Size of a new direction, relative to A or to B, below which it counts as rounding.
 const NEW_DIRECTION: f64 = 1e-9;

@@ -10,12 +10,12 @@
 //!
 //! In this form an error of the gain enters the residual only to second order.
 
-use crate::scalar::MapEach;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use super::balance::Balance;
 use super::doubling::{self, Doubled, TimeDomain, symmetrized};
 use super::triple::Triple;
+use crate::scalar::MapEach;
 
 /// Relative change of the cost at which Newton's method has settled: the step after it would change only rounding
 /// errors.

@@ -3,7 +3,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::ops::{Add, Range};
 
 use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
@@ -11,6 +10,7 @@ use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
 use super::rnea::{RneaScratch, world_acceleration};
 use super::tree::{Bodies, Tree};
 use crate::model::{Body, BodyId, Model};
+use crate::nested::IntoNested;
 use crate::scalar::{Lanes, MapEach, Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL, Transform};
 

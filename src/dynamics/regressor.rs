@@ -6,7 +6,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, RowDVector, Vector3};
 
 use super::kinematics::forward_kinematics;
@@ -14,6 +13,7 @@ use super::passes::carry_force;
 use super::rnea::world_acceleration;
 use super::weightless::spared_part;
 use crate::model::{BodyId, Model};
+use crate::nested::IntoNested;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector, rotate_data};
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Motion, Transform};

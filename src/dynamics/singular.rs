@@ -6,13 +6,13 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::crba::mass_matrix;
 use crate::error::{SingularMassMatrix, UnresistedJoint};
 use crate::joint::Axis;
 use crate::model::{Body, BodyId, Model};
+use crate::nested::IntoNested;
 use crate::scalar::{MapEach, Scalar, from_each};
 use crate::sorting::sort_seldom;
 use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};

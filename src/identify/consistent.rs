@@ -8,7 +8,6 @@
 //! this crate does not ask for; and Levenberg and Marquardt's method in log-Cholesky parameters creeps where the solution is at the boundary, at infinite
 //! parameters, which is the rule: it is what a test compares with.
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4};
 
 use super::barrier::{Cone, Program, inertia, root_transposed};
@@ -17,6 +16,7 @@ use super::estimate::Estimate;
 use super::regressor::Unknown;
 use super::robot::Robot;
 use crate::model::{BodyId, Model};
+use crate::nested::IntoNested;
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// Options of [`Estimate::consistent`].

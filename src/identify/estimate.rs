@@ -1,6 +1,5 @@
 //! Weighted least squares of base parameters, with their uncertainty.
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::base::BaseParameters;
@@ -11,6 +10,7 @@ use super::normal::Normal;
 use super::regressor::Regressor;
 use super::robot::Robot;
 use super::student::{check_level, two_sided};
+use crate::nested::IntoNested;
 
 /// Rounds in which errors and weights find each other; the second changes what counts, the third nearly nothing.
 const ROUNDS: usize = 4;

@@ -1,6 +1,5 @@
 //! Experiments: logged channels.
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::error::IdentifyError;
@@ -8,6 +7,7 @@ use super::unit::{Dimension, Quantity, Unit};
 use crate::joint::{Coordinate, Joint};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
+use crate::nested::IntoNested;
 use crate::sim::Rollout;
 
 /// A logged motion: channels with names and units on a common clock.

@@ -1,6 +1,5 @@
 //! The regressor of identification: joint forces as a linear function of unknowns.
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentifyError;
@@ -8,6 +7,7 @@ use super::friction::DryFriction;
 use crate::dynamics::joint_torque_regressor;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model, ParameterGroup};
+use crate::nested::IntoNested;
 use crate::scalar::Over;
 use crate::spatial::INERTIAL_PARAMETERS;
 

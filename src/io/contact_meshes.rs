@@ -1,6 +1,5 @@
 //! Contact of robots with meshes: reads the mesh files of collision shapes.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
@@ -9,6 +8,7 @@ use crate::contact::{
 };
 use crate::error::{OutOfMemory, UnknownName};
 use crate::model::{Geometry, Model};
+use crate::nested::IntoNested;
 use crate::spatial::geometry::hull;
 
 impl Contacts<f64> {

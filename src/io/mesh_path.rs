@@ -4,7 +4,6 @@
 //! resolved by asking whether files exist, never by running a program. In the path of a URI `%20` is a space and so on, but a file that
 //! has the escape in its name is found too; a path without a scheme is taken as it is.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::env;
 use std::ffi::OsStr;
@@ -14,6 +13,7 @@ use super::ModelOptions;
 use super::mesh::{is_inline, percent_decoded};
 use super::roots::Roots;
 use crate::model::{Geometry, UpAxis};
+use crate::nested::IntoNested;
 
 /// Finder of mesh files: folders to look in, and how.
 #[derive(Debug)]

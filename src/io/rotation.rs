@@ -1,7 +1,8 @@
 //! Rotations as description files write them.
 
-use crate::scalar::MapEach;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+
+use crate::scalar::MapEach;
 
 /// Rotation by roll, pitch and yaw about fixed axes:  R = Rz(yaw) Ry(pitch) Rx(roll).
 pub(super) fn rotation_from_rpy([roll, pitch, yaw]: [f64; 3]) -> Matrix3<f64> {

@@ -1,12 +1,12 @@
 //! Coordinates of each joint, with damping, armature and springs.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::body::{Body, Coupling};
 use super::builder::{JointSpec, Mimicry, ModelBuilder};
 use super::parts::{Joint, Mimic, Spring};
 use crate::error::LoadError;
+use crate::nested::IntoNested;
 use crate::scalar::Scalar;
 
 /// Number of configuration coordinates; damping, armature and spring along each velocity coordinate.

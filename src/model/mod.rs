@@ -61,7 +61,6 @@ pub(crate) mod walk;
 mod weightless;
 mod world;
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -95,6 +94,7 @@ pub(crate) use world::BASE_JOINT;
 pub use world::{Object, World};
 
 use crate::error::UnknownName;
+use crate::nested::IntoNested;
 use crate::numbers::{Domain, Numbers as _};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};

@@ -1,11 +1,11 @@
 //! Names of joints and coordinates.
 
-use crate::nested::IntoNested;
 use std::fmt::Display;
 
 use super::manifold::v_range;
 use super::{BodyId, Model};
 use crate::joint::JointKind;
+use crate::nested::IntoNested;
 use crate::scalar::Scalar;
 
 /// Name of a floating base among the joints of parameters and of measurements.

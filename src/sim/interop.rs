@@ -6,7 +6,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -19,6 +18,7 @@ use crate::error::UnknownName;
 use crate::joint::{Joint, JointKind};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, JointId, Model};
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// The engine whose coordinates are used.

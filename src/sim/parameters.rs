@@ -17,7 +17,6 @@
 //! which are unit vectors (the placement of their joint rotates them); origins and spacings of grids, and angles on rims, which are `f64` over any
 //! scalar; other numerical settings, such as smoothing.
 
-use crate::nested::IntoNested;
 use nalgebra::DVector;
 
 use super::names::velocity_names;
@@ -26,6 +25,7 @@ use super::simulator::Simulator;
 use super::{Actuation, Actuator, TendonServo};
 use crate::contact::{ContactLaw, ContactPart, Contacts, MaterialOf};
 use crate::model::ParameterLayout;
+use crate::nested::IntoNested;
 use crate::numbers::{Domain, EachIn, Number, Numbers, of};
 use crate::scalar::{Over, Scalar};
 

@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use crate::nested::IntoNested;
 use nalgebra::DVector;
 
 use super::activation::PlacedActivation;
@@ -18,6 +17,7 @@ use crate::error::{StructureMismatch, UnknownName};
 use crate::memory;
 use crate::model::manifold::v_range;
 use crate::model::{JointPart, Model};
+use crate::nested::IntoNested;
 use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Cast, Over, Scalar, is_more_than_values};
 

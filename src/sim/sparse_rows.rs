@@ -2,11 +2,11 @@
 //!
 //! With M = Lᵀ D L, tree by tree, and Lᵀ X = Jᵀ, the entries of X are where those of J are, and G = Xᵀ D⁻¹ X. So memory and time grow with the number of rows.
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 
 use crate::cone::Columns;
 use crate::dynamics::MassMatrixFactor;
+use crate::nested::IntoNested;
 use crate::scalar::{GROUP, Scalar};
 
 /// J and X of rows.

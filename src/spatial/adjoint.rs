@@ -5,7 +5,7 @@
 use nalgebra::{Matrix6, Vector3};
 
 use super::{Force, Motion, SPATIAL, Transform};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, from_each};
 
 impl<T: Scalar> Transform<T> {
     /// Adjoint matrix (R, \[p\] R; 0, R): it maps motions from B to A, as [`motion`](Self::motion) does.
@@ -43,7 +43,7 @@ fn basis_force<T: Scalar>(k: usize) -> Force<T> {
 
 /// The matrix of these columns.
 fn matrix<T: Scalar>(column: impl Fn(usize) -> [T; SPATIAL]) -> Matrix6<T> {
-    let columns: [[T; SPATIAL]; SPATIAL] = std::array::from_fn(column);
+    let columns: [[T; SPATIAL]; SPATIAL] = from_each(column);
     Matrix6::from_fn(|row, k| columns[k][row])
 }
 

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::linear::{dot_data, fused};
 use super::{Force, Inertia, Motion, SPATIAL, Transform};
-use crate::scalar::{Differentiable, DualNumber, Pack, Scalar, plus_scaled};
+use crate::scalar::{Differentiable, DualNumber, Pack, Scalar, from_each, plus_scaled};
 
 /// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the
 /// acceleration changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
@@ -73,7 +73,7 @@ pub(crate) struct UnitVelocityProducts<T>([VelocityProductMatrix<T>; SPATIAL]);
 impl<T: Differentiable> UnitVelocityProducts<T> {
     /// Computes the matrices of a body of this inertia.
     pub(crate) fn new(inertia: &Inertia<T>) -> Self {
-        Self(std::array::from_fn(|k| {
+        Self(from_each(|k| {
             VelocityProductMatrix::new(inertia, &Motion::basis(k))
         }))
     }

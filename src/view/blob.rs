@@ -1,9 +1,10 @@
 //! Arrays of numbers in an HTML viewer: the bytes of a typed array, little-endian, in base64.
 
-use crate::nested::IntoNested;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
+
+use crate::nested::IntoNested;
 
 /// An array of numbers that the HTML viewer decodes in one go.
 #[derive(Clone, Debug, Serialize)]

@@ -1,6 +1,5 @@
 //! Recordings as JSON, with display settings.
 
-use crate::nested::IntoNested;
 use std::iter;
 use std::path::Path;
 
@@ -19,6 +18,7 @@ use super::touches::Touches;
 use super::track::{ForceTrack, Track};
 use crate::error::{RecordingError, UnknownName};
 use crate::model::{FrameId, Model, numbered};
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// Version of the format; a reader refuses later ones.

@@ -1,6 +1,5 @@
 //! Motion in the HTML viewer: poses, plots and forces, at the time resolution of a screen.
 
-use crate::nested::IntoNested;
 use std::iter;
 
 use serde::Serialize;
@@ -15,6 +14,7 @@ use crate::dynamics::{
 };
 use crate::joint::{Axis, Coordinate, Joint, JointKind};
 use crate::model::BodyId;
+use crate::nested::IntoNested;
 use crate::sim::column_names;
 use crate::spatial::Transform;
 

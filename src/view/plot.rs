@@ -3,7 +3,6 @@
 //! A [`Plot`] has lines over two axes, linear or logarithmic; a recording [plots](super::Recording::plot) its columns over time and against each
 //! other. Use it for papers and reports; to explore a motion, the HTML viewer is better.
 
-use crate::nested::IntoNested;
 use std::error::Error;
 use std::ops::Range;
 use std::path::Path;
@@ -17,6 +16,7 @@ use super::files::write;
 use super::png;
 use crate::error::{RecordingError, rounded};
 use crate::memory;
+use crate::nested::IntoNested;
 
 /// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
 const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");

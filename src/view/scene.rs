@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use nalgebra::Matrix3;
 use serde::Serialize;
 
@@ -14,6 +13,7 @@ use super::track::Track;
 use crate::joint::JointKind;
 use crate::linalg::symmetric_eigen3;
 use crate::model::{Body, BodyId, FrameId, Model, WORLD};
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// A robot without its motion.

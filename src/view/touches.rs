@@ -1,9 +1,9 @@
 //! Contact points with forces, over a recording.
 
-use crate::nested::IntoNested;
 use serde::{Deserialize, Serialize};
 
 use super::blob::Blob;
+use crate::nested::IntoNested;
 use crate::sim::ContactReport;
 
 /// Position and force of a point, x, y, z each, in the world, m and N. Of a point between two bodies there are two, with opposite forces.

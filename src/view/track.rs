@@ -1,6 +1,5 @@
 //! One robot of a recording.
 
-use crate::nested::IntoNested;
 use nalgebra::{DVector, Vector3};
 
 use super::bond::Bond;
@@ -9,6 +8,7 @@ use super::touches::Touches;
 use crate::constraint::Constraint;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, numbered};
+use crate::nested::IntoNested;
 use crate::sim::{State, column_names, input_columns};
 use crate::spatial::Transform;
 

@@ -1,12 +1,12 @@
 //! The statements of a function, part by part.
 
-use crate::nested::IntoNested;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
 
 use super::expression::Words;
 use super::parts::Parts;
+use crate::nested::IntoNested;
 use crate::scalar::traced::{Graph, NodeId, Operation};
 
 /// A graph as statements.

@@ -1,6 +1,5 @@
 //! Spheres and capsules: points and segments with a radius around them.
 
-use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::when::{Nearest, When};
@@ -8,6 +7,7 @@ use super::{PARALLEL, SEED, line, nearest as nearest_of_features, vertex};
 use crate::collision::feature::{NormalSource, Witness};
 use crate::collision::placed::{Core, Placed};
 use crate::collision::witness::{along, nearest_normal};
+use crate::nested::IntoNested;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{cross, dot};
 

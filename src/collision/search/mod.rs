@@ -17,12 +17,12 @@ mod polytope;
 mod settle;
 mod simplex;
 
-use crate::scalar::MapEach;
 use nalgebra::Vector3;
 
 use super::clip::nearest_on_faces;
 use super::feature::{Feature, FeatureId, NormalSource, PairFeature};
 use super::solid::Solid;
+use crate::scalar::MapEach;
 use axes::{Axis, widest};
 use choose::{Found, candidate, choose, choose_without_faces};
 use difference::Difference;

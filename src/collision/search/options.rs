@@ -1,6 +1,5 @@
 //! The features of a shape that may take part where it is approached from a direction.
 
-use crate::nested::IntoNested;
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
@@ -9,6 +8,7 @@ use crate::collision::feature::{Face, Feature};
 use crate::collision::guard::plane_across;
 use crate::collision::shape::Shape;
 use crate::collision::solid::Solid;
+use crate::nested::IntoNested;
 use crate::scalar::{MapEach, from_each};
 
 /// Most options of a shape: edges, vertices and some faces.

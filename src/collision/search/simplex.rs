@@ -1,7 +1,8 @@
 //! The point of a simplex that is nearest to the origin.
 
-use crate::scalar::MapEach;
 use nalgebra::Vector3;
+
+use crate::scalar::MapEach;
 
 /// Up to four points; the last is the newest.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@ use super::{Newton, product};
 use crate::cone::blocks::inverse;
 use crate::cone::jacobian::Square;
 use crate::cone::law::Piece;
-use crate::scalar::each;
+use crate::scalar::{MapEach, each, from_each};
 
 impl Newton {
     /// Factorises the matrix of the bodies for the pieces that hold.
@@ -34,7 +34,7 @@ impl Newton {
         self.step.clear();
         self.step.resize(blocks.columns.n_coordinates(), 0.0);
         for (unit, (own, inverse)) in all() {
-            let change = product(inverse, own.e).map(|x| -x);
+            let change = product(inverse, own.e).map_each(|x| -x);
             blocks.add_unit(unit, change, &mut self.step);
         }
         blocks.solve(&mut self.step);
@@ -51,5 +51,5 @@ impl Newton {
 /// A B.
 fn square_product(a: &Square, b: &Square) -> Square {
     let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
-    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    from_each(|i| from_each(|j| entry(i, j)))
 }

@@ -38,7 +38,7 @@ impl FoundPairs<'_> {
         match self {
             Self::Awake([]) => true,
             Self::Awake(asleep) => !bodies.iter().any(|&own| sleeps(asleep, own) == Some(true)),
-            Self::Waking(asleep) => match bodies.map(|own| sleeps(asleep, own)) {
+            Self::Waking(asleep) => match bodies.map_each(|own| sleeps(asleep, own)) {
                 [Some(a), Some(b)] => a != b,
                 _ => false,
             },

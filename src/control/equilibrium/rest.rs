@@ -1,6 +1,5 @@
 //! Accelerations as residuals of an equilibrium.
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::stance::near_the_ground;
@@ -8,6 +7,7 @@ use crate::contact::STANDARD_GRAVITY;
 use crate::dynamics::mass_matrix;
 use crate::least_squares::Residuals;
 use crate::linearize::{Linearization, LinearizeScratch};
+use crate::nested::IntoNested;
 use crate::sim::{Simulator, State, StepScratch};
 
 /// Weight of a displacement of 1 m or 1 rad beside an acceleration of g.

@@ -6,7 +6,6 @@
 //! # References
 //! [Carpentier, Mansard 2018].
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::blocks::Blocks;
@@ -15,6 +14,7 @@ use crate::dynamics::calls::Calls;
 use crate::dynamics::forward_dynamics::{AbaScratch, forward_dynamics_into};
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
 use crate::model::Model;
+use crate::nested::IntoNested;
 use crate::scalar::{Differentiable, Opaque, Over, Scalar, compiled_over_f64};
 use crate::spatial::Force;
 

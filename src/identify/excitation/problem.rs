@@ -1,6 +1,5 @@
 //! The condition of a motion as an objective, with its gradient.
 
-use crate::nested::IntoNested;
 use nalgebra::{DMatrix, DVector};
 
 use super::{Excitation, ExcitationOptions, MotionPoint};
@@ -11,6 +10,7 @@ use crate::identify::regressor::Regressor;
 use crate::identify::series::{Bounds, Series};
 use crate::minimize::Objective;
 use crate::model::manifold::q_range;
+use crate::nested::IntoNested;
 use crate::scalar::Dual;
 
 /// Directions that are differentiated at once.

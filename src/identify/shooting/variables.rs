@@ -1,6 +1,5 @@
 //! Variables of the robot that shooting adjusts, and where they go.
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::Adjustable;
@@ -9,6 +8,7 @@ use crate::identify::consistent::possible;
 use crate::identify::error::IdentifyError;
 use crate::identify::estimate::Interval;
 use crate::model::{ParameterGroup, ParameterLayout};
+use crate::nested::IntoNested;
 use crate::numbers::Domain;
 use crate::sim::{Simulator, SimulatorParameterGroup as Group};
 use crate::spatial::INERTIAL_PARAMETERS;

@@ -7,6 +7,8 @@
 
 use std::fmt::Write;
 
+use crate::scalar::MapEach;
+
 /// Begin of a reference with a mesh.
 const START: &str = "data:model/obj";
 
@@ -38,7 +40,7 @@ pub(crate) fn reference(name: &str, vertices: &[[f32; 3]], corners: &[[u32; 3]])
         let _ = write!(out, "v%20{x}%20{y}%20{z}%0A");
     }
     for corners in corners {
-        let [a, b, c] = corners.map(|k| u64::from(k) + 1);
+        let [a, b, c] = corners.map_each(|k| u64::from(k) + 1);
         let _ = write!(out, "f%20{a}%20{b}%20{c}%0A");
     }
     out

@@ -4,6 +4,7 @@
 //! each; three vertices a face as 32-bit integers; little endian. A file without faces is the convex hull of its vertices.
 
 use super::soup::Soup;
+use crate::scalar::MapEach;
 
 const NUMBER: usize = 4;
 const COUNTS: usize = 4;
@@ -20,7 +21,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
         return Err("has a negative count in its header".into());
     };
     // Counts have 31 bits: their sums do not overflow.
-    let sizes = [3 * vertices, 3 * normals + 2 * textures, 3 * faces].map(|n| n as u64);
+    let sizes = [3 * vertices, 3 * normals + 2 * textures, 3 * faces].map_each(|n| n as u64);
     let needed = sizes.iter().sum::<u64>();
     if needed != tables.len() as u64 || !rest.is_empty() {
         let wanted = (needed + COUNTS as u64) * NUMBER as u64;

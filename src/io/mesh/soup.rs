@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::nested::IntoNested;
 use crate::spatial::geometry::hull;
 
 /// Red, green, blue, opacity; `None` where a file gives no colour.
@@ -31,7 +32,7 @@ impl Mesh {
     /// The convex hull of all parts.
     pub(crate) fn hull(self) -> Result<Self, String> {
         let parts = self.parts.into_iter();
-        Soup::hull(parts.flat_map(|part| part.vertices).collect())?.finish()
+        Soup::hull(parts.nested(|part| part.vertices).collect())?.finish()
     }
 }
 

@@ -12,7 +12,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
@@ -28,6 +27,7 @@ use crate::io::names;
 use crate::io::write::FLOATING_BASE;
 use crate::joint::JointKind;
 use crate::model::{Base, JointSpec, LinkSpec, ModelBuilder, inertia_flaw};
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// The links and joints of a description.

@@ -4,7 +4,6 @@
 
 use std::cell::{Cell, OnceCell};
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -23,6 +22,7 @@ use crate::io::ModelOptions;
 use crate::io::mesh::MeshFile;
 use crate::io::mesh_path::MeshFinder;
 use crate::model::Geometry;
+use crate::nested::IntoNested;
 use crate::spatial::{Inertia, Transform};
 
 /// Methods of the inertia of meshes.

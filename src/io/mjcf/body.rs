@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::collections::HashSet;
 
 use super::documents::Source;
@@ -25,6 +24,7 @@ use crate::io::context::Context;
 use crate::io::names::Names;
 use crate::io::place::SourcePlace;
 use crate::model::{Collision, Visual};
+use crate::nested::IntoNested;
 use crate::spatial::{Inertia, Transform};
 
 /// A body; the first one is the world.

@@ -1,10 +1,10 @@
 //! Classes of defaults.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::tree::Node;
 use crate::error::LoadError;
+use crate::nested::IntoNested;
 
 /// Deepest nesting of classes: files nest about three, and a look-up goes through all of them.
 const MAX_DEPTH: usize = 30;

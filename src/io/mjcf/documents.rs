@@ -1,6 +1,5 @@
 //! The models of a description: its own, and those that it attaches, each with its settings.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use super::include::{AttachError, Files};
 use super::tree::{Node, Tree};
 use crate::error::LoadError;
 use crate::io::ModelOptions;
+use crate::nested::IntoNested;
 
 /// A model as elements.
 #[derive(Debug)]

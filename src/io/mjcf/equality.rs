@@ -6,7 +6,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::collections::{BTreeMap, HashMap};
 
 use super::entry::Entry;
@@ -19,6 +18,7 @@ use crate::dynamics::frame_pose;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::model::Model;
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// Model with the configuration of the file, names and tendons.

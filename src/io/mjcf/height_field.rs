@@ -82,7 +82,7 @@ impl HeightAsset {
         if self.heights.len() > MOST_TRIANGLES {
             return Err("a height field beside the ground has too many points".into());
         }
-        let origin = self.half.map(|x| -x);
+        let origin = self.half.map_each(|x| -x);
         let heights: Vec<f64> = self.heights.iter().map(|h| h * self.top).collect();
         let flat = Surface::grid(origin, self.spacing(), self.points, &heights);
         let flat = flat.map_err(|error| error.to_string())?;
@@ -93,7 +93,7 @@ impl HeightAsset {
     }
 
     fn spacing(&self) -> [f64; 2] {
-        [0, 1].map(|k| 2.0 * self.half[k] / (self.points[k] - 1) as f64)
+        [0, 1].map_each(|k| 2.0 * self.half[k] / (self.points[k] - 1) as f64)
     }
 }
 

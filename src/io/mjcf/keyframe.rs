@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use nalgebra::{DVector, Vector3};
@@ -15,6 +14,7 @@ use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::model::{JointId, Model};
+use crate::nested::IntoNested;
 use crate::sim::State;
 use crate::spatial::Quaternion;
 

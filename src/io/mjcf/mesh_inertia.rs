@@ -70,10 +70,10 @@ fn about(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>, volumes: Volumes)
 fn shell(triangles: &[[Vector3<f64>; 3]], middle: Vector3<f64>) -> Result<Inertia<f64>, String> {
     let mut sum = Matrix4::zeros();
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|p| p - middle);
+        let [a, b, c] = triangle.map_each(|p| p - middle);
         let mass = 0.5 * (b - a).cross(&(c - a)).norm();
         let all = a + b + c;
-        let squares = [a, b, c, all].map(|p| p * p.transpose());
+        let squares = [a, b, c, all].map_each(|p| p * p.transpose());
         let moments = squares.iter().sum::<Matrix3<f64>>() * (mass / 12.0);
         let first = all * (mass / 3.0);
         sum.fixed_view_mut::<3, 3>(0, 0).add_assign(&moments);

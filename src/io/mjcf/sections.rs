@@ -1,6 +1,5 @@
 //! The sections beside the bodies: of the description, and of the models that it attaches.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::body::Bodies;
@@ -10,6 +9,7 @@ use super::naming::Naming;
 use super::walk::{MAX_ADDED, Part, Walk};
 use crate::error::LoadError;
 use crate::io::context::Context;
+use crate::nested::IntoNested;
 
 /// Names that sections refer to.
 #[derive(Debug, Default)]

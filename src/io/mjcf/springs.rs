@@ -1,6 +1,5 @@
 //! Springs and dampers by their time constant and damping ratio.
 
-use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::assemble::reference;
@@ -8,6 +7,7 @@ use super::body::Bodies;
 use crate::dynamics::forward_dynamics;
 use crate::error::LoadError;
 use crate::model::{Base, Model, ModelBuilder, Spring};
+use crate::nested::IntoNested;
 
 /// Largest product of such joints and of all degrees of freedom: some seconds of work.
 pub(super) const MOST: usize = 10_000_000;

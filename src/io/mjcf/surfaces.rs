@@ -1,11 +1,11 @@
 //! Kinds of surfaces of geoms: by them pairs of bodies have contact parameters.
 
-use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::contact::Touch;
 use super::scene::{MjcfContacts, MjcfGeom, MjcfScene};
 use crate::contact::LinkShapes;
+use crate::nested::IntoNested;
 
 /// Kinds of surfaces that are told apart. Each pair of kinds may have parameters of its own.
 const MOST: usize = 64;
@@ -85,7 +85,7 @@ impl MjcfScene {
         let contacts = &self.contacts;
         let geoms = &contacts.geoms[contacts.geoms.len() - contacts.scenery.len()..];
         let each = contacts.scenery.iter().zip(geoms);
-        each.flat_map(|(own, geom)| std::iter::repeat_n(geom, own.shapes()))
+        each.nested(|(own, geom)| std::iter::repeat_n(geom, own.shapes()))
     }
 
     /// The geom of each shape; `None` where it has none.

@@ -1,6 +1,5 @@
 //! Contacts of a scene: links with the ground, and bodies with each other.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::contact::Touch;
@@ -12,6 +11,7 @@ use crate::contact::{
     CollisionOptions, ContactLaw, ContactOptions, Contacts, LinkShapes, RelaxedRigid, Terrain,
 };
 use crate::error::UnknownName;
+use crate::nested::IntoNested;
 use crate::sorting::sort_seldom;
 use crate::spatial::Transform;
 

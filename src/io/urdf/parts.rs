@@ -1,7 +1,6 @@
 //! Links and joints of a URDF before they become those of a model. Colours of materials that are named elsewhere, and
 //! joints to mimic, are looked up when all parts are read.
 
-use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::control::{self, Commands, Movable};
@@ -17,6 +16,7 @@ use crate::model::{
     Collision, DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimic, Mimicry, Model, ModelBuilder, Visual,
     inertia_flaw,
 };
+use crate::nested::IntoNested;
 use crate::spatial::{Inertia, Transform};
 
 /// Name of a robot without one.

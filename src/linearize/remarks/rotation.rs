@@ -22,13 +22,13 @@
 //! the middle of its column, where the worst case changes by 4 % per revolution: ordinary motion would exceed a lower limit. With implicit velocity
 //! the energy of linkages oscillates, and its limit is safe for the humanoid. That of the Runge–Kutta method is the minimum of its column.
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::frozen::{Frozen, shape};
 use crate::joint::Joint;
 use crate::linalg::eigenvalues;
 use crate::model::Model;
+use crate::nested::IntoNested;
 use crate::sim::{Integrator, Simulator, SimulatorRemark};
 
 /// |λ| Δt up to which energy changes by about 1 % per revolution, rad: see above.

@@ -1,8 +1,8 @@
 //! Directions in the start and the inputs of a rollout.
 
-use crate::nested::IntoNested;
 use nalgebra::DVector;
 
+use crate::nested::IntoNested;
 use crate::sim::Simulator;
 
 /// A direction in the start and all inputs of a rollout, or a gradient in them.

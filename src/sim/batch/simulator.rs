@@ -1,6 +1,5 @@
 //! The simulator of a batch.
 
-use crate::nested::IntoNested;
 use std::sync::Arc;
 
 use super::group::Group;
@@ -11,6 +10,7 @@ use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::contact::Contacts;
 use crate::error::StructureMismatch;
 use crate::model::Model;
+use crate::nested::IntoNested;
 use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::{Lanes, from_each, has_lanes};
 use crate::sim::simulator::Simulator;

@@ -1,6 +1,5 @@
 //! The list of sensors of a robot, with the layout of their reading vector.
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::held_links::{HeldLinks, carrying_link};
@@ -13,6 +12,7 @@ use crate::error::UnknownName;
 use crate::memory;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{FrameId, Model, Structure};
+use crate::nested::IntoNested;
 use crate::numbers::Domain;
 use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;

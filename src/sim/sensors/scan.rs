@@ -1,8 +1,8 @@
 //! Directions of the rays of a scanning range finder.
 
-use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
+use crate::nested::IntoNested;
 use crate::numbers::Domain;
 
 /// Equally spaced angles of the rays of a [`Sensor::Lidar`](super::Sensor::Lidar).

@@ -3,6 +3,7 @@
 use super::record::Record;
 use super::trees::Trees;
 use super::wake::Waking;
+use crate::scalar::MapEach;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::Contact;
@@ -164,7 +165,7 @@ impl Sleeper {
             join(joined, a, b);
         }
         self.waking.each_joined(simulator, contact, |bodies| {
-            if let [Some(a), Some(b)] = bodies.map(|body| trees.of_body(body)) {
+            if let [Some(a), Some(b)] = bodies.map_each(|body| trees.of_body(body)) {
                 join(joined, a, b);
             }
         });

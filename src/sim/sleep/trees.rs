@@ -7,6 +7,7 @@ use crate::contact::{Contacts, ROWS};
 use crate::dynamics::trees;
 use crate::model::BodyId;
 use crate::model::manifold::{q_range, v_range};
+use crate::nested::IntoNested;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -83,7 +84,7 @@ impl Trees {
     /// Keeps trees awake on which something acts.
     fn keep_awake(&mut self, simulator: &Simulator, of_coordinates: &[usize]) {
         let servos = simulator.tendon_servos().iter();
-        let pulled = servos.flat_map(|servo| servo.coordinates());
+        let pulled = servos.nested(|servo| servo.coordinates());
         for k in simulator.actuated().iter().copied().chain(pulled) {
             self.all[of_coordinates[k]].may_sleep = false;
         }
@@ -165,7 +166,7 @@ impl Tree {
     pub(super) fn fingerprint(&self, state: &State) -> f64 {
         let bristles = self.bristles.iter().cloned();
         let contact = state.contact.as_slice();
-        let bristles = bristles.flat_map(|range| contact[range].iter());
+        let bristles = bristles.nested(|range| contact[range].iter());
         fingerprint(state.q.as_slice()[self.q.clone()].iter().chain(bristles))
     }
 

@@ -5,6 +5,7 @@
 use crate::contact::{Contacts, FoundPairs, PairFinder, PairPoint, PairState, PointState};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
+use crate::scalar::MapEach;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::sim::terms::Contact;
@@ -62,8 +63,8 @@ impl Waking {
         }
         for point in &self.points {
             let bodies = contacts.pair_bodies(point.shapes);
-            let X = bodies.map(|body| kinematics.pose(body));
-            let V = bodies.map(|body| kinematics.velocity(body));
+            let X = bodies.map_each(|body| kinematics.pose(body));
+            let V = bodies.map_each(|body| kinematics.velocity(body));
             let PairState { point, .. } = contacts.pair_state(point, &X, &V);
             if reaches(simulator, contacts, &point, 1.0) {
                 let sleeping = bodies.into_iter().flatten();

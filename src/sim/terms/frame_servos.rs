@@ -4,7 +4,6 @@
 //! (`bounded_law.rs`), with  ℓ̈ = J ã + b:  a row with the reference p / r − b and the compliance 1 / r. At an instant, and for the middle of its limits, it is
 //! one of the forces of `frame_forces.rs`.
 
-use crate::nested::IntoNested;
 use std::marker::PhantomData;
 
 use super::bounded_law::servo_line;
@@ -18,6 +17,7 @@ use super::sink::{Acting, ActingPlace, BodyRow, DerivativePoint, Own, Sink};
 use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::constraint::{CarriedRow, CarrierMotion, ConstraintRows, Mounted};
+use crate::nested::IntoNested;
 use crate::scalar::{Dual, MapEach, Over, Scalar};
 use crate::sim::actuation::OfActuator;
 use crate::sim::balance::Balance;

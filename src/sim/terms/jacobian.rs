@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 
 use super::chain::{Chain, Turns, most_coordinates};
@@ -18,6 +17,7 @@ use crate::dynamics::{
     AccelerationDerivatives, Blocks, Calls, Entries, Kinematics, forward_kinematics_into,
 };
 use crate::model::BodyId;
+use crate::nested::IntoNested;
 use crate::scalar::{Differentiable, MapEach, Scalar, each};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};

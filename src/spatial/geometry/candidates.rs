@@ -12,12 +12,12 @@
 //! Time and memory are linear in the number of points.
 
 use crate::nested::IntoNested;
-use crate::scalar::MapEach;
 use glam::Vec3A;
 use nalgebra::Vector3;
 
 use super::convex::convex;
 use super::directions::directions;
+use crate::scalar::MapEach;
 
 /// Most points that are all put to the search: it takes some tenths of a second for as many vertices.
 pub(super) const MAX_POINTS: usize = 20_000;

@@ -1,9 +1,10 @@
 //! Directions spread over the sphere.
 
-use crate::nested::IntoNested;
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
+
+use crate::nested::IntoNested;
 
 /// The axes both ways, and so many unit vectors spread evenly: on a spiral that turns by the golden angle, at heights of equal areas.
 pub(super) fn directions(count: usize) -> Vec<Vector3<f64>> {

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use crate::linalg::symmetric_eigen3;
-use crate::scalar::MapEach;
 use glam::Vec3A;
 use nalgebra::{Matrix3, Vector3};
 
 use super::candidates::{LeftOut, candidates};
 use super::convex::convex;
 use super::directions::directions;
+use crate::scalar::MapEach;
 
 /// Width of what is flat, by the largest coordinate: some roundings of the single precision that mesh files have.
 const FLAT: f64 = 1e-6;

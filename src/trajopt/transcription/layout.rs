@@ -4,7 +4,6 @@
 //! given start, the defects of each interval, inputs whose bounds leave no choice; then upper and lower bounds of the
 //! other inputs, upper and lower bounds of constraints, and that slacks are not negative.
 
-use crate::nested::IntoNested;
 use std::ops::Range;
 
 use clarabel::solver::{NonnegativeConeT, SupportedConeT, ZeroConeT};
@@ -14,6 +13,7 @@ use super::approximation::Approximation;
 use super::point_data::{Entry, PointData};
 use super::points::Points;
 use super::sparse::{Sink, Sparse};
+use crate::nested::IntoNested;
 use crate::trajopt::problem::{InitialState, Problem};
 
 /// Sizes of all parts.

@@ -1,11 +1,11 @@
 //! Data of one point: its rate, its costs, its constraints.
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::chart::ChartScratch;
 use super::defects::Flow;
 use super::points::{self, Sample, stage_of};
+use crate::nested::IntoNested;
 use crate::trajopt::constraint::Constraint;
 use crate::trajopt::cost::{Expansion, Point};
 use crate::trajopt::problem::Problem;

@@ -3,11 +3,11 @@
 //! GIF is the only animation format that browsers, notebooks and code hosts show like a picture, without a codec. Unchanged pixels take no space.
 
 use crate::nested::IntoNested;
-use crate::scalar::MapEach;
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
 use super::Picture;
+use crate::scalar::MapEach;
 
 /// Colours of an animation; one more is reserved for unchanged pixels.
 const COLORS: usize = 255;

@@ -2,11 +2,11 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::stage::{Poses, Stage, StagePiece};
 use super::surface::arrow;
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 use crate::view::recording::Recording;
 use crate::view::skeleton::turned_to;

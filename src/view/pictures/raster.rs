@@ -3,8 +3,9 @@
 //! A renderer in software has to keep depths. Of the crates that do, `retrofire-core` has blanket implementations of operators that no crate with
 //! generic ones of its own can be built beside, `euc` is not maintained, and others draw by a graphics unit; this is what is left of such a crate.
 
-use crate::scalar::{MapEach, from_each};
 use nalgebra::Vector3;
+
+use crate::scalar::{MapEach, from_each};
 
 /// Corner of a triangle: where the camera sees it (to the right, down, ahead; m), and values that are interpolated.
 pub(super) type Seen<const N: usize> = (Vector3<f64>, [f64; N]);

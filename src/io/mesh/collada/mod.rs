@@ -13,12 +13,12 @@ mod material;
 mod node;
 mod scene;
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 
 use super::soup::Soup;
 use crate::input::xml::{self, Node, XmlError, tag};
 use crate::model::UpAxis;
+use crate::nested::IntoNested;
 
 /// Reads what the scene of a file shows; without a scene, all its shapes.
 pub(super) fn read(bytes: &[u8], up_axis: UpAxis) -> Result<Soup, String> {

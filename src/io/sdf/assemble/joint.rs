@@ -8,7 +8,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::nested::IntoNested;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Assembly;
@@ -18,6 +17,7 @@ use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
 use crate::io::sdf::tree::{Edge, Traversal, ends};
 use crate::joint::JointKind;
 use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, unit};
+use crate::nested::IntoNested;
 use crate::spatial::Transform;
 
 /// Largest deviation of a child link's pose from its joint's frame at which it is taken to stand on it: the rounding of a chain of poses.

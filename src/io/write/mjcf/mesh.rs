@@ -9,7 +9,6 @@
 //! Their volume is of no use, as bodies have inertias of their own; all count as shells, which may be flat. Flat ones
 //! have no hull there and do not collide.
 
-use crate::nested::IntoNested;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -20,6 +19,7 @@ use crate::input;
 use crate::io::mesh::{MeshFile, Part};
 use crate::io::xml::Xml;
 use crate::model::{Geometry, ModelBuilder};
+use crate::nested::IntoNested;
 
 /// Triangles that `MuJoCo` takes from an STL file.
 const MAX_TRIANGLES: u64 = 200_000;

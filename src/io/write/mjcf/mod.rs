@@ -6,7 +6,6 @@ mod mesh;
 mod shape;
 mod stack;
 
-use crate::nested::IntoNested;
 use std::collections::{HashMap, HashSet};
 
 use super::{Names, WORLD};
@@ -15,6 +14,7 @@ use crate::io::xml::{Xml, number, numbers};
 use crate::joint::{JointKind, Pitch};
 use crate::model::walk::Step;
 use crate::model::{Base, JointSpec, Mimicry, Model, ModelBuilder, Weightless};
+use crate::nested::IntoNested;
 use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Name of the body of a floating base that has a frame of its own.

@@ -9,7 +9,6 @@
 //! c is quadratic in v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed. The rows
 //! that constraints have in the step itself look ahead along ã₀, and change with it.
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
@@ -17,6 +16,7 @@ use super::gyroscopic::{Gyroscopic, each_left_out, each_spin};
 use super::{HalfStep, each_derivative, half_step};
 use crate::dynamics::{At, Blocks, Calls, InverseDynamicsDerivativesScratch, add_derivatives};
 use crate::model::Model;
+use crate::nested::IntoNested;
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, is_nothing};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::balance::BalanceColumns;

@@ -1,6 +1,5 @@
 //! Derivatives of momenta and forces, and the matrix of Newton's method.
 
-use crate::nested::IntoNested;
 use nalgebra::DMatrix;
 
 use super::joint::{JointDerivatives, JointStep, OwnMatrix, apply, apply_transposed};
@@ -11,6 +10,7 @@ use crate::dynamics::{At, Calls, CrbaScratch, mass_matrix_into};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
+use crate::nested::IntoNested;
 use crate::scalar::{CHUNK, Differentiable, Dual, MapEach, Scalar};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::AccelerationScratch;

@@ -1,6 +1,5 @@
 //! Forces of contact: those that follow from the state, those that a solver has found, and what they do to links and bristles.
 
-use crate::nested::IntoNested;
 use nalgebra::Vector3;
 
 use super::places::{Place, last_forces};
@@ -9,6 +8,7 @@ use crate::cone::Mode;
 use crate::contact::{BristleLoad, BristleRate, ContactLaw, Contacts, ROWS};
 use crate::dynamics::forward_kinematics_into;
 use crate::model::{BodyId, FrameId};
+use crate::nested::IntoNested;
 use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;

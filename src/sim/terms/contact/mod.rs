@@ -8,7 +8,7 @@ mod numbers;
 mod pairs;
 mod places;
 mod point;
-mod point_place;
+mod point_on_bodies;
 mod rows;
 mod seeds;
 mod slopes;

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::point_place::{PointPlace, SecondBody};
+use super::point_on_bodies::{PointOnBodies, SecondBody};
 use crate::constraint::CarrierMotion;
 use crate::contact::{
     BodyMotion, BristleLoad, ContactLaw, Contacts, PairPoint, PairState, PointKinematics, ROWS,
@@ -35,7 +35,7 @@ pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     law: ContactLaw<P>,
     /// Δt, s.
     dt: f64,
-    place: PointPlace<T>,
+    place: PointOnBodies<T>,
     /// Of its bristle, in the world; zero where the law has none.
     deflection: Vector3<OfBody<T>>,
     /// Zero, with the derivatives of the Delassus diagonal.
@@ -194,7 +194,7 @@ where
             dt: at.dt(),
             deflection: Vector3::zeros(),
             delassus: Dual::from(0.0),
-            place: PointPlace {
+            place: PointOnBodies {
                 R_WB: X_WB.rotation,
                 axes: point.axes(),
                 point,
@@ -214,7 +214,7 @@ where
             contacts,
             law,
             dt: at.dt(),
-            place: PointPlace {
+            place: PointOnBodies {
                 R_WB: X[0].rotation,
                 axes: state.point.axes_of_any_normal(),
                 point: state.point,

@@ -13,7 +13,7 @@ use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Force, Motion};
 
 /// A point of contact on its bodies, on dual numbers.
-pub(super) struct PointPlace<T: Scalar> {
+pub(super) struct PointOnBodies<T: Scalar> {
     /// Axes of its body in the world.
     pub(super) R_WB: Matrix3<OfBody<T>>,
     pub(super) point: PointState<OfBody<T>>,
@@ -29,7 +29,7 @@ pub(super) struct SecondBody<T: Scalar> {
     pub(super) in_body: Vector3<OfBody<T>>,
 }
 
-impl<T: Scalar> PointPlace<T> {
+impl<T: Scalar> PointOnBodies<T> {
     /// y of rows along the axes.
     pub(super) fn y_of(
         &self,
