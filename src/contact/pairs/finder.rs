@@ -33,10 +33,14 @@ pub(crate) enum FoundPairs<'a> {
 }
 
 impl FoundPairs<'_> {
+    /// Whether no body sleeps, and no pair is left out.
+    fn are_all(self) -> bool {
+        matches!(self, Self::Awake([]))
+    }
+
     fn have(self, bodies: [Option<BodyId>; 2]) -> bool {
         let sleeps = |asleep: &[bool], body: Option<BodyId>| body.map(|body| asleep[body.0]);
         match self {
-            Self::Awake([]) => true,
             Self::Awake(asleep) => !bodies.iter().any(|&own| sleeps(asleep, own) == Some(true)),
             Self::Waking(asleep) => match bodies.map_each(|own| sleeps(asleep, own)) {
                 [Some(a), Some(b)] => a != b,
@@ -157,7 +161,8 @@ impl PairFinder {
         still: f64,
     ) -> bool {
         let may_touch = |i: usize, j: usize| {
-            pairs.may_touch(plain, i, j) && among.have([pairs.body(i), pairs.body(j)])
+            pairs.may_touch(plain, i, j)
+                && (among.are_all() || among.have([pairs.body(i), pairs.body(j)]))
         };
         self.near.clear();
         match self.broad_phase.pairs(&self.bounds, may_touch) {
