@@ -1,8 +1,9 @@
 //! Whole numbers: counts, indices, seeds.
 
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::prelude::*;
 
-use crate::prelude::*;
+use crate::errors::{invalid, wrong_type};
 
 /// A whole number; a `ValueError` or `TypeError` that names the argument for what is none.
 pub(crate) fn whole<'py, T: FromPyObjectOwned<'py>>(

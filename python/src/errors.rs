@@ -4,6 +4,7 @@ use std::any::Any;
 use std::fmt::{Debug, Display};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use dualbody::Model;
 use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
@@ -14,8 +15,8 @@ use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
 };
+use pyo3::prelude::*;
 
-use crate::prelude::*;
 use crate::words::for_python;
 
 /// An error that Python raises as an exception of the kind that fits.

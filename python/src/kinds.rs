@@ -1,8 +1,9 @@
 //! Arguments that are objects of certain classes of Python.
 
+use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-use crate::prelude::*;
+use crate::errors::wrong_type;
 
 /// Checks that an argument is of one of some classes of a module; a `TypeError` names the argument, its type and the expected classes.
 ///

@@ -1,8 +1,7 @@
 //! Attributes, methods and functions of Python, with their arguments as Python has them.
 
+use pyo3::prelude::*;
 use pyo3::types::PySlice;
-
-use crate::prelude::*;
 
 /// Attributes of a class: `/// What it is.` `name: Type = |own| value;`, or `|own, py| value` for one that is made of objects of Python.
 macro_rules! getters {

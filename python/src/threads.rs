@@ -7,10 +7,12 @@ use std::time::Duration;
 use std::{io, thread};
 
 use dualbody::StopSignal;
+use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::prelude::*;
+use crate::counts::whole;
+use crate::errors::{guarded, invalid, value_error};
 
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
 static WANTED: AtomicUsize = AtomicUsize::new(0);

@@ -104,10 +104,44 @@ fn files(root: &Path) -> Vec<(PathBuf, String)> {
         (path.strip_prefix(root).expect("below").to_owned(), text)
     };
     let files = paths.into_iter().map(below);
-    files
+    let files = files
         .filter(|(path, _)| !path.components().any(|part| part.as_os_str() == "tests"))
-        .filter(|(path, _)| path.file_stem().is_none_or(|stem| stem != "tests"))
-        .collect()
+        .filter(|(path, _)| path.file_stem().is_none_or(|stem| stem != "tests"));
+    without_prelude(files.collect())
+}
+
+/// Files that import what they use of a prelude from where the prelude has it, so that no circle hides behind it.
+fn without_prelude(mut files: Vec<(PathBuf, String)>) -> Vec<(PathBuf, String)> {
+    let is_prelude = |(path, _): &(PathBuf, String)| path == Path::new("prelude.rs");
+    let Some(at) = files.iter().position(is_prelude) else {
+        return files;
+    };
+    let (_, prelude) = files.swap_remove(at);
+    let modules = names_after(&prelude, "crate::");
+    let items: Vec<(&str, BTreeSet<&str>)> = modules
+        .iter()
+        .map(|module| {
+            (
+                *module,
+                names_after(&prelude, &format!("crate::{module}::")),
+            )
+        })
+        .collect();
+    for (_, text) in &mut files {
+        if !text.contains("crate::prelude::") {
+            continue;
+        }
+        *text = text.replace("crate::prelude::", "");
+        let words: BTreeSet<&str> = text
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .collect();
+        let used = items.iter().filter(|(_, items)| !items.is_disjoint(&words));
+        let imports: String = used
+            .map(|(module, _)| format!("\nuse crate::{module}::_;"))
+            .collect();
+        text.push_str(&imports);
+    }
+    files
 }
 
 #[test]

@@ -1,12 +1,16 @@
 //! Functions of rows, of one state and of batches on lanes and cores.
 
+use dualbody::Model;
+use dualbody_python_table::Memory as Of;
+use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use super::output::output;
-use crate::prelude::*;
-use crate::scratch::Memory;
+use super::Array;
+use super::output::{numbers_mut, output};
+use super::rows::{Argument, Rows, View, common_batch};
+use crate::errors::{about_base, guarded};
+use crate::scratch::{Memory, with_kept};
 use crate::threads::pool;
-use dualbody_python_table::Memory as Of;
 
 /// Number of states that are computed side by side.
 pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;

@@ -1,9 +1,12 @@
 //! Arrays for results.
 
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
 
-use super::rows::of_f64;
-use crate::prelude::*;
+use super::Array;
+use super::rows::{Rows, of_f64};
+use crate::errors::{refuse, shape_error, wrong_type};
+use crate::limits::check_array;
 
 /// A new array whose numbers are not set.
 pub(crate) fn empty<'py>(py: Python<'py>, shape: &[usize]) -> Array<'py> {

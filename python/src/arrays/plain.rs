@@ -2,7 +2,14 @@
 
 pub(crate) use dualbody_python_table::write::write_matrix;
 
-use crate::prelude::*;
+use nalgebra::DMatrix;
+use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use super::Array;
+use super::output::{empty, numbers_mut, room};
+use super::rows::numbers;
+use crate::errors::shape_error;
 
 /// A vector as an array.
 pub(crate) fn vector<'py>(py: Python<'py>, x: &[f64]) -> Bound<'py, PyAny> {

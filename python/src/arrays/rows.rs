@@ -1,10 +1,13 @@
 //! Arguments, row by row.
 
 use numpy::npyffi::{NPY_TYPES, PyArray_CheckExact};
-use numpy::{PyArrayDyn, PyUntypedArray};
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use crate::prelude::*;
+use super::Array;
+use crate::errors::{refuse, shape_error};
+use crate::limits::check_array;
 
 /// An argument with its name and the shape of one row.
 #[derive(Clone, Copy)]
