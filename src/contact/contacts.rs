@@ -224,7 +224,7 @@ impl Contacts<f64> {
     /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
     /// let contacts = contacts.with_margin(&model, model.link_names()[0], 0.02)?;
     /// let simulator = Simulator::new(model).with_contacts(contacts);
-    /// let mut state = simulator.neutral_state();
+    /// let mut state: dualbody::State = simulator.neutral_state();
     /// state.q[2] = 0.12; // 2 cm above the ground, at rest
     /// assert!(simulator.step(&state, &[]).v.norm() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
