@@ -3,12 +3,10 @@
 //! As in `MuJoCo`, a height of a picture is the grey or red channel of a pixel in 8 bits: of 16 bits only the upper half counts. The first row of a
 //! picture has the largest y, that of numbers the smallest. Measured with `MuJoCo` 4.0.0.
 
-use crate::nested::IntoNested;
 use std::path::Path;
 
 use crate::input::{self, MAX_TEXT_BYTES};
 use crate::memory;
-use crate::scalar::MapEach;
 
 /// Number of points along x and y, and their heights, row by row along x, y rising.
 pub(super) type Grid = ([usize; 2], Vec<f64>);
@@ -64,7 +62,7 @@ fn pixels(bytes: Vec<u8>) -> Result<Grid, String> {
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut picture = decoder.read_info().map_err(fail)?;
     let (width, height) = picture.info().size();
-    let size = [width, height].map_each(|n| n as usize);
+    let size = [width, height].map(|n| n as usize);
     check(size)?;
     let length = picture.output_buffer_size().ok_or("is too large")?;
     let mut pixels = vec![0; length];
@@ -75,7 +73,7 @@ fn pixels(bytes: Vec<u8>) -> Result<Grid, String> {
     let rows = pixels[..frame.buffer_size()]
         .chunks_exact(frame.line_size)
         .rev();
-    let heights = rows.nested(|row| row.chunks_exact(channels).map(|pixel| f64::from(pixel[0])));
+    let heights = rows.flat_map(|row| row.chunks_exact(channels).map(|pixel| f64::from(pixel[0])));
     Ok((size, heights.collect()))
 }
 

@@ -5,8 +5,6 @@
 
 use nalgebra::Vector3;
 
-use crate::scalar::{MapEach, from_each};
-
 /// Corner of a triangle: where the camera sees it (to the right, down, ahead; m), and values that are interpolated.
 pub(super) type Seen<const N: usize> = (Vector3<f64>, [f64; N]);
 
@@ -61,13 +59,13 @@ impl Lens {
         let mut out = Vec::with_capacity(4);
         for k in 0..3 {
             let (a, b) = (&triangle[k], &triangle[(k + 1) % 3]);
-            let [above_a, above_b] = [a, b].map_each(|seen| seen.0.z - self.near);
+            let [above_a, above_b] = [a, b].map(|seen| seen.0.z - self.near);
             if above_a >= 0.0 {
                 out.push(*a);
             }
             if (above_a >= 0.0) != (above_b >= 0.0) {
                 let t = above_a / (above_a - above_b);
-                let values = from_each(|i| a.1[i] + t * (b.1[i] - a.1[i]));
+                let values = std::array::from_fn(|i| a.1[i] + t * (b.1[i] - a.1[i]));
                 out.push((a.0 + (b.0 - a.0) * t, values));
             }
         }
@@ -77,14 +75,14 @@ impl Lens {
     fn project<const N: usize>(&self, (point, values): &Seen<N>) -> Projected<N> {
         let nearness = 1.0 / point.z;
         let scale = self.focal_length * nearness;
-        let [width, height] = self.size.map_each(|n| n as f64);
+        let [width, height] = self.size.map(|n| n as f64);
         Projected {
             at: [
                 0.5 * width + scale * point.x,
                 0.5 * height + scale * point.y,
             ],
             nearness,
-            values: values.map_each(|value| value * nearness),
+            values: values.map(|value| value * nearness),
         }
     }
 
@@ -116,7 +114,7 @@ impl Lens {
                     side(&c.at, &a.at, at),
                     side(&a.at, &b.at, at),
                 ]
-                .map_each(|w| w / area);
+                .map(|w| w / area);
                 if weights.iter().any(|&w| w < 0.0) {
                     continue;
                 }
@@ -124,7 +122,7 @@ impl Lens {
                     weights[0] * of(&a) + weights[1] * of(&b) + weights[2] * of(&c)
                 };
                 let nearness = mix(&|corner| corner.nearness);
-                let values = from_each(|i| mix(&|corner| corner.values[i]) / nearness);
+                let values = std::array::from_fn(|i| mix(&|corner| corner.values[i]) / nearness);
                 each(Sample {
                     x,
                     y,
