@@ -178,7 +178,7 @@ pub enum Geometry {
     /// A mesh from a file.
     Mesh {
         /// The reference as written in the description. One that begins with `data:model/obj` contains the mesh, as the text of an OBJ file after a
-        /// comma [Masinter 1998]; so are vertices in an MJCF file.
+        /// comma [RFC 2397]; so are vertices in an MJCF file.
         uri: String,
         /// The file, where there is one and it was found.
         path: Option<PathBuf>,
