@@ -6,7 +6,7 @@
 
 use super::bounded_forces::BoundedForces;
 use crate::cone::Block;
-use crate::dynamics::TreeMatrix;
+use crate::dynamics::{TreeMatrix, side_of};
 use crate::scalar::{MapEach, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::evaluation_point::EvaluationPoint;
@@ -51,7 +51,7 @@ impl<T: Scalar> BoundedForces<T> {
             return;
         }
         if !self.are_rows() {
-            self.guess(mass);
+            self.guess(mass, forces);
         }
         if let Some(beside) = self.beside.as_deref_mut() {
             beside.mass.copy_from_own(mass);
@@ -60,11 +60,11 @@ impl<T: Scalar> BoundedForces<T> {
         }
     }
 
-    /// First takes joints to stick whose friction stops them within the step if nothing else moves.
-    fn guess(&mut self, mass: &TreeMatrix<T>) {
+    /// First takes friction to be what would stop each joint within the step if the others stood still and nothing touched.
+    fn guess(&mut self, mass: &TreeMatrix<T>, forces: &[T]) {
         for (site, own) in self.all_mut().filter(|(site, _)| site.holds()) {
-            let needed = own.stop.abs() * mass[(site.coordinate, site.coordinate)];
-            own.piece = needed.select_lt(own.line.bound, T::zero(), own.piece);
+            let k = site.coordinate;
+            own.piece = side_of(own.stop * mass[(k, k)] - forces[k], own.line.bound);
         }
     }
 
@@ -109,10 +109,31 @@ impl<T: Scalar> BoundedForces<T> {
         self.stop(a);
         self.find_needed_beside(balance, a);
         let changes = self.change(a, false);
+        self.turn_round(a);
         if round >= ROUNDS {
             self.in_rows = T::zero().select_lt(changes, T::one(), self.in_rows);
         }
         (0..T::LANES).any(|lane| changes.value(lane) > 0.0)
+    }
+
+    /// Lets friction that drives a joint, and so goes over to holding it, act against the motion at once where it could not hold a joint that is as heavy as
+    /// this one alone. Otherwise its direction would take two rounds.
+    fn turn_round(&mut self, a: &[T]) {
+        let Some(beside) = self.beside.take() else {
+            return;
+        };
+        let (half, in_rows) = (T::constant(0.5), self.in_rows);
+        for (site, own) in self.all_mut().filter(|(site, _)| site.holds()) {
+            let k = site.coordinate;
+            // Zero where it holds the joint.
+            let slip = a[k] - own.stop;
+            let against = slip.select_lt(T::zero(), T::one(), -T::one());
+            let weight = slip.abs() * beside.mass[(k, k)];
+            let turned = (own.line.bound * 2.0).select_lt(weight, against, own.piece);
+            let next = half.select_lt(own.piece.abs(), own.piece, turned);
+            own.piece = half.select_lt(in_rows, own.piece, next);
+        }
+        self.beside = Some(beside);
     }
 
     /// The joint forces that friction has to give for joints to stick, if some may.
