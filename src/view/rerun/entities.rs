@@ -8,7 +8,6 @@ use re_types::datatypes::Quaternion as Rotation;
 use super::{RerunStream, shapes};
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, Model};
-use crate::scalar::MapEach;
 use crate::view::meshes::Meshes;
 use crate::view::recording::Recording;
 use crate::view::scene;
@@ -42,9 +41,7 @@ impl RerunStream {
             let root = path(&["robots", &track.name]);
             self.log_static(root.clone(), &transform(&pose(&track.placement)));
             for (k, shape) in scene::shapes(&track.model, &mut meshes).iter().enumerate() {
-                let body = shape
-                    .body
-                    .map_each(|body| track.model.body_name(BodyId(body)));
+                let body = shape.body.map(|body| track.model.body_name(BodyId(body)));
                 let at = root.join(&path(&[body.unwrap_or("world"), &k.to_string()]));
                 self.log_shape(at, shape, &meshes);
             }
@@ -110,11 +107,8 @@ impl Robot {
         };
         Self {
             kinematics: Kinematics::new(&model),
-            bodies: (0..model.n_bodies()).map_each(body).collect(),
-            columns: states
-                .take(model.nq() + model.nv())
-                .map_each(column)
-                .collect(),
+            bodies: (0..model.n_bodies()).map(body).collect(),
+            columns: states.take(model.nq() + model.nv()).map(column).collect(),
             numbers,
             model,
         }
@@ -125,13 +119,13 @@ impl Robot {
 pub(super) fn path(parts: &[&str]) -> EntityPath {
     parts
         .iter()
-        .map_each(|&part| EntityPathPart::new(part))
+        .map(|&part| EntityPathPart::new(part))
         .collect()
 }
 
 pub(super) fn transform(&[x, y, z, w, i, j, k]: &Pose) -> Transform3D {
-    let rotation = Rotation::from_xyzw([i, j, k, w].map_each(|x| x as f32));
+    let rotation = Rotation::from_xyzw([i, j, k, w].map(|x| x as f32));
     Transform3D::update_fields()
-        .with_translation([x, y, z].map_each(|x| x as f32))
+        .with_translation([x, y, z].map(|x| x as f32))
         .with_quaternion(rotation)
 }

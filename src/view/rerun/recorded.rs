@@ -1,6 +1,5 @@
 //! A whole recording at once: what a stream would have sent, and what needs all moments.
 
-use crate::nested::IntoNested;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -11,7 +10,6 @@ use super::entities::{AXES, path, transform};
 use crate::dynamics::{Kinematics, forward_kinematics, frame_pose_at};
 use crate::error::RecordingError;
 use crate::model::FrameId;
-use crate::scalar::MapEach;
 use crate::view::recording::Recording;
 use crate::view::shape;
 use crate::view::track::Track;
@@ -54,8 +52,8 @@ impl RerunStream {
                 self.push_scalar(time, &series.name, series.values[k]);
             }
         }
-        let forces = recording.robots().iter().nested(Track::forces);
-        let sizes = forces.nested(|force| force.values.iter().map_each(Vector3::norm));
+        let forces = recording.robots().iter().flat_map(Track::forces);
+        let sizes = forces.flat_map(|force| force.values.iter().map(Vector3::norm));
         let largest = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
         let scale = if largest > 0.0 {
             f64::from(LONGEST_ARROW) / largest
@@ -76,7 +74,7 @@ impl RerunStream {
         for &frame in &track.traces {
             let points = poses
                 .iter()
-                .map_each(|kinematics| origin(track, kinematics, frame));
+                .map(|kinematics| origin(track, kinematics, frame));
             let strip: Vec<_> = points.collect();
             self.log_static(at("traces", frame), &LineStrips3D::new([strip]));
         }
@@ -87,7 +85,7 @@ impl RerunStream {
                 self.log(at("frames", frame), time, &axes);
             }
             for force in track.forces() {
-                let vector = (force.values[k] * scale).map_each(|x| x as f32);
+                let vector = (force.values[k] * scale).map(|x| x as f32);
                 let arrow = Arrows3D::from_vectors([<[f32; 3]>::from(vector)])
                     .with_origins([origin(track, &poses[k], force.frame)]);
                 self.log(at("forces", force.frame), time, &arrow);
@@ -109,10 +107,10 @@ fn poses(track: &Track, length: usize) -> Vec<Kinematics<f64>> {
         }
         last.clone()
     };
-    (0..length).map_each(at).collect()
+    (0..length).map(at).collect()
 }
 
 fn origin(track: &Track, kinematics: &Kinematics<f64>, frame: FrameId) -> [f32; 3] {
     let pose = frame_pose_at(&track.model, kinematics, frame);
-    pose.translation.map_each(|x| x as f32).into()
+    pose.translation.map(|x| x as f32).into()
 }

@@ -6,7 +6,6 @@ use re_types::archetypes::{Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, Mesh3
 use re_types::components::FillMode;
 use re_types::datatypes::Rgba32;
 
-use crate::scalar::MapEach;
 use crate::view::mesh::Mesh;
 use crate::view::meshes::Solid;
 use crate::view::shape::Shape;
@@ -17,13 +16,13 @@ const PLAIN: [f64; 4] = [0.55, 0.62, 0.72, 1.0];
 /// A shape, centred at its own origin.
 pub(super) fn archetype(shape: &Shape, meshes: &[Mesh]) -> Box<dyn AsComponents> {
     let color = color(shape.color.unwrap_or(PLAIN));
-    let size = shape.piece.size.map_each(|x| x as f32);
+    let size = shape.piece.size.map(|x| x as f32);
     let [radius, _, length] = size;
     let solid = FillMode::Solid;
     match (shape.piece.shape, shape.piece.mesh) {
         (Solid::Mesh, Some(i)) => Box::new(mesh(&meshes[i], size, color)),
         (Solid::Box | Solid::Mesh, _) => Box::new(
-            Boxes3D::from_half_sizes([size.map_each(|x| 0.5 * x)])
+            Boxes3D::from_half_sizes([size.map(|x| 0.5 * x)])
                 .with_colors([color])
                 .with_fill_mode(solid),
         ),
@@ -48,7 +47,7 @@ pub(super) fn archetype(shape: &Shape, meshes: &[Mesh]) -> Box<dyn AsComponents>
 }
 
 fn color(rgba: [f64; 4]) -> Rgba32 {
-    let [r, g, b, a] = rgba.map_each(|x| (x.clamp(0.0, 1.0) * f64::from(u8::MAX)).round() as u8);
+    let [r, g, b, a] = rgba.map(|x| (x.clamp(0.0, 1.0) * f64::from(u8::MAX)).round() as u8);
     Rgba32::from_unmultiplied_rgba(r, g, b, a)
 }
 
@@ -56,19 +55,19 @@ fn color(rgba: [f64; 4]) -> Rgba32 {
 fn mesh(mesh: &Mesh, size: [f32; 3], color: Rgba32) -> Mesh3D {
     let size = Vector3::from(size);
     let vertex = |i: u32| {
-        let unit = Vector3::from(mesh.positions[i as usize]).map_each(|x| x as f32);
+        let unit = Vector3::from(mesh.positions[i as usize]).map(|x| x as f32);
         unit.component_mul(&size)
     };
     let (mut positions, mut normals) = (Vec::new(), Vec::new());
     for corners in &mesh.triangles {
-        let [a, b, c] = corners.map_each(vertex);
+        let [a, b, c] = corners.map(vertex);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
-        positions.extend([a, b, c].map_each(<[f32; 3]>::from));
+        positions.extend([a, b, c].map(<[f32; 3]>::from));
         normals.extend([<[f32; 3]>::from(normal.unwrap_or_else(Vector3::z)); 3]);
     }
     let corners = (0..positions.len() as u32).step_by(3);
     Mesh3D::new(positions)
         .with_vertex_normals(normals)
-        .with_triangle_indices(corners.map_each(|i| [i, i + 1, i + 2]))
+        .with_triangle_indices(corners.map(|i| [i, i + 1, i + 2]))
         .with_albedo_factor(color)
 }
