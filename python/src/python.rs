@@ -135,7 +135,7 @@ macro_rules! dict {
 }
 pub(crate) use dict;
 
-/// What a pickled object is made again by: a callable, and its arguments.
+/// The callable that makes a pickled object again, and its arguments.
 pub(crate) type Recipe<'py> = PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)>;
 
 /// A range as a slice of Python.

@@ -62,7 +62,7 @@ pub(super) struct ShapePairs<P> {
     pub(super) has: MaterialParts,
 }
 
-/// Properties that some materials may have: of others they are no parameters.
+/// Properties that only some materials have. Materials without them have no parameters for them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MaterialParts {
     /// Torsional or rolling friction.

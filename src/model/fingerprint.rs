@@ -4,8 +4,8 @@ use super::Model;
 use crate::scalar::Scalar;
 
 /// Start and factor of the hash of Fowler, Noll and Vo, FNV-1a, for 64 bits.
-const START: u64 = 0xcbf2_9ce4_8422_2325;
-const FACTOR: u64 = 0x0100_0000_01b3;
+pub(crate) const START: u64 = 0xcbf2_9ce4_8422_2325;
+pub(crate) const FACTOR: u64 = 0x0100_0000_01b3;
 
 impl<P: Scalar> Model<P> {
     /// Returns a hash of the robot: equal each time the robot is loaded, and with high probability different for another robot or after a change of a

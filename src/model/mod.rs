@@ -36,7 +36,7 @@ mod consistency;
 mod coordinates;
 mod description;
 mod equality;
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod generation;
 mod graph;
 mod hardware;

@@ -27,7 +27,7 @@ pub struct State<T: Scalar = f64> {
     /// The [activations](super::Activation) of inputs, in the order in which they were set. Each has its delayed inputs, the oldest first, then the state
     /// of its dynamics. Empty without activations. It is a vector space.
     pub activation: DVector<T>,
-    /// What [sleeps](super::Sleeping), in numbers of the simulator: two for each tree of joints. All zeros, or empty: everything is awake. Tangents and
+    /// Which trees of joints [sleep](super::Sleeping), as two numbers for each tree. Everything is awake if all are zero, or if it is empty. Tangents and
     /// derivatives ignore it.
     pub sleep: DVector<T>,
 }

@@ -106,7 +106,7 @@ impl<T: Scalar> StepScratch<T> {
 }
 
 impl Simulator {
-    /// A step in which what sleeps stays as it is.
+    /// A step in which sleeping islands stay as they are.
     fn step_some(&self, state: &State, u: &[f64], memory: &mut Memory<f64>, next: &mut State) {
         let sleeper = memory.sleeper.take();
         let mut sleeper = sleeper.unwrap_or_else(|| Box::new(Sleeper::new(self)));

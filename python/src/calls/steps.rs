@@ -183,7 +183,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Copies the first numbers of a list, and leaves zeros behind them: what sleeps is in a state, and not in its tangent.
+/// Copies a list to the front of a longer one, and fills the rest with zeros: a state has numbers for sleep, its tangent has none.
 fn copy_known(from: &[f64], to: &mut [f64]) {
     let n = from.len().min(to.len());
     to[..n].copy_from_slice(&from[..n]);

@@ -317,7 +317,7 @@ impl Bodies {
         }
     }
 
-    /// Whether there is no ground that touches, or may as part of a pair.
+    /// Whether the file has no ground that touches geoms, by its own flags or as part of a pair.
     fn lacks_ground(&self) -> bool {
         let is_idle = |own: &MjcfGeom| (own.contype, own.conaffinity) == (0, 0);
         let ground = self.ground.as_ref();

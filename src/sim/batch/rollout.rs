@@ -305,7 +305,7 @@ impl BatchRollout {
         &self.row(i, k)[first..first + self.n_activation]
     }
 
-    /// What sleeps in trajectory `i` after `k` steps.
+    /// Which trees sleep in trajectory `i` after `k` steps, as [`State::sleep`].
     ///
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.

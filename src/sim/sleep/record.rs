@@ -1,4 +1,4 @@
-//! What a state says of the sleep of its trees, two numbers each.
+//! The sleep of the trees of a state, two numbers each.
 //!
 //! | tree | first number | second number |
 //! |---|---|---|
@@ -9,6 +9,7 @@
 
 use nalgebra::DVector;
 
+use crate::model::fingerprint::{FACTOR, START};
 use crate::sim::sleeping::NUMBERS_OF_A_TREE as NUMBERS;
 
 /// A tree in a state.
@@ -60,15 +61,13 @@ impl Record {
     }
 }
 
-/// A number that tells lists of numbers apart, to the last bit: an integer below 2⁵³, which a state keeps exactly [Fowler, Noll, Vo 1991: FNV-1a, by
-/// whole words].
+/// A number that tells lists of numbers apart, to the last bit: an integer below 2⁵³, which a state keeps exactly. The hash of [`Model::fingerprint`](crate::Model::fingerprint),
+/// FNV-1a, of whole words in place of bytes.
 pub(super) fn fingerprint<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
-    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
-    const PRIME: u64 = 0x0000_0100_0000_01b3;
     let words = numbers.map(|x| x.to_bits());
     // Multiplication only carries upwards: the fold brings the high bits down, which differ where low ones of a word are zero.
-    let hash = words.fold(OFFSET, |hash, word| {
-        let mixed = (hash ^ word).wrapping_mul(PRIME);
+    let hash = words.fold(START, |hash, word| {
+        let mixed = (hash ^ word).wrapping_mul(FACTOR);
         mixed ^ (mixed >> 32)
     });
     (hash >> (u64::BITS - f64::MANTISSA_DIGITS)) as f64
