@@ -20,12 +20,18 @@ use super::{Scalar, may_be_f64};
     not(debug_assertions)
 ))]
 mod dispatch {
-    use pulp::x86::{V3, V4};
+    use dualbody_dispatch::{Avx2, Avx512};
 
     /// Runs `work` with the widest vector instructions that the CPU has.
     #[inline(always)]
     pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-        pulp::Arch::new().dispatch(work)
+        if let Some(avx512) = Avx512::find() {
+            avx512.run(work)
+        } else if let Some(avx2) = Avx2::find() {
+            avx2.run(work)
+        } else {
+            work()
+        }
     }
 
     /// Runs `work` on as many lanes, with AVX-512 or AVX2. There is no copy for other CPUs, which would be a sixth of the code of the library.
@@ -33,12 +39,12 @@ mod dispatch {
     pub(crate) fn vectorized_lanes<R, const N: usize>(work: impl FnOnce() -> R) -> R {
         // Four lanes fill the registers of AVX2.
         if N > 4
-            && let Some(simd) = V4::try_new()
+            && let Some(avx512) = Avx512::find()
         {
-            return simd.vectorize(work);
+            return avx512.run(work);
         }
-        match V3::try_new() {
-            Some(simd) => simd.vectorize(work),
+        match Avx2::find() {
+            Some(avx2) => avx2.run(work),
             None => without_registers(),
         }
     }
@@ -46,7 +52,7 @@ mod dispatch {
     /// Whether [`vectorized_lanes`] can run.
     #[inline]
     pub(crate) fn has_lanes() -> bool {
-        V3::try_new().is_some()
+        Avx2::find().is_some()
     }
 
     #[cold]
