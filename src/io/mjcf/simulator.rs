@@ -325,4 +325,16 @@ impl Simulator<f64> {
         let options = ModelOptions::default();
         Ok(options.load_mjcf_scene_file(path)?.0.simulator())
     }
+
+    /// Makes a simulator of the supported content of an MJCF text, as [`from_mjcf_file`](Self::from_mjcf_file) does of a file.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Panics
+    /// If the mass matrix of the model is singular.
+    pub fn from_mjcf_str(xml: &str) -> Result<Self, LoadError> {
+        let options = ModelOptions::default();
+        Ok(options.load_mjcf_scene_str(xml)?.0.simulator())
+    }
 }
