@@ -375,7 +375,12 @@ fn servos_on_a_site_equal_those_of_mujoco_to_first_order_in_the_step() {
     assert!(report.ignored.is_empty(), "{report}");
     let own = scene.simulator();
     assert_eq!(own.frame_actuators().len(), 2);
+    let same = Simulator::from_mjcf_str(xml).expect("the same");
     let mut state: State = own.neutral_state();
+    assert_eq!(
+        same.step(&state, &[0.5, 0.1]),
+        own.step(&state, &[0.5, 0.1])
+    );
     let mut q = [0.1, -0.2, 1.3, 0.8, 0.2, -0.4, 0.4];
     let norm = q[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
     q[3..].iter_mut().for_each(|x| *x /= norm);
