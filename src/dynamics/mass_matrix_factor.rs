@@ -255,6 +255,24 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
+    /// Backward substitution of `n` right-hand sides in some coordinates alone.
+    ///
+    /// * `coordinates` – ascending, each with all of its ancestors
+    /// * `x` – the entries of all right-hand sides, coordinate after coordinate
+    #[inline(always)]
+    pub(crate) fn back_substitute_along(&self, coordinates: &[usize], n: usize, x: &mut [T]) {
+        for (at, &j) in coordinates.iter().enumerate().rev() {
+            let (column, end) = (self.column(j), self.ends[j]);
+            let (open, solved) = x.split_at_mut(n * (at + 1));
+            let own = &mut open[n * at..];
+            for (i, &k) in coordinates[at + 1..].iter().enumerate().rev() {
+                if k < end {
+                    subtract_scaled(own, column[k], &solved[n * i..]);
+                }
+            }
+        }
+    }
+
     /// Backward substitution in the coordinates of a tree alone, of which `x` has the entries.
     pub(crate) fn back_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
         for j in tree.clone().rev() {
@@ -278,6 +296,11 @@ impl<T: Scalar> MassMatrixFactor<T> {
             }
             x[k - tree.start] = z;
         }
+    }
+
+    /// The next coordinate on the way to the world.
+    pub(crate) fn nearest_ancestor(&self, i: usize) -> Option<usize> {
+        self.ancestors_of(i).first().copied()
     }
 
     #[inline(always)]
