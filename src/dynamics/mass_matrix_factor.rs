@@ -255,21 +255,25 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// Backward substitution of `n` right-hand sides in some coordinates alone.
+    /// Backward substitution of `N` right-hand sides in some coordinates alone, of which `x` has the entries.
     ///
     /// * `coordinates` – ascending, each with all of its ancestors
-    /// * `x` – the entries of all right-hand sides, coordinate after coordinate
     #[inline(always)]
-    pub(crate) fn back_substitute_along(&self, coordinates: &[usize], n: usize, x: &mut [T]) {
-        for (at, &j) in coordinates.iter().enumerate().rev() {
-            let (column, end) = (self.column(j), self.ends[j]);
-            let (open, solved) = x.split_at_mut(n * (at + 1));
-            let own = &mut open[n * at..];
-            for (i, &k) in coordinates[at + 1..].iter().enumerate().rev() {
-                if k < end {
-                    subtract_scaled(own, column[k], &solved[n * i..]);
+    pub(crate) fn back_substitute_along<const N: usize>(
+        &self,
+        coordinates: &[usize],
+        x: &mut [[T; N]],
+    ) {
+        let x = &mut x[..coordinates.len()];
+        for at in (0..coordinates.len()).rev() {
+            let (column, end) = (self.column(coordinates[at]), self.ends[coordinates[at]]);
+            let mut y = x[at];
+            for i in (at + 1..coordinates.len()).rev() {
+                if coordinates[i] < end {
+                    y = plus_scaled(&y, -column[coordinates[i]], &x[i]);
                 }
             }
+            x[at] = y;
         }
     }
 

@@ -6,7 +6,10 @@
 use std::ops::Range;
 
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, plus_scaled};
+
+/// Most rows in a bundle: those of a contact point.
+const MOST: usize = 3;
 
 /// Rows that were added together, and act along the same coordinates.
 #[derive(Clone, Debug)]
@@ -31,9 +34,8 @@ pub(super) struct LaneRows<T> {
     coordinates: Vec<usize>,
     /// X of all bundles.
     x: Vec<T>,
-    /// D⁻¹ X of one row, and its products with others.
+    /// D⁻¹ X of one row.
     scaled: Vec<T>,
-    products: Vec<T>,
 }
 
 impl<T: Scalar> LaneRows<T> {
@@ -47,7 +49,6 @@ impl<T: Scalar> LaneRows<T> {
             coordinates: Vec::with_capacity(nv * rows),
             x: Vec::with_capacity(nv * rows),
             scaled: Vec::with_capacity(if rows > 0 { nv } else { 0 }),
-            products: Vec::with_capacity(rows),
         }
     }
 
@@ -57,11 +58,12 @@ impl<T: Scalar> LaneRows<T> {
         self.marks.truncate(self.nv * self.bundles.len());
     }
 
-    /// Adds rows. Returns the marks of their coordinates, none for a single number.
+    /// Adds a few rows. Returns the marks of their coordinates, none for a single number.
     pub(super) fn grow(&mut self, rows: Range<usize>) -> &mut [bool] {
         if const { T::LANES == 1 } {
             return &mut [];
         }
+        assert!(rows.len() <= MOST, "a bundle of {} rows", rows.len());
         self.bundles.push(Bundle {
             rows,
             coordinates: 0..0,
@@ -140,29 +142,37 @@ impl<T: Scalar> LaneRows<T> {
                     });
                 }
             }
-            factor.back_substitute_along(own, bundle.rows.len(), &mut x[bundle.x..]);
+            let x = &mut x[bundle.x..];
+            match bundle.rows.len() {
+                1 => factor.back_substitute_along(own, x.as_chunks_mut::<1>().0),
+                2 => factor.back_substitute_along(own, x.as_chunks_mut::<2>().0),
+                _ => factor.back_substitute_along(own, x.as_chunks_mut::<MOST>().0),
+            }
         }
     }
 
-    /// Xᵀ D⁻¹ X, column by column. Sums are in memory, where several numbers of a lane are worked on together.
+    /// Xᵀ D⁻¹ X, column by column.
     #[inline(always)]
     fn multiply(&mut self, factor: &MassMatrixFactor<T>, mut store: impl FnMut(usize, usize, T)) {
         let Some((_, bundles)) = self.bundles.split_last() else {
             return;
         };
-        let (scaled, products) = (&mut self.scaled, &mut self.products);
+        let scaled = &mut self.scaled;
         for (at, bundle) in bundles.iter().enumerate() {
             let own = bundle.along(&self.coordinates, &self.x);
             for column in bundle.rows.clone() {
                 own.scale(column - bundle.rows.start, factor, scaled);
                 for other in &self.bundles[at..] {
-                    products.clear();
-                    products.resize(other.rows.len(), T::zero());
                     let along = other.along(&self.coordinates, &self.x);
-                    own.add_products(scaled, &along, products);
-                    let rows = other.rows.clone().zip(&*products);
-                    for (row, &product) in rows.filter(|(row, _)| *row >= column) {
-                        store(row, column, product);
+                    let mut store = |row: usize, product| {
+                        if other.rows.start + row >= column {
+                            store(other.rows.start + row, column, product);
+                        }
+                    };
+                    match along.n {
+                        1 => own.each_product::<1>(scaled, &along, &mut store),
+                        2 => own.each_product::<2>(scaled, &along, &mut store),
+                        _ => own.each_product::<MOST>(scaled, &along, &mut store),
                     }
                 }
             }
@@ -219,38 +229,39 @@ impl<T: Scalar> Along<'_, T> {
         }
     }
 
-    /// Adds the products of a row with those of another bundle, in the coordinates that they share.
+    /// Hands the products of a row with those of another bundle to `each(row, product)`.
     #[inline(always)]
-    fn add_products(&self, scaled: &[T], other: &Self, out: &mut [T]) {
-        let (own, n) = (self.coordinates, other.n);
+    fn each_product<const N: usize>(
+        &self,
+        scaled: &[T],
+        other: &Self,
+        each: &mut impl FnMut(usize, T),
+    ) {
+        let (mut sum, x) = ([T::zero(); N], other.x.as_chunks::<N>().0);
         match (self.is_path, other.is_path) {
             // Two ways to the world are one from where they meet.
             (true, true) => {
-                let pairs = own.iter().zip(other.coordinates);
-                for i in 0..pairs.take_while(|(a, b)| a == b).count() {
-                    add_scaled(out, scaled[i], &other.x[n * i..]);
+                let pairs = self.coordinates.iter().zip(other.coordinates);
+                let n = pairs.take_while(|(a, b)| a == b).count();
+                let (scaled, x) = (&scaled[..n], &x[..n]);
+                for i in 0..n {
+                    sum = plus_scaled(&sum, scaled[i], &x[i]);
                 }
             }
             (_, false) => {
-                for (i, &k) in own.iter().enumerate() {
-                    add_scaled(out, scaled[i], &other.x[n * k..]);
+                for (i, &k) in self.coordinates.iter().enumerate() {
+                    sum = plus_scaled(&sum, scaled[i], &x[k]);
                 }
             }
             (false, true) => {
                 for (i, &k) in other.coordinates.iter().enumerate() {
-                    add_scaled(out, scaled[k], &other.x[n * i..]);
+                    sum = plus_scaled(&sum, scaled[k], &x[i]);
                 }
             }
         }
-    }
-}
-
-/// y += a x
-#[inline(always)]
-fn add_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
-    let x = &x[..y.len()];
-    for i in 0..y.len() {
-        y[i] = a.mul_add(x[i], y[i]);
+        for row in 0..N {
+            each(row, sum[row]);
+        }
     }
 }
 

@@ -131,11 +131,13 @@ impl<T: Scalar> Rows<T> {
     /// So many more rows, all of whose entries are given, row by row. A robot without freedom has rows without entries.
     pub(super) fn push_dense(&mut self, rows: usize, entries: &[T]) {
         if self.sparse.is_none() {
-            let first = self.count;
-            self.count += rows;
-            let (own, marks) = self.dense.grow(first..self.count);
-            marks.fill(true);
-            return own.copy_from_slice(entries);
+            for row in 0..rows {
+                let (own, marks) = self.dense.grow(self.count..self.count + 1);
+                marks.fill(true);
+                own.copy_from_slice(&entries[self.nv * row..][..self.nv]);
+                self.count += 1;
+            }
+            return;
         }
         for row in entries.chunks_exact(self.nv.max(1)) {
             let mut own = self.grow(1);
