@@ -363,8 +363,8 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
             .with_contacts(Contacts::new(&model, Terrain::incline(0.1), law))
             .with_actuation(actuation.clone())
             .with_integrator(integrator);
-        // With its feet in the ground; and with its legs, on many points.
-        for height in [0.39, 0.0] {
+        // With its feet in the ground; with its legs, on many points; in flight.
+        for height in [0.39, 0.0, 2.0] {
             let mut state: State = simulator.neutral_state();
             state.q[2] = height;
             let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);

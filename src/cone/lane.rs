@@ -47,6 +47,10 @@ impl LaneProblem {
         fill(&mut self.free_velocity, rows, free_velocity);
         fill(&mut self.forces, rows, |row| f[row].value(lane));
         self.matrix.clear();
+        if rows.len() == n {
+            let entries = of.matrix.iter().map(|x| x.value(lane));
+            return self.matrix.extend(entries);
+        }
         for column in rows.iter().map(|&row| &of.matrix[n * row..n * (row + 1)]) {
             let entries = rows.iter().map(|&row| column[row].value(lane));
             self.matrix.extend(entries);

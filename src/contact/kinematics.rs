@@ -159,6 +159,7 @@ pub(crate) struct BodyPoint<'a, T> {
 }
 
 /// Passes the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
+#[inline(always)]
 pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,

@@ -9,9 +9,9 @@
 //!
 //! > τ = Sᵀ F + Uᵀ A + R a − τ_given + D (−v / Δt − a),  U = I S,  D = Sᵀ U + R.
 //!
-//! Within ±b it sticks, beyond it slips. The first pass inward guesses as it goes: a joint sticks if b stops the articulated inertia D within the step, and
-//! otherwise as if its body did not accelerate. Later passes follow the accelerations of the pass before, and repeat only the part of the tree before the last joint that
-//! changes. Where no decision changes, the solution is found; it is unique, since M is positive definite. Motions seldom need a second pass.
+//! Within ±b it sticks, beyond it slips. The first pass inward guesses as it goes, as if the body did not accelerate. Later passes follow the accelerations of
+//! the pass before, and repeat only the part of the tree before the last joint that changes. Where no decision changes, the solution is found; it is unique,
+//! since M is positive definite. Motions in which joints stop and break away need one to three passes.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -118,13 +118,12 @@ impl<T: Scalar> JointFriction<T> {
         self.bound.select_lt(zero, one, next)
     }
 
-    /// The piece of a coordinate with the articulated inertia D if its body did not accelerate: it sticks where b stops D, whatever else acts.
+    /// The piece of a coordinate with the articulated inertia D if its body did not accelerate.
     ///
     /// * `bias` – Sᵀ F − τ
     #[inline(always)]
     pub(super) fn guess(&self, inertia: T, bias: T) -> T {
-        let next = self.next(inertia.mul_add(self.stop, bias));
-        (self.stop.abs() * inertia).select_lt(self.bound, T::zero(), next)
+        self.next(inertia.mul_add(self.stop, bias))
     }
 
     /// The piece on the way to another one: from one direction of slip to the other through sticking. Without this halt, decisions of joints on one another
@@ -187,14 +186,14 @@ impl<T: Scalar> Frictions<T> {
         if !from.act() {
             return;
         }
-        let value = |index: usize, of: fn(&JointFriction<S>) -> S| of(&from.all[index]).value(0);
-        let each = |own: &[usize], of| T::from_values(|lane| value(own[lane], of));
-        let all = map.chunks_exact(T::LANES).map(|own| JointFriction {
-            stop: each(own, |of| of.stop),
-            bound: each(own, |of| of.bound),
-            piece: each(own, |of| of.piece),
-        });
-        self.all.extend(all);
+        for own in map.chunks_exact(T::LANES) {
+            let at = |lane: usize| &from.all[own[lane]];
+            self.all.push(JointFriction {
+                stop: T::from_values(|lane| at(lane).stop.value(0)),
+                bound: T::from_values(|lane| at(lane).bound.value(0)),
+                piece: T::from_values(|lane| at(lane).piece.value(0)),
+            });
+        }
         self.start(from.decide);
     }
 

@@ -56,9 +56,17 @@ impl<T: Scalar> Kinematics<T> {
         X_PB: &[Transform<T>],
         V: &[Motion<T>],
     ) {
-        for (i, (body, X)) in model.bodies().iter().zip(X_PB).enumerate() {
-            self.X_WB[i] = body.parent.map_or(*X, |p| self.X_WB[p.0] * *X);
-        }
+        T::vectorized(
+            #[inline(always)]
+            || {
+                for (i, (body, X)) in model.bodies().iter().zip(X_PB).enumerate() {
+                    self.X_WB[i] = match body.parent {
+                        Some(p) => self.X_WB[p.0] * *X,
+                        None => *X,
+                    };
+                }
+            },
+        );
         self.V_WB_B.copy_from_slice(V);
     }
 

@@ -255,6 +255,28 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
+    /// Backward substitution of `N` right-hand sides in some coordinates alone, of which `x` has the entries.
+    ///
+    /// * `coordinates` – ascending, each with all of its ancestors
+    #[inline(always)]
+    pub(crate) fn back_substitute_along<const N: usize>(
+        &self,
+        coordinates: &[usize],
+        x: &mut [[T; N]],
+    ) {
+        let x = &mut x[..coordinates.len()];
+        for at in (0..coordinates.len()).rev() {
+            let (column, end) = (self.column(coordinates[at]), self.ends[coordinates[at]]);
+            let mut y = x[at];
+            for i in (at + 1..coordinates.len()).rev() {
+                if coordinates[i] < end {
+                    y = plus_scaled(&y, -column[coordinates[i]], &x[i]);
+                }
+            }
+            x[at] = y;
+        }
+    }
+
     /// Backward substitution in the coordinates of a tree alone, of which `x` has the entries.
     pub(crate) fn back_substitute_in(&self, tree: Range<usize>, x: &mut [T]) {
         for j in tree.clone().rev() {
@@ -278,6 +300,11 @@ impl<T: Scalar> MassMatrixFactor<T> {
             }
             x[k - tree.start] = z;
         }
+    }
+
+    /// The next coordinate on the way to the world.
+    pub(crate) fn nearest_ancestor(&self, i: usize) -> Option<usize> {
+        self.ancestors_of(i).first().copied()
     }
 
     #[inline(always)]

@@ -169,7 +169,8 @@ pub(crate) use passive::{Passive, each_passive};
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub(crate) use rnea::{
-    Motions, accelerations_of_some, motions_of_some, transmitted_forces, world_acceleration,
+    Motions, accelerations_of_some, bias_forces_of_placed_into, motions_of_some, place_bodies_into,
+    transmitted_forces, world_acceleration,
 };
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,

@@ -39,6 +39,15 @@ impl<T: Scalar> RneaScratch<T> {
         (&self.X_PB, &self.V)
     }
 
+    fn check<P: Scalar>(&self, model: &Model<P>) {
+        assert_eq!(
+            self.V.len(),
+            model.n_bodies(),
+            "the scratch belongs to another model than \"{}\"",
+            model.name()
+        );
+    }
+
     /// Takes the motion of a body that has been found elsewhere.
     pub(super) fn set_motion(&mut self, i: usize, X_PB: Transform<T>, V: Motion<T>, A: Motion<T>) {
         (self.X_PB[i], self.V[i], self.A[i]) = (X_PB, V, A);
@@ -175,6 +184,67 @@ pub fn bias_forces_into<P: Scalar, T: Over<P>>(
     recursive_newton_euler(model, &desired, scratch, tau);
 }
 
+/// Finds the pose of each body in its parent, and its velocity; they stay in the scratch. Does not allocate.
+///
+/// # Panics
+/// If an argument has the wrong size for the model.
+pub(crate) fn place_bodies_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    scratch: &mut RneaScratch<T>,
+) {
+    model.check_q(q);
+    model.check_v(v);
+    scratch.check(model);
+    T::vectorized(
+        #[inline(always)]
+        || {
+            T::sin_cos_each(q, &mut scratch.sin_cos);
+            for (i, body) in model.bodies().iter().enumerate() {
+                let X = body.place_turned(q, &scratch.sin_cos);
+                let mut V = match body.parent {
+                    Some(p) => X.motion_inverse(&scratch.V[p.0]),
+                    None => Motion::zero(),
+                };
+                body.add_motion(v, &mut V);
+                (scratch.X_PB[i], scratch.V[i]) = (X, V);
+            }
+        },
+    );
+}
+
+/// [`bias_forces_into`] for bodies that [have been placed](place_bodies_into).
+///
+/// # Panics
+/// If an argument has the wrong size for the model.
+pub(crate) fn bias_forces_of_placed_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    v: &[T],
+    external: &[Force<T>],
+    scratch: &mut RneaScratch<T>,
+    tau: &mut [T],
+) {
+    [v, tau].into_iter().for_each(|x| model.check_v(x));
+    model.check_external(external);
+    scratch.check(model);
+    T::vectorized(
+        #[inline(always)]
+        || {
+            let A_W = world_acceleration(model);
+            for (i, body) in model.bodies().iter().enumerate() {
+                let A_P = body.parent.map_or(A_W, |p| scratch.A[p.0]);
+                let mut A = scratch.X_PB[i].motion_inverse(&A_P);
+                A += body.velocity_product(&scratch.V[i], v);
+                scratch.A[i] = A;
+                load(body, i, external, scratch);
+            }
+            tau.fill(T::zero());
+            sum_inward(model, scratch, tau);
+        },
+    );
+}
+
 /// Computes g(q), the joint forces that hold the robot at rest: the gradient of the potential energy.
 ///
 /// * `q` – configuration, length `nq`
@@ -225,11 +295,8 @@ fn recursive_newton_euler<P: Scalar, T: Over<P>>(
         #[inline(always)]
         || {
             outward(model, desired, scratch);
-            if !model.weightless().is_empty() {
-                add_spared(model, &scratch.X_PB, &mut scratch.F);
-            }
             add_armature(model, desired, tau);
-            inward(model, scratch, tau);
+            sum_inward(model, scratch, tau);
         },
     );
 }
@@ -248,12 +315,7 @@ fn check<P: Scalar, T: Over<P>>(
         .for_each(|x| model.check_v(x));
     model.check_external(desired.external);
     model.check_v(tau);
-    assert_eq!(
-        scratch.V.len(),
-        model.n_bodies(),
-        "the scratch belongs to another model than \"{}\"",
-        model.name()
-    );
+    scratch.check(model);
 }
 
 /// From the world to the tips: velocities, accelerations, and the force that each body needs.
@@ -267,7 +329,7 @@ fn outward<P: Scalar, T: Over<P>>(
     T::sin_cos_each(desired.q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
         accelerate(body, i, desired, &A_W, s);
-        load(body, i, desired, s);
+        load(body, i, desired.external, s);
     }
 }
 
@@ -300,11 +362,11 @@ fn accelerate<P: Scalar, T: Over<P>>(
 fn load<P: Scalar, T: Over<P>>(
     body: &Body<P>,
     i: usize,
-    desired: &DesiredMotion<'_, T>,
+    external: &[Force<T>],
     s: &mut RneaScratch<T>,
 ) {
     s.F[i] = body.inertia.force(&s.V[i], &s.A[i]);
-    if let Some(&F_ext) = desired.external.get(i) {
+    if let Some(&F_ext) = external.get(i) {
         s.F[i] = s.F[i] - F_ext;
     }
 }
@@ -366,6 +428,15 @@ fn add_armature<P: Scalar, T: Over<P>>(
     for ((tau, &a), &armature) in tau.iter_mut().zip(a).zip(model.armature()) {
         *tau = a * armature;
     }
+}
+
+/// Adds the joint forces for the forces that bodies need, of those that gravity does not act on too.
+#[inline(always)]
+fn sum_inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut RneaScratch<T>, tau: &mut [T]) {
+    if !model.weightless().is_empty() {
+        add_spared(model, &s.X_PB, &mut s.F);
+    }
+    inward(model, s, tau);
 }
 
 /// From the tips to the world: each joint carries what is needed beyond it.  τ += Sᵀ F,  `F_P += X* F`.

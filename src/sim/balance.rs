@@ -63,12 +63,27 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Poses and velocities of all bodies, and τ − h.
-    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
+    /// Poses and velocities of all bodies.
+    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
-        self.placed.place(at, forces);
+        self.placed.place(at);
+    }
+
+    /// τ − h of bodies that have been placed.
+    pub(super) fn load<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
+    where
+        T: Over<P>,
+    {
+        self.placed.load(at, forces);
+    }
+
+    /// Drops the rows of the last solution: there are none now.
+    pub(super) fn clear_rows(&mut self) {
+        self.rows.clear();
+        self.solver.clear();
+        self.certificate = Certificate::default();
     }
 
     /// The factors of M, after a change of it and of τ − h.

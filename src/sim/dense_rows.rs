@@ -2,6 +2,9 @@
 //!
 //! With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
 
+use std::ops::Range;
+
+use super::lane_rows::LaneRows;
 use super::sparse_rows::SparseRows;
 use crate::dynamics::MassMatrixFactor;
 use crate::scalar::{GROUP, Scalar, TILE, each, plus_scaled, vectorized};
@@ -18,7 +21,12 @@ pub(super) struct DenseRows<T> {
     scaled: Vec<[T; GROUP]>,
     /// G.
     matrix: Vec<T>,
+    /// Of lanes, in place of X.
+    lanes: LaneRows<T>,
 }
+
+/// Rows that have just been added, in sequence, and the marks of their coordinates.
+pub(super) type Added<'a, T> = (&'a mut [T], &'a mut [bool]);
 
 impl<T: Scalar> DenseRows<T> {
     /// Memory for so many.
@@ -29,19 +37,22 @@ impl<T: Scalar> DenseRows<T> {
             half: Vec::with_capacity((rows / GROUP + 1) * nv),
             scaled: Vec::with_capacity(nv),
             matrix: Vec::with_capacity(rows * rows),
+            lanes: LaneRows::new(nv, rows),
         }
     }
 
     /// Takes back all rows from one on.
     pub(super) fn truncate(&mut self, rows: usize) {
         self.jacobian.truncate(rows * self.nv);
+        self.lanes.truncate(rows);
     }
 
-    /// Adds rows of zeros, which it returns, one after the other.
-    pub(super) fn grow(&mut self, rows: usize) -> &mut [T] {
+    /// Adds rows of zeros, which it returns.
+    pub(super) fn grow(&mut self, rows: Range<usize>) -> Added<'_, T> {
         let start = self.jacobian.len();
-        self.jacobian.resize(start + rows * self.nv, T::zero());
-        &mut self.jacobian[start..]
+        self.jacobian
+            .resize(start + rows.len() * self.nv, T::zero());
+        (&mut self.jacobian[start..], self.lanes.grow(rows))
     }
 
     /// X, G, and J M⁻¹ τ for the forces τ along the coordinates.
@@ -52,9 +63,12 @@ impl<T: Scalar> DenseRows<T> {
         tau: &[T],
         offset: &mut Vec<T>,
     ) {
-        self.transpose(count, tau);
         self.matrix.resize(count * count, T::zero());
         offset.resize(count, T::zero());
+        if const { T::LANES > 1 } {
+            return self.form_lanes(factor, tau, offset);
+        }
+        self.transpose(count, tau);
         vectorized(
             #[inline(always)]
             || {
@@ -62,6 +76,21 @@ impl<T: Scalar> DenseRows<T> {
                 for first in (0..count).step_by(GROUP) {
                     self.multiply(factor, first, offset);
                 }
+            },
+        );
+    }
+
+    /// The same of lanes.
+    fn form_lanes(&mut self, factor: &MassMatrixFactor<T>, tau: &[T], offset: &mut [T]) {
+        let (n, matrix) = (offset.len(), &mut self.matrix);
+        self.lanes.form(
+            factor,
+            (n, &self.jacobian),
+            tau,
+            #[inline(always)]
+            |row, column, x| match row < n {
+                true => (matrix[row + n * column], matrix[column + n * row]) = (x, x),
+                false => offset[column] = x,
             },
         );
     }
@@ -124,7 +153,7 @@ impl<T: Scalar> DenseRows<T> {
     /// Takes J and X of rows on several trees, for derivatives.
     pub(super) fn take(&mut self, sparse: &SparseRows<T>, count: usize) {
         self.truncate(0);
-        sparse.fill_jacobian(self.grow(count));
+        sparse.fill_jacobian(self.grow(0..count).0);
         self.clear_halves(count);
         sparse.fill_halves(&mut self.half);
     }
@@ -182,6 +211,16 @@ impl<T: Scalar> DenseRows<T> {
 
     /// a = M⁻¹ (τ + Jᵀ f)
     pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, f: &[T], a: &mut [T]) {
+        if const { T::LANES > 1 } {
+            return T::vectorized(
+                #[inline(always)]
+                || {
+                    a.fill(T::zero());
+                    self.lanes.push(f, a);
+                    factor.forward_substitute(a);
+                },
+            );
+        }
         vectorized(
             #[inline(always)]
             || {

@@ -107,11 +107,23 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
         !self.at_end.has_joints() && self.half_step.is_none()
     }
 
-    /// `true` if forces have rows, whose forces a solver finds.
-    pub(crate) fn has_rows(&self) -> bool {
-        self.solved_contacts().is_some()
-            || !self.simulator.constraints().is_empty()
+    /// `true` if forces may have rows, whose forces a solver finds.
+    pub(crate) fn may_have_rows(&self) -> bool {
+        self.solved_contacts().is_some() || self.always_has_rows()
+    }
+
+    /// `true` if there are rows in every state.
+    fn always_has_rows(&self) -> bool {
+        !self.simulator.constraints().is_empty()
             || !self.is_explicit() && self.simulator.has_following_servos()
+    }
+
+    /// Whether there are no rows where nothing touches. Bristles relax where nothing touches; forces of the middle of each step have memory with rows alone.
+    pub(crate) fn may_lose_rows(&self) -> bool {
+        let contacts = self.solved_contacts();
+        contacts.is_some_and(|contacts| !contacts.have_bristles())
+            && !self.always_has_rows()
+            && !self.simulator.always_in_the_middle()
     }
 
     /// Contacts whose forces a solver finds.

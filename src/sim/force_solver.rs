@@ -41,6 +41,11 @@ impl<T: Scalar> ForceSolver<T> {
         }
     }
 
+    /// Forgets the last solution: there are no rows now.
+    pub(super) fn clear(&mut self) {
+        self.last = Solved::Nothing;
+    }
+
     /// Statuses of the last solution, of the worst island, for each lane.
     pub(super) fn statuses(&self) -> &[Status] {
         match self.last {

@@ -55,6 +55,7 @@ mod interop;
 mod island;
 mod island_matrix;
 mod islands;
+mod lane_rows;
 mod named_forces;
 mod names;
 mod parameter_slots;

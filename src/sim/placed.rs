@@ -3,7 +3,8 @@
 use super::evaluation_point::EvaluationPoint;
 use super::forces::Forces;
 use crate::dynamics::{
-    CrbaScratch, RneaScratch, TreeMatrix, bias_forces_into, mass_matrix_of_placed_into,
+    CrbaScratch, RneaScratch, TreeMatrix, bias_forces_of_placed_into, mass_matrix_of_placed_into,
+    place_bodies_into,
 };
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -28,13 +29,21 @@ impl<T: Scalar> Placed<T> {
         }
     }
 
-    /// Poses and velocities of all bodies, and τ − h.
-    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
+    /// Poses and velocities of all bodies.
+    pub(super) fn place<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        place_bodies_into(at.model(), at.q(), at.v(), &mut self.rnea);
+    }
+
+    /// τ − h of bodies that have been placed.
+    pub(super) fn load<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &Forces<T>)
     where
         T: Over<P>,
     {
         let (model, out) = (at.model(), &mut self.forces);
-        bias_forces_into(model, at.q(), at.v(), &forces.bodies, &mut self.rnea, out);
+        bias_forces_of_placed_into(model, at.v(), &forces.bodies, &mut self.rnea, out);
         let balance = out.iter_mut().zip(&forces.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);
     }

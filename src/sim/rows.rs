@@ -1,6 +1,6 @@
 //! Constraint rows of the force problem: Jacobian, reference accelerations, and compliance.
 
-use super::dense_rows::DenseRows;
+use super::dense_rows::{Added, DenseRows};
 use super::force_solver::ForceSolver;
 use super::island::Start;
 use super::islands::Islands;
@@ -78,6 +78,7 @@ impl<T: Scalar> Rows<T> {
         self.blocks.clear();
         self.friction.clear();
         self.regularization.clear();
+        self.forces.clear();
     }
 
     /// Mark at the present number of rows and blocks.
@@ -116,9 +117,10 @@ impl<T: Scalar> Rows<T> {
 
     /// More rows of zeros, to be filled: they act on the same bodies or coordinates.
     pub(super) fn grow(&mut self, rows: usize) -> NewRows<'_, T> {
+        let first = self.count;
         self.count += rows;
         match &mut self.sparse {
-            None => NewRows::Dense(self.nv, self.dense.grow(rows)),
+            None => NewRows::Dense(self.nv, self.dense.grow(first..self.count)),
             Some(sparse) => {
                 sparse.grow(rows);
                 NewRows::Sparse(rows, sparse)
@@ -129,8 +131,13 @@ impl<T: Scalar> Rows<T> {
     /// So many more rows, all of whose entries are given, row by row. A robot without freedom has rows without entries.
     pub(super) fn push_dense(&mut self, rows: usize, entries: &[T]) {
         if self.sparse.is_none() {
-            self.count += rows;
-            return self.dense.grow(rows).copy_from_slice(entries);
+            for row in 0..rows {
+                let (own, marks) = self.dense.grow(self.count..self.count + 1);
+                marks.fill(true);
+                own.copy_from_slice(&entries[self.nv * row..][..self.nv]);
+                self.count += 1;
+            }
+            return;
         }
         for row in entries.chunks_exact(self.nv.max(1)) {
             let mut own = self.grow(1);
@@ -383,8 +390,8 @@ impl<T: Scalar> Rows<T> {
 
 /// Rows that have just been added.
 pub(super) enum NewRows<'a, T> {
-    /// The number of coordinates, and the rows, one after the other.
-    Dense(usize, &'a mut [T]),
+    /// The number of coordinates, and the rows.
+    Dense(usize, Added<'a, T>),
     /// How many they are.
     Sparse(usize, &'a mut SparseRows<T>),
 }
@@ -396,11 +403,17 @@ impl<T: Scalar> NewRows<'_, T> {
     }
 
     /// Adds to the entries of a coordinate, from the first row on.
-    pub(super) fn add_column(&mut self, k: usize, column: impl Iterator<Item = T>) {
+    #[inline(always)]
+    pub(super) fn add_column(&mut self, k: usize, column: impl IntoIterator<Item = T>) {
+        let column = column.into_iter();
         match self {
-            Self::Dense(nv, rows) => {
-                let entries = rows[k..].iter_mut().step_by(*nv);
-                entries.zip(column).for_each(|(entry, x)| *entry += x);
+            Self::Dense(nv, (rows, marks)) => {
+                if let Some(mark) = marks.get_mut(k) {
+                    *mark = true;
+                }
+                for (row, x) in column.enumerate() {
+                    rows[*nv * row + k] += x;
+                }
             }
             Self::Sparse(rows, sparse) => sparse.add(*rows, k, column),
         }

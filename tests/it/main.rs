@@ -44,6 +44,7 @@ mod equilibrium;
 mod extreme_laws;
 mod file_sensors;
 mod finite_differences;
+mod flight;
 mod floors;
 mod folded_ground;
 mod frame_forces;

@@ -44,21 +44,12 @@ impl Newton {
 
     /// Writes the entries of the listed rows for each other, for the pieces that are `taken`.
     fn fill(&mut self, ridge: f64, taken: impl Fn(Piece) -> bool) {
-        let (n, system) = (self.system.n, &self.system);
-        let units = system.units.iter().zip(&self.equations);
-        let units = units.filter(|(_, own)| taken(own.piece));
+        let system = &self.system;
         self.lu.start(self.rows.len());
-        for (at, &j) in self.rows.iter().enumerate() {
-            let w = &system.w[n * j..][..n];
-            let mut left = self.lu.column_mut(at);
-            for (unit, own) in units.clone() {
-                let (out, rest) = left.split_at_mut(unit.rows());
-                fill(own, &w[unit.row..][..out.len()], out);
-                left = rest;
-            }
-        }
+        let units = system.units.iter().zip(&self.equations);
         let mut first = 0;
-        for (unit, own) in units {
+        for (unit, own) in units.filter(|(_, own)| taken(own.piece)) {
+            fill_rows(system, &self.rows, first, unit, own, &mut self.lu);
             add_own(system, &self.rows, first, unit, own, ridge, &mut self.lu);
             first += unit.rows();
         }
@@ -103,14 +94,29 @@ impl Newton {
     }
 }
 
-/// ∂e/∂y times the part of one column of W′ in the rows of a unit.
-#[inline(always)]
-fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
-    match (w, out) {
-        (&[x, y, z], [a, b, c]) if own.piece == Piece::Stick => (*a, *b, *c) = (x, y, z),
-        (&[x, y, z], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, z])),
-        (&[x, y], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, 0.0])[..2]),
-        (w, out) => out[0] = own.jacobian.y[0][0] * w[0],
+/// Writes ∂e/∂y times the rows of a unit in W′, column by column.
+///
+/// * `first` – the first of its rows among `rows`, those of the matrix
+fn fill_rows(
+    system: &System,
+    rows: &[usize],
+    first: usize,
+    unit: &Unit,
+    own: &UnitEquations,
+    out: &mut Lu,
+) {
+    let (n, a) = (system.n, &own.jacobian.y);
+    let columns = rows.iter().map(|&j| &system.w[n * j + unit.row..]);
+    for (at, w) in columns.enumerate() {
+        let out = &mut out.column_mut(at)[first..];
+        match (unit.rows(), w, out) {
+            (3, &[x, y, z, ..], [a, b, c, ..]) if own.piece == Piece::Stick => {
+                (*a, *b, *c) = (x, y, z);
+            }
+            (3, &[x, y, z, ..], out) => out[..3].copy_from_slice(&product(a, [x, y, z])),
+            (2, &[x, y, ..], out) => out[..2].copy_from_slice(&product(a, [x, y, 0.0])[..2]),
+            (_, w, out) => out[0] = a[0][0] * w[0],
+        }
     }
 }
 

@@ -55,10 +55,12 @@ impl BatchStates {
     pub fn copy_rows_to(&self, out: &mut [f64]) {
         let width = self.groups.all.first().map_or(0, |group| group.state.len());
         assert_eq!(out.len(), self.len() * width, "len × the length of a state");
-        for (i, row) in out.chunks_exact_mut(width.max(1)).enumerate() {
-            let (group, lane) = self.groups.at(i);
-            let numbers = row.iter_mut().zip(group.state.numbers());
-            numbers.for_each(|(out, x)| *out = x.0[lane]);
+        let rows = out.chunks_mut((width * BATCH_WIDTH).max(1));
+        for (group, rows) in self.groups.all.iter().zip(rows) {
+            for (k, x) in group.state.numbers().enumerate() {
+                let column = rows[k..].iter_mut().step_by(width);
+                column.zip(x.0).for_each(|(out, x)| *out = x);
+            }
         }
     }
 

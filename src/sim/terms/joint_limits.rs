@@ -3,7 +3,7 @@
 //! At an instant a joint limit pushes with the force of its law. Over a step whose joint forces are those of its end, a joint limit with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
 //! while f > 0. Without a solver, limits that would pull are released, and the acceleration is computed again without them, until none pulls. With a
-//! solver each limit is a compliant row.
+//! solver each limit is a compliant row: the same law. Only where a released limit would have to push again do the two differ.
 
 use std::marker::PhantomData;
 
@@ -45,6 +45,8 @@ pub(crate) struct Stop<T> {
     inward: f64,
     /// Along that direction; zero if the joint limit is released.
     force: StepForce<T>,
+    /// The same while it is not released.
+    whole: StepForce<T>,
 }
 
 impl<T: Scalar> Stop<T> {
@@ -78,6 +80,18 @@ impl<T: Scalar> Stop<T> {
             resistance: force.select_lt(zero, zero, resistance),
         };
         force
+    }
+
+    /// 1 in lanes in which the joint limit obeys its law at the acceleration `a`, 0 in those in which it has been released and would push.
+    fn obeys<D: Scalar>(&self, dt: D, a: &[T]) -> T
+    where
+        T: Over<D>,
+    {
+        let (zero, one) = (T::zero(), T::one());
+        let StepForce { push, resistance } = self.whole;
+        let force = push - resistance * a[self.coordinate] * (dt * self.inward);
+        let held = zero.select_lt(self.force.resistance, zero, force);
+        zero.select_lt(held, zero, one)
     }
 }
 
@@ -188,8 +202,23 @@ impl<T: Scalar> JointLimits<T> {
         any
     }
 
-    /// All ends, as if those within reach of the step pushed.
-    fn detect<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
+    /// 1 in lanes in which all ends obey their law at the acceleration `a` of a step without rows, 0 in others.
+    pub(crate) fn obey<D: Scalar>(&self, dt: D, a: &[T]) -> T
+    where
+        T: Over<D>,
+    {
+        let all = self.ends.iter().filter(|_| self.near);
+        all.fold(T::one(), |obey, stop| obey * stop.obeys(dt, a))
+    }
+
+    /// No ends in a step without rows.
+    pub(crate) fn clear(&mut self) {
+        self.ends.clear();
+        self.near = false;
+    }
+
+    /// All ends in a step without rows, as if those within reach of the step pushed.
+    pub(crate) fn detect<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -210,6 +239,7 @@ impl<T: Scalar> JointLimits<T> {
                 coordinate,
                 inward: end.inward,
                 force,
+                whole: force,
             });
         });
     }
@@ -218,19 +248,19 @@ impl<T: Scalar> JointLimits<T> {
 impl<P: Scalar, T: Over<P>> Term<P, T> for JointLimits<T> {
     #[inline]
     fn add_forces(&mut self, at: &EvaluationPoint<'_, P, T>, forces: &mut Forces<T>) {
-        self.ends.clear();
-        self.near = false;
+        self.clear();
         self.rows.clear();
         if at.is_explicit() {
             let (v, tau) = (at.v(), &mut forces.tau);
             each_end(at.simulator, at.q(), |k, end| tau[k] += end.force(v[k]));
-        } else if !at.has_rows() {
+        } else if !at.may_have_rows() {
             self.detect(at);
         }
     }
 
     /// A row for each joint beyond an end, or that would be after the step.
     fn add_rows(&mut self, at: &EvaluationPoint<'_, P, T>, balance: &mut Balance<T>) {
+        self.rows.clear();
         if !at.at_end.has_joints() {
             return;
         }

@@ -1,5 +1,6 @@
 //! The acceleration at which all terms balance.
 
+mod apart;
 mod pullback;
 mod pushforward;
 mod rows;
@@ -29,9 +30,16 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
     half_step: Option<Box<HalfStep<T>>>,
     /// For robots with rows.
     pub(crate) balance: Option<Box<Balance<T>>>,
+    /// Whether there are none at the last point, since nothing touches.
+    are_apart: bool,
+    /// v̇ without rows.
+    apart: Vec<T>,
     /// v̇, rad/s² or m/s².
     pub(crate) a: Vec<T>,
 }
+
+/// Why there is a balance.
+const SAME_PARTS: &str = "scratch of a simulator with the same parts";
 
 /// Motions of bodies that an acceleration has left.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +62,8 @@ impl<T: Scalar> AccelerationScratch<T> {
             aba: AbaScratch::for_calls(model, calls),
             half_step: at_middle.then(|| HalfStep::new(simulator)),
             balance: solved.then(|| Box::new(Balance::new(simulator))),
+            are_apart: false,
+            apart: Vec::with_capacity(model.nv()),
             a: vec![T::zero(); model.nv()],
         }
     }
@@ -63,8 +73,16 @@ impl<T: Scalar> AccelerationScratch<T> {
         &self,
         at: &EvaluationPoint<'_, P, T>,
     ) -> Option<&HalfStep<T>> {
-        at.half_step?;
+        at.half_step.filter(|_| !self.are_apart)?;
         self.half_step.as_deref()
+    }
+
+    /// Whether the last point has rows.
+    pub(super) fn has_rows<P: Scalar>(&self, at: &EvaluationPoint<'_, P, T>) -> bool
+    where
+        T: Over<P>,
+    {
+        at.may_have_rows() && !self.are_apart
     }
 
     /// Implicit damping diagonal at the last point, without rows; empty for none.
@@ -89,7 +107,8 @@ impl<T: Scalar> AccelerationScratch<T> {
     where
         T: Over<P>,
     {
-        if at.has_rows() {
+        // In all lanes and states the same, so that readings are the same bits.
+        if at.may_have_rows() {
             let balance = self.balance.as_deref();
             return balance.map_or(FoundMotions::Nothing, |own| {
                 FoundMotions::Velocities(own.motions())
@@ -109,8 +128,9 @@ impl<T: Scalar> AccelerationScratch<T> {
     where
         T: Over<P>,
     {
-        if at.has_rows() {
-            self.solve_with_rows(at);
+        self.are_apart = false;
+        if at.may_have_rows() {
+            self.solve_with_rows_if_any(at);
         } else {
             self.solve_without_rows(at);
         }
@@ -150,8 +170,8 @@ impl<T: Scalar> AccelerationScratch<T> {
     {
         let (terms, forces, a) = (&mut self.terms, &self.forces, &mut self.a);
         let balance = self.balance.as_deref_mut();
-        let balance = balance.expect("scratch of a simulator with the same parts");
-        balance.place(at, forces);
+        let balance = balance.expect(SAME_PARTS);
+        balance.load(at, forces);
         let resistance = match at.at_end.has_joints() {
             true => &forces.resistance[..],
             false => &[],
@@ -235,7 +255,7 @@ impl<P: Scalar> Simulator<P> {
         s: &mut AccelerationScratch<T>,
     ) {
         self.apply_terms(at, s);
-        if at.has_rows() || at.half_step.is_some() || s.terms.have_pieces() {
+        if at.may_have_rows() || at.half_step.is_some() || s.terms.have_pieces() {
             s.solve(at);
         } else {
             s.a.copy_from_slice(a);

@@ -59,7 +59,8 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepGradientSum<'_, T>,
     ) {
-        if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+        let has_rows = found.has_rows(at);
+        if let Some(balance) = found.balance.as_deref_mut().filter(|_| has_rows) {
             balance.prepare_slopes(at);
         }
         let is_free = self.is_free(at, found);
@@ -114,7 +115,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
 
     /// Whether the acceleration is a₀ of a half step: without rows, joint limits that push, and bounded forces.
     fn is_free(&self, at: &EvaluationPoint<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
-        let has_half_step = !at.has_rows() && found.half_step(at).is_some();
+        let has_half_step = !found.has_rows(at) && found.half_step(at).is_some();
         let terms = &found.terms;
         has_half_step && !terms.stops.any_pushes() && terms.bounded_forces.is_empty()
     }
@@ -128,7 +129,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         out: &mut StepGradientSum<'_, T>,
     ) {
         let (rows, balance) = (&self.rows, found.balance.as_deref());
-        let balance = balance.filter(|_| at.has_rows());
+        let balance = balance.filter(|_| found.has_rows(at));
         let weights = TermWeights {
             mu: &self.mu,
             y: &rows.by_y,
@@ -150,7 +151,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepGradientSum<'_, T>,
     ) {
-        if at.has_rows() {
+        if found.has_rows(at) {
             self.rows.solve(at, found, weights, &mut self.mu);
             out.add_time_step(self.rows.by_time_step(at));
         } else {

@@ -52,7 +52,8 @@ impl<T: Differentiable> AccelerationColumns<T> {
         at: &EvaluationPoint<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
     ) {
-        if let Some(balance) = found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+        let has_rows = found.has_rows(at);
+        if let Some(balance) = found.balance.as_deref_mut().filter(|_| has_rows) {
             balance.prepare_slopes(at);
         }
         let (own, terms, memory) = (&mut self.balance, &mut self.terms, &mut self.memory);
@@ -62,7 +63,7 @@ impl<T: Differentiable> AccelerationColumns<T> {
             columns.find(at, half_step, &found.terms, terms, memory);
             columns
         });
-        let balance = found.balance.as_deref().filter(|_| at.has_rows());
+        let balance = found.balance.as_deref().filter(|_| has_rows);
         let jacobian = balance.map(|balance| balance.rows().first_rows(balance.rows().count()));
         let point = DerivativePoint::of_all(at, &found.a, balance);
         own.find(&point, jacobian, &found.terms, terms, memory);
@@ -70,7 +71,7 @@ impl<T: Differentiable> AccelerationColumns<T> {
         if let Some(half_step) = half_step {
             half_step.add_to(at, columns, &mut own.rows.columns);
         }
-        match found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+        match found.balance.as_deref_mut().filter(|_| has_rows) {
             None => {
                 let resistance = own.forces.resistance.iter().map(|x| x.re);
                 own.forces.acceleration.solve(resistance);

@@ -56,7 +56,8 @@ impl<T: Scalar> HalfStep<T> {
         T: Over<P>,
     {
         let (placed, mass) = &mut **self.own.get_or_insert_with(|| own(at.simulator));
-        placed.place(at, forces);
+        placed.place(at);
+        placed.load(at, forces);
         placed.mass_into(at.model(), mass);
         let (own, none) = (&mut placed.forces, (&[][..], std::iter::empty()));
         let gyroscopic = &mut self.gyroscopic;

@@ -185,7 +185,7 @@ impl<T: Scalar> Contact<T> {
     }
 
     /// No forces, and no moments where there may be some.
-    fn clear_forces<P: Scalar>(&mut self, contacts: &Contacts<P>) {
+    pub(super) fn clear_forces<P: Scalar>(&mut self, contacts: &Contacts<P>) {
         let n = self.points.len();
         self.forces.clear();
         self.forces.resize(n, Vector3::zeros());

@@ -20,6 +20,10 @@ use crate::sim::simulator::Simulator;
 use crate::sim::terms::term::Term;
 use crate::spatial::linear::dot;
 
+/// Height above the ground up to which a point is soon to touch, m. It chooses between two ways to the same motion: lanes that differ are computed both ways,
+/// which costs more than it saves, and robots that walk differ from lane to lane where their feet are lower. States that are never computed in lanes need none.
+const SOON: f64 = 0.05;
+
 /// Contact at an instant: empty where there is none.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact<T> {
@@ -110,15 +114,20 @@ impl<T: Scalar> Contact<T> {
         self.axes[of]
     }
 
-    /// Selects the points that could touch within the step; with a working set, those that would enter the ground without forces.
-    fn choose<P: Scalar>(
+    /// Finds the points of rows, and those of them that could touch within the step.
+    pub(crate) fn find_candidates<P: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, P, T>,
-        contacts: &Contacts<P>,
         balance: &Balance<T>,
     ) where
         T: Over<P>,
     {
+        let Some(contacts) = at.solved_contacts() else {
+            return;
+        };
+        let (poses, velocities) = balance.motions();
+        self.kinematics.place(at.model(), poses, velocities);
+        self.find_points(contacts, at.dt(), at.contact_duration().into());
         let of_ground = contacts.activation_margin(at.dt());
         let of_pairs = contacts.pair_margin(at.dt());
         let n = contacts.points().len();
@@ -128,6 +137,49 @@ impl<T: Scalar> Contact<T> {
         let inside = points.filter(|(i, point)| margin(*i).contains(point));
         self.working
             .start(inside.map(|(i, point)| (i, margin(i).distance_inside(point))));
+    }
+
+    /// 1 in lanes in which no point could touch within the step, nor is soon to touch the ground; 0 in others.
+    pub(crate) fn are_apart<P: Scalar>(&self, at: &EvaluationPoint<'_, P, T>) -> T
+    where
+        T: Over<P>,
+    {
+        let apart = self.working.are_apart();
+        let contacts = at.solved_contacts().filter(|_| !self.pairs.is_full());
+        let Some(contacts) = contacts else {
+            return T::zero();
+        };
+        let known_alone = contacts.have_pairs() || at.simulator.may_bounce();
+        if known_alone || (0..T::LANES).all(|lane| apart.value(lane) == 0.0) {
+            return apart;
+        }
+        let of_ground = contacts.activation_margin(at.dt());
+        let points = self.points.iter().take(contacts.points().len());
+        let reach = T::constant(-SOON);
+        points.fold(apart, |apart, point| {
+            let inside = of_ground.distance_inside(point);
+            reach.select_lt(inside, T::zero(), apart)
+        })
+    }
+
+    /// No point has a force.
+    pub(crate) fn rest<P: Scalar>(&mut self, contacts: &Contacts<P>) {
+        self.clear_forces(contacts);
+        if self.kept.stay {
+            self.kept.keep(std::iter::empty());
+        }
+    }
+
+    /// Selects points of those that could touch within the step; with a working set, those that would enter the ground without forces.
+    fn choose<P: Scalar>(
+        &mut self,
+        at: &EvaluationPoint<'_, P, T>,
+        contacts: &Contacts<P>,
+        balance: &Balance<T>,
+    ) where
+        T: Over<P>,
+    {
+        self.working.restart();
         if contacts.use_working_set() {
             let mut free = std::mem::take(&mut self.free);
             balance.free_acceleration_into(&mut free);
@@ -187,9 +239,21 @@ impl<T: Scalar> Contact<T> {
         for &i in self.working.active() {
             let axes = touching.axes(i);
             let mut own = balance.rows.grow(ROWS);
-            touching.each_jacobian_column(model, i, |k, column| {
-                own.add_column(k, axes.iter().map(|axis| dot(axis, &column)));
-            });
+            let [n, t_1, t_2] = &axes;
+            T::vectorized(
+                #[inline(always)]
+                || {
+                    touching.each_jacobian_column(
+                        model,
+                        i,
+                        #[inline(always)]
+                        |k, column| {
+                            let entries = [dot(n, &column), dot(t_1, &column), dot(t_2, &column)];
+                            own.add_column(k, entries);
+                        },
+                    );
+                },
+            );
             let turning = touching.turning(i);
             if let Some(turning) = &turning {
                 add_moments(&touching, model, i, &axes[turning.friction.axes()], balance);
@@ -229,9 +293,6 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
-        let (poses, velocities) = balance.motions();
-        self.kinematics.place(at.model(), poses, velocities);
-        self.find_points(contacts, at.dt(), at.contact_duration().into());
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);
         self.add_jacobians(at, contacts, balance);

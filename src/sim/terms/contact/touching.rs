@@ -121,6 +121,7 @@ impl<P: Scalar, T: Over<P>> Touching<'_, P, T> {
 
     /// Passes the velocity that each coordinate's unit rate gives to a point, in the world's axes, to `each(coordinate, v)`: that of the first body, less that
     /// of the second.
+    #[inline(always)]
     pub(super) fn each_jacobian_column(
         &self,
         model: &Model<P>,

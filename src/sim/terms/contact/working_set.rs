@@ -86,9 +86,20 @@ impl<T: Scalar> WorkingSet<T> {
     pub(super) fn clear(&mut self) {
         self.candidates.clear();
         self.margins.clear();
+        self.restart();
+    }
+
+    /// Keeps the candidates, of which none takes part now.
+    pub(super) fn restart(&mut self) {
         self.members.points.clear();
         self.members.lanes.clear();
         (self.rounds, self.full) = (0, false);
+    }
+
+    /// 1 in lanes without candidates, 0 in others.
+    pub(super) fn are_apart(&self) -> T {
+        let is_near = |lane| self.margins.iter().any(|margin| margin.value(lane) > 0.0);
+        T::from_values(|lane| if is_near(lane) { 0.0 } else { 1.0 })
     }
 
     /// Whether points were dropped because there were too many.
