@@ -1,4 +1,4 @@
-"""Writes the types of the compiled module, `dualbody/_dualbody.pyi`, from the entries in `src` and in the table: `python stubs.py`.
+"""Writes the types of the compiled module, `dualbody/_dualbody.pyi`, from the entries in `src` and in the table: `build.rs` runs it.
 
 Names, arguments, defaults and documentation are those of the entries; types follow from those in Rust. What Rust leaves open is in `ARGUMENTS` (arguments
 by their name) and in `OTHERS` (what is different from that: {class.method: {argument or "return": type}}).
