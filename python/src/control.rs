@@ -24,16 +24,7 @@ functions! {
         let stabilized = lqr.status == LqrStatus::Stabilized;
         let (gain, cost) = (matrix(py, &lqr.gain), matrix(py, &lqr.cost_to_go));
         let status = lqr.status.to_string();
-        (
-            gain,
-            cost,
-            eigenvalues,
-            lqr.residual,
-            lqr.iterations,
-            status,
-            stabilized,
-        )
-            .into_pyobject(py)
+        (gain, cost, eigenvalues, lqr.residual, lqr.iterations, status, stabilized).into_pyobject(py)
     }
 }
 
@@ -48,10 +39,7 @@ functions! {
     /// Solves a regulator's problem over stages: (gains, costs to go, status, solved).
     fn _finite_horizon_lqr(py: Python, a, b, q, r, final_cost) -> PyResult<Bound<'py, PyTuple>> {
         let last = read_matrix("final_cost", final_cost)?;
-        let (nx, stages) = (
-            last.nrows(),
-            numbers("a", a)?.shape().first().copied().unwrap_or(0),
-        );
+        let (nx, stages) = (last.nrows(), numbers("a", a)?.shape().first().copied().unwrap_or(0));
         let nu = numbers("b", b)?.shape().last().copied().unwrap_or(0);
         check_size("final_cost", last.shape(), (nx, nx))?;
         let all = |name, value: &Bound<'py, PyAny>, rows: usize, columns: usize| {
@@ -63,16 +51,12 @@ functions! {
             // SAFETY: the array is in C order, and its numbers are copied at once.
             let x = unsafe { array.as_slice().unwrap_or(&[]) };
             let chunks = x.chunks((rows * columns).max(1));
-            Ok(chunks
-                .map(|x| DMatrix::from_row_slice(rows, columns, x))
-                .collect::<Vec<_>>())
+            Ok(chunks.map(|x| DMatrix::from_row_slice(rows, columns, x)).collect::<Vec<_>>())
         };
         let (a, b) = (all("a", a, nx, nx)?, all("b", b, nx, nu)?);
         let (q, r) = (all("q", q, nx, nx)?, all("r", r, nu, nu)?);
         let stages = a.into_iter().zip(b).zip(q.into_iter().zip(r));
-        let stages: Vec<LqrStage> = stages
-            .map(|((a, b), (q, r))| LqrStage { a, b, q, r })
-            .collect();
+        let stages: Vec<LqrStage> = stages.map(|((a, b), (q, r))| LqrStage { a, b, q, r }).collect();
         let lqr = py.detach(|| guarded(|| FiniteHorizonLqr::discrete(&stages, &last)))?;
         let gains = matrices(py, &[lqr.gains.len()], [nu, nx], lqr.gains.iter())?;
         let costs = matrices(py, &[lqr.costs_to_go.len()], [nx, nx], lqr.costs_to_go.iter())?;
@@ -83,19 +67,14 @@ functions! {
     fn _computed_torque(model: &Bound<'py, PyModel>, gains: (Bound<'py, PyAny>, Bound<'py, PyAny>), q, v, target_q, target_v) -> PyResult<Array<'py>> {
         let this = model.get();
         let m = &*this.model;
-        let (nq, nv) = (m.nq(), m.nv());
+        let (nq, nv) = ([m.nq()], [m.nv()]);
         let gain = |name, value| read_vector(name, value, Some(m.nv())).map(DVector::from_vec);
         let controller = ComputedTorque {
             position_gain: gain("position_gain", &gains.0)?,
             velocity_gain: gain("velocity_gain", &gains.1)?,
         };
-        let given = [
-            ("q", q, nq),
-            ("v", v, nv),
-            ("target_q", target_q, nq),
-            ("target_v", target_v, nv),
-        ];
-        this.map(model.py(), &given, &[nv], &|x, out| {
+        let target = [argument("target_q", target_q, &nq), argument("target_v", target_v, &nv)];
+        this.map(&[argument("q", q, &nq), argument("v", v, &nv), target[0], target[1]], &nv, &|x, out| {
             let (state, target) = (State::new(x[0], x[1]), State::new(x[2], x[3]));
             out.copy_from_slice(controller.torque(m, &state, &target).as_slice());
         })

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::counts::whole;
 use crate::errors::{guarded, invalid, value_error};
+use crate::kinds::whole;
 
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
 static WANTED: AtomicUsize = AtomicUsize::new(0);

@@ -122,14 +122,14 @@ impl OfEntry<'_> {
                     .get_or_insert_with(|| Lifted::new(self.robot, None));
                 let directions = self.call.directions.max(1);
                 if self.call.kind == Kind::Pull {
-                    let weights = self.more(0, k);
+                    let weights = self.rows.more(0, k);
                     let width = weights.len() / directions;
                     let pull = |i, out: &mut [f64]| point.pull(&f, kept, i, weights, out, width);
                     return self.each_active(out, pull);
                 }
                 let mut all = vec![None; self.given + 1];
                 for (p, &i) in self.call.active.iter().enumerate() {
-                    all[i] = Some(self.more(p, k));
+                    all[i] = Some(self.rows.more(p, k));
                 }
                 let width = out.len() / directions;
                 point.push(&f, kept, &all, out, width);
@@ -137,12 +137,6 @@ impl OfEntry<'_> {
             Ok(())
         };
         in_rows(self.call.count, found, out, one)?
-    }
-
-    /// The part after the inputs: changes of inputs, or weights of results.
-    fn more(&self, p: usize, k: usize) -> &[f64] {
-        self.rows
-            .row(self.given + usize::from(self.call.has_parameters) + p, k)
     }
 
     /// The part of the row of each input whose derivatives are wanted.
@@ -169,6 +163,7 @@ impl OfEntry<'_> {
         let model = own.as_ref().unwrap_or(self.robot.model());
         let width = model.nv().max(1);
         let all: Vec<_> = (self
+            .rows
             .more(0, k)
             .chunks(width)
             .map(|weights| adjoint(model, point.x, weights)))

@@ -12,15 +12,6 @@ fn shapes_of(own: &PyModel) -> Arc<LinkShapes> {
     with_kept(own.id, make, |shapes| shapes.clone())
 }
 
-impl Raise for NearestError {
-    fn raise(self) -> PyErr {
-        match self {
-            Self::UnknownName(unknown) => unknown.raise(),
-            other => value_error(other),
-        }
-    }
-}
-
 /// Results of `_nearest`, one array each.
 type Arrays<'py> = [Array<'py>; 4];
 
@@ -57,8 +48,7 @@ functions! {
                 row.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
                 Ok::<_, NearestError>(())
             })
-        })?
-        .or_raise()?;
+        })?.or_raise()?;
         Ok(arrays)
     }
 }

@@ -10,19 +10,14 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
         period, harmonics, range, reach, speed, acceleration, force_deviations, max_iterations, starts, seed)
 }
 
-/// (period, centre, coefficients, condition, condition of the start).
-type Motion<'py> = (f64, Bound<'py, PyAny>, Array<'py>, f64, f64);
-
 functions! {
-    /// Finds a periodic motion that tells much of the unknowns.
-    fn _excite(py: Python, regressor, options: &Bound<'py, PyDict>) -> PyResult<Motion<'py>> {
+    /// Finds a periodic motion that tells much of the unknowns: (period, centre, coefficients, condition, condition of the start).
+    fn _excite(py: Python, regressor, options: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyTuple>> {
         let (regressor, options) = (regressor_of(regressor)?, options_of(options)?);
         let found = on_pool_stopped(py, || excite(&regressor, &options))?;
         let found = found.or_raise()?;
-        let center = vector(py, &found.center);
-        let coefficients = matrix(py, &found.coefficients);
-        let (condition, start) = (found.condition, found.start_condition);
-        Ok((found.period, center, coefficients, condition, start))
+        let (center, coefficients) = (vector(py, &found.center), matrix(py, &found.coefficients));
+        (found.period, center, coefficients, found.condition, found.start_condition).into_pyobject(py)
     }
 
     /// Configurations, velocities and accelerations of a motion at times, (times, n) each.

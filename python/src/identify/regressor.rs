@@ -6,20 +6,16 @@ use crate::prelude::*;
 
 /// Dry friction (shape, number) from its description in Python.
 pub(super) fn friction_of(given: Option<(String, f64)>) -> PyResult<Option<DryFriction>> {
-    given
-        .map(|(shape, number)| {
-            let choices = [
-                (
-                    "smooth",
-                    DryFriction::Smooth {
-                        slip_velocity: number,
-                    },
-                ),
-                ("sign", DryFriction::Sign { dead_zone: number }),
-            ];
-            choice("dry_friction", &shape, &choices)
-        })
-        .transpose()
+    let one = |(shape, x): (String, f64)| {
+        let smooth = DryFriction::Smooth { slip_velocity: x };
+        let sign = DryFriction::Sign { dead_zone: x };
+        choice(
+            "dry_friction",
+            &shape,
+            &[("smooth", smooth), ("sign", sign)],
+        )
+    };
+    given.map(one).transpose()
 }
 
 /// The robot of a description in Python.
@@ -68,11 +64,13 @@ pub(super) fn map_motion<'py>(
     one: &(dyn Fn([&[f64]; 3], &mut [f64]) + Sync),
 ) -> PyResult<Array<'py>> {
     let (own, [q, v, a]) = (model.get(), motion);
-    let (nq, nv) = (own.model.nq(), own.model.nv());
-    let given = [("q", q, nq), ("v", v, nv), ("a", a, nv)];
-    own.map(model.py(), &given, tail, &|x, out| {
-        one([x[0], x[1], x[2]], out)
-    })
+    let (nq, nv) = ([own.model.nq()], [own.model.nv()]);
+    let given = [
+        argument("q", q, &nq),
+        argument("v", v, &nv),
+        argument("a", a, &nv),
+    ];
+    own.map(&given, tail, &|x, out| one([x[0], x[1], x[2]], out))
 }
 
 functions! {
@@ -80,31 +78,13 @@ functions! {
     fn _regressor_matrix(regressor, q, v, a) -> PyResult<Array<'py>> {
         let own = regressor_of(regressor)?;
         let tail = [own.model().nv(), own.names().len()];
-        map_motion(
-            &model_of(regressor)?,
-            [q, v, a],
-            &tail,
-            &|[q, v, a], out| {
-                write_matrix(&own.matrix(q, v, a), out);
-            },
-        )
+        map_motion(&model_of(regressor)?, [q, v, a], &tail, &|[q, v, a], out| write_matrix(&own.matrix(q, v, a), out))
     }
-}
 
-/// (independent, dependent, combination, without effect, meanings).
-type Base<'py> = (Vec<usize>, Vec<usize>, Array<'py>, Vec<usize>, Vec<String>);
-
-/// The combinations of unknowns that motion tells.
-#[pyfunction]
-pub(crate) fn _base_parameters<'py>(regressor: &Bound<'py, PyAny>) -> PyResult<Base<'py>> {
-    let (py, own) = (regressor.py(), regressor_of(regressor)?);
-    let base = guarded(|| BaseParameters::new(&own))?;
-    let meanings = (0..base.len()).map(|k| base.meaning(k)).collect();
-    Ok((
-        base.independent.clone(),
-        base.dependent.clone(),
-        matrix(py, &base.combination),
-        base.without_effect.clone(),
-        meanings,
-    ))
+    /// The combinations of unknowns that motion tells: (independent, dependent, combination, without effect, meanings).
+    fn _base_parameters(regressor) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, base) = (regressor.py(), BaseParameters::new(&regressor_of(regressor)?));
+        let meanings: Vec<String> = (0..base.len()).map(|k| base.meaning(k)).collect();
+        (&base.independent, &base.dependent, matrix(py, &base.combination), &base.without_effect, meanings).into_pyobject(py)
+    }
 }

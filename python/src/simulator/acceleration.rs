@@ -2,8 +2,8 @@
 
 use pyo3::exceptions::PyFloatingPointError;
 
-use super::forces::with_forces;
 use super::memory::check_batch;
+use super::step::with_forces;
 use crate::prelude::*;
 
 fn not_finite(k: Option<usize>) -> PyErr {

@@ -22,8 +22,7 @@ methods! { PySimulator {
             found.iterations,
             found.status.to_string(),
             found.is_found(),
-        )
-            .into_pyobject(py)
+        ).into_pyobject(py)
     }
 
     /// Regulator about an equilibrium: (gain, eigenvalues of the loop, status, stabilised, bristles, dropped directions, names, eigenvalues).
@@ -52,7 +51,6 @@ methods! { PySimulator {
             matrix(py, &dropped.directions),
             dropped.names.clone(),
             PyArray1::from_slice(py, &dropped.eigenvalues),
-        )
-            .into_pyobject(py)
+        ).into_pyobject(py)
     }
 } }

@@ -4,13 +4,12 @@ use dualbody::Scalar;
 use dualbody::sim::{BatchStates, RolloutStatus};
 use pyo3::exceptions::PyFloatingPointError;
 
-use super::forces::with_forces;
 use super::given::{Given, States};
 use super::memory::{StepMemory, check_batch};
 use crate::prelude::*;
 
 /// Writes the numbers of a state as the k-th row of q, v and the numbers beside them. An empty output is left out.
-pub(super) fn write_row<T: Scalar>(
+pub(crate) fn write_row<T: Scalar>(
     state: &State<T>,
     k: usize,
     out: &mut [&mut [f64]],
@@ -49,6 +48,25 @@ pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
 pub(crate) fn diverged(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
     PyFloatingPointError::new_err(format!("the step{which} diverged"))
+}
+
+/// A simulator with an input for each coordinate of the forces, and the input with them.
+pub(super) fn with_forces<'py>(
+    this: &Bound<'py, PySimulator>,
+    u: Option<&Bound<'py, PyAny>>,
+    forces: &Bound<'py, PyAny>,
+    representation: &str,
+    has_models: bool,
+) -> PyResult<(Bound<'py, PySimulator>, Option<Bound<'py, PyAny>>)> {
+    if has_models {
+        refuse!("forces act on states of one robot: give forces or models, not both");
+    }
+    let py = this.py();
+    let parts = this.get().parts.bind(py).as_any();
+    let actuators = parts.get_item("frame_actuators")?;
+    let forced = of_package!(py, "_forces", "_forced");
+    let made = forced.call1((this, actuators, u, forces, representation))?;
+    made.extract()
 }
 
 methods! { PySimulator {
@@ -160,7 +178,7 @@ impl PySimulator {
     }
 
     /// Arrays for the next state: those of the caller, or new ones.
-    fn outputs<'py>(
+    pub(crate) fn outputs<'py>(
         &self,
         py: Python<'py>,
         given: &Given<'py>,
