@@ -30,16 +30,7 @@ fn texts(names: &[String]) -> Vec<&str> {
 /// Traces a function of a robot.
 #[pyfunction]
 pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<PyGraph> {
-    let choices: [(&str, fn(&Model) -> Graph); 4] = [
-        ("inverse_dynamics", trace::inverse_dynamics),
-        ("forward_dynamics", trace::forward_dynamics),
-        ("mass_matrix", trace::mass_matrix),
-        (
-            "inverse_dynamics_derivatives",
-            trace::inverse_dynamics_derivatives,
-        ),
-    ];
-    let record = choice("function", name, &choices)?;
+    let record = choice("function", name, trace::OF_MODELS)?;
     let graph = guarded(|| record(&model.get().model))?;
     Ok(PyGraph { graph })
 }

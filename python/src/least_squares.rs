@@ -1,6 +1,6 @@
 //! Nonlinear least squares of functions of Python.
 
-use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Solution, Status, solve_with};
+use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Status, solve_with};
 
 use crate::prelude::*;
 
@@ -135,27 +135,11 @@ functions! {
         let solve = || solve_with(&mut functions, &start, &options, &mut tell);
         let found = raised.stop.watch(solve);
         raised.check()?;
-        numbers_of(residuals.py(), found)
+        let (py, s) = (residuals.py(), found);
+        let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
+        let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
+        let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, &x));
+        let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
+        (x, residuals, s.cost, status, is_converged, s.iterations, history, s.held, normal, variance, covariance).into_pyobject(py)
     }
-}
-
-fn numbers_of<'py>(py: Python<'py>, s: Solution) -> PyResult<Bound<'py, PyTuple>> {
-    let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
-    let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
-    let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, &x));
-    let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
-    (
-        x,
-        residuals,
-        s.cost,
-        status,
-        is_converged,
-        s.iterations,
-        history,
-        s.held,
-        normal,
-        variance,
-        covariance,
-    )
-        .into_pyobject(py)
 }

@@ -148,7 +148,7 @@ impl PySimulator {
     }
 
     /// One state, not a batch.
-    pub(super) fn one<'py>(
+    pub(crate) fn one<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,

@@ -21,7 +21,7 @@ pub(crate) struct StepMemory {
 
 impl PySimulator {
     /// Runs work with this thread's memory for one state, in which state and input are set.
-    pub(super) fn with_memory<'a, R>(
+    pub(crate) fn with_memory<'a, R>(
         &self,
         given: impl Into<States<'a>>,
         work: impl FnOnce(&mut StepMemory) -> R,

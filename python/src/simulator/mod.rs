@@ -4,22 +4,19 @@
 //! |---|---|
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
-//! | `equilibrium` | poses that can be held |
-//! | `step`, `linearize`, `acceleration` | one step, its Jacobians, the acceleration at a moment |
+//! | `step`, `linearize` | one step, the acceleration at a moment, Jacobians |
 //! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
 //! | `rollout`, `single`, `batch`, `trajectories` | many steps |
 //! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
-mod acceleration;
 mod balance;
 mod batch;
 mod batch_simulator;
 mod contact;
 mod contact_forces;
 mod contact_frames;
-mod equilibrium;
 mod given;
 mod gradient;
 mod handle;
