@@ -10,7 +10,7 @@ use super::output::{numbers_mut, output};
 use super::rows::{Argument, Rows, View, common_batch};
 use crate::errors::{about_base, guarded};
 use crate::scratch::{Memory, with_kept};
-use crate::threads::pool;
+use crate::threads::{install, pool};
 
 /// Number of states that are computed side by side.
 pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
@@ -107,44 +107,38 @@ pub(crate) fn map_views(
             .enumerate();
         parts.for_each(|(k, out)| batch.each_group(k * length, out));
     };
-    guarded(|| pool.install(spread))
+    guarded(|| install(&pool, spread))
 }
 
 /// Fills rows of several results one by one, on cores for large batches; the interpreter lock is not needed.
 ///
 /// * `widths` – lengths of the rows of each result
 /// * `one` – writes the k-th rows of all results, one after the other
-pub(crate) fn in_rows<E: Send>(
+pub(crate) fn in_rows(
     count: usize,
     widths: &[usize],
     out: &mut [&mut [f64]],
-    one: impl Fn(usize, &mut [f64]) -> Result<(), E> + Sync,
-) -> PyResult<Result<(), E>> {
+    one: &(dyn Fn(usize, &mut [f64]) -> PyResult<()> + Sync),
+) -> PyResult<()> {
     let width: usize = widths.iter().sum();
     let mut rows = vec![0.0; count * width];
-    let each = |(k, row): (usize, &mut [f64])| one(k, row);
-    let done = match count {
-        0 => return Ok(Ok(())),
-        1 => guarded(|| one(0, &mut rows))?,
+    match count {
+        0 => return Ok(()),
+        1 => guarded(|| one(0, &mut rows))??,
         _ => {
-            let pool = pool()?;
-            let spread = || {
-                rows.par_chunks_mut(width.max(1))
-                    .enumerate()
-                    .try_for_each(each)
-            };
-            guarded(|| pool.install(spread))?
+            let (pool, all) = (pool()?, rows.par_chunks_mut(width.max(1)).enumerate());
+            let spread = || all.try_for_each(|(k, row)| one(k, row));
+            guarded(|| install(&pool, spread))??;
         }
-    };
-    for row in rows.chunks(width.max(1)).enumerate() {
-        let (k, mut rest) = row;
+    }
+    for (k, mut rest) in rows.chunks(width.max(1)).enumerate() {
         for (out, &own) in out.iter_mut().zip(widths) {
             let (first, others) = rest.split_at(own);
             out[k * own..(k + 1) * own].copy_from_slice(first);
             rest = others;
         }
     }
-    Ok(done)
+    Ok(())
 }
 
 /// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.

@@ -54,13 +54,13 @@ impl OfEntry<'_> {
     fn value(&self, found: &[usize], out: &mut [&mut [f64]]) -> PyResult<()> {
         let f = self.entry.prepared(self.robot.model(), &self.call.names)?;
         if self.call.has_parameters {
-            let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
+            let one = |k: usize, out: &mut [f64]| {
                 let own = self.robot.over(self.parameters(k));
                 let mut memory = Memory::new(own.robot().model());
                 f(own.robot(), &mut memory, &self.vectors(k), out);
                 Ok(())
             };
-            in_rows(self.call.count, found, out, one)??;
+            in_rows(self.call.count, found, out, &one)?;
         } else {
             let views: Vec<View<'_>> = (0..self.given)
                 .map(|i| View::of_batch(self.rows.arrays[i], self.rows.widths[i]))
@@ -104,7 +104,7 @@ impl OfEntry<'_> {
             .and_then(|function| function.prepare)
             .ok_or_else(|| invalid!("{} has no derivatives here", self.call.function))?;
         let f: Prepared<Dual> = prepare(self.robot.model(), &self.call.names).or_raise()?;
-        let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
+        let one = |k: usize, out: &mut [f64]| {
             let x = self.vectors(k);
             let names = &self.names[..self.given];
             let point = Point {
@@ -136,7 +136,7 @@ impl OfEntry<'_> {
             });
             Ok(())
         };
-        in_rows(self.call.count, found, out, one)?
+        in_rows(self.call.count, found, out, &one)
     }
 
     /// The part of the row of each input whose derivatives are wanted.

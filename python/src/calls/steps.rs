@@ -374,7 +374,7 @@ pub(super) fn run(
     }
     let linear = steps.linear_steps(&results)?;
     let n = linear.len() / call.count.max(1);
-    in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
+    in_rows(call.count, found, out, &|k, out| {
         let linear = &linear[k * n..(k + 1) * n];
         match (call.kind, is_step) {
             (Kind::Value, _) => {
@@ -390,7 +390,7 @@ pub(super) fn run(
             (Kind::Pull, false) => steps.pull_rollout(k, out),
         }
         Ok(())
-    })?
+    })
 }
 
 /// Room for so many q, for as many v, and for the states of contact.
