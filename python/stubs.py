@@ -451,4 +451,6 @@ def stubs() -> str:
 HIDDEN = ("__repr__", "__reduce__", "__eq__", "__hash__")
 
 if __name__ == "__main__":
-    (HERE / "dualbody/_dualbody.pyi").write_text(stubs(), encoding="utf-8")
+    # In a source distribution the modules are beside this folder.
+    module = next(own for own in (HERE / "dualbody", HERE.parent / "dualbody") if own.is_dir())
+    (module / "_dualbody.pyi").write_text(stubs(), encoding="utf-8")
