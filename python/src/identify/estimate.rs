@@ -61,16 +61,10 @@ functions! {
         let all = guarded(|| own.intervals(level))?;
         Ok(all.into_iter().map(interval).collect())
     }
-}
 
-/// The robot with what was found.
-#[pyfunction]
-pub(crate) fn _identified<'py>(estimate: &Bound<'py, PyAny>) -> PyResult<RobotNumbers<'py>> {
-    let own = estimate_of(estimate)?;
-    Ok(numbers_of(estimate.py(), &guarded(|| own.robot())?))
-}
+    /// The robot with what was found.
+    fn _identified(estimate) -> PyResult<RobotNumbers<'py>> { Ok(numbers_of(estimate.py(), &estimate_of(estimate)?.robot())) }
 
-functions! {
     /// A physically consistent robot: (unknowns, robot, excess, gap, iterations).
     fn _consistent(estimate, regularization: Option<f64>, gap: Option<f64>) -> PyResult<(Bound<'py, PyAny>, RobotNumbers<'py>, f64, f64, usize)> {
         let (py, own) = (estimate.py(), estimate_of(estimate)?);
