@@ -1,4 +1,4 @@
-"""Writes the types of the compiled module, `dualbody/_dualbody.pyi`, from the entries in `src` and in the table: `python stubs.py`.
+"""Writes the types of the compiled module, `dualbody/_dualbody.pyi`, from the entries in `src` and in the table: `build.rs` runs it.
 
 Names, arguments, defaults and documentation are those of the entries; types follow from those in Rust. What Rust leaves open is in `ARGUMENTS` (arguments
 by their name) and in `OTHERS` (what is different from that: {class.method: {argument or "return": type}}).
@@ -123,6 +123,7 @@ ARGUMENTS = {
     "steps": "int",
     "tendon_servos": "_sim.TendonServo",
     "terrain": "_contact.Terrain",
+    "tiles": "_contact.HeightField",
     "validation": "_identify.Dataset",
 }
 ARGUMENTS["final_cost"] = ARGUMENTS["stage_cost"]
@@ -181,6 +182,7 @@ OTHERS: dict[str, dict[str, str]] = {
     "Simulator.vjp": {"return": "_sim.StepGradient"},
     "Simulator.with_parameters": {"return": "Self"},
     "_Balance.first": {"return": "tuple[Array, Array, int]"},
+    "_Balance.step": {"return": "Any"},
     "_call": {"of": "Model | Simulator"},
     "_check_grid": {"nx": "int", "ny": "int"},
     "_estimate_soft_contact": {"points": "int"},
@@ -194,6 +196,8 @@ OTHERS: dict[str, dict[str, str]] = {
     "_recording": {"class_": "type[Recording]", "return": "Recording"},
     "_sample": {"arguments": "int"},
     "_signature": {"of": "Model | Simulator"},
+    "_surface_grid": {"return": "tuple[list[Vector3], list[tuple[int, int, int]]]"},
+    "_tiled": {"columns": "int"},
     "_trajectory_cost": {"states": "ArrayLike | None"},
     "carried_state": {"q": "ArrayLike", "v": "ArrayLike"},
     "set_memory_limit": {"bytes": "int"},
@@ -285,28 +289,14 @@ def arguments(text: str, attributes: str) -> list[Argument]:
     return list(given.values())
 
 
-def short_entries(text: str, owner: str, result: str) -> Iterator[Entry]:
-    """Entries of the form `name(arguments) …`."""
-    at = 0
-    while found := re.compile(r"((?:[ \t]*(?:///.*|#\[.*\])\n)*)[ \t]+(\w+)\(").search(text, at):
-        end = closed(text, found.end() - 1)
-        name = re.search(r'name = "(\w+)"', found[1])
-        own = arguments(text[found.end() : end], found[1])
-        if owner == "PyWorld":
-            own = [Argument("", "name", "&str", None), *own, Argument("**", "object", "", None)]
-        yield Entry(owner, "method", name[1] if name else found[2], own, result, described(found[1]))
-        rest = re.compile(r";\n(?!\s*\}\n)|\n\Z", re.M).search(text, end)
-        at = rest.end() if rest else len(text)
-
-
 def full_entries(text: str, owner: str) -> Iterator[Entry]:
-    """Entries of the form `fn name(arguments) -> …`."""
+    """Entries of the form `fn name(arguments) -> …`, or `fn name(arguments) = …` of what gives a changed object."""
     for found in _FUNCTION.finditer(text):
         end = closed(text, found.end() - 1)
         result = re.compile(r"\s*(?:-> ((?:.|\n)*?))?\s*\{").match(text, end + 1)
         kind = next((kind for kind in ("new", "staticmethod", "getter", "setter") if f"#[{kind}]" in found[1]), "method")
         own = arguments(text[found.end() : end], found[1])
-        yield Entry(owner, kind, found[2], own, (result and result[1]) or "()", described(found[1]))
+        yield Entry(owner, kind, found[2], own, (result[1] or "()") if result else "Self", described(found[1]))
 
 
 def attributes_of(text: str, owner: str) -> Iterator[Entry]:
@@ -315,29 +305,14 @@ def attributes_of(text: str, owner: str) -> Iterator[Entry]:
         yield Entry(owner, "getter", found[2], [], found[3], described(found[1]))
 
 
-#: Macros that hold entries: the class, and what their short entries give.
-SHORT = {
-    "edits": ("PyModel", "Self"),
-    "objects": ("PyWorld", "()"),
-    "tangents": ("PyModel", "Array"),
-    "coordinates": ("PyEngineCoordinates", "Array"),
-}
-
-
 def entries_of(text: str) -> Iterator[Entry]:
     """All entries of a file of `src`."""
     text = re.sub(r"^macro_rules! (?:.|\n)*?^\}", "", text, flags=re.M)
     for found in re.finditer(r"^(#\[pymethods\]\nimpl|\w+!) (?:(\w+) )?\{\n((?:.|\n)*?)^\}", text, re.M):
         head, owner, body = found.groups()
-        macro = head.rstrip("!")
-        if macro in SHORT:
-            yield from short_entries(body, *SHORT[macro])
-        elif macro in ("methods", "functions") or owner:
+        owner = "PyModel" if head == "edits!" else owner
+        if head in ("methods!", "functions!") or owner:
             yield from full_entries(body, owner or "")
-    for owner, body in re.findall(r"^files! \{ (\w+)\.\w+ \{\n((?:.|\n)*?)^\} \}", text, re.M):
-        for doc, to, and_, save in re.findall(r"((?: *///.*\n)*) *(\w+),\n((?: *///.*\n)*) *(\w+);", body):
-            yield Entry(owner, "method", to, [], "String", described(doc))
-            yield Entry(owner, "method", save, [Argument("", "path", "PathBuf", None)], "()", described(and_))
     for found in re.finditer(r"^(methods|getters)! \{ (\w+) \{\n((?:.|\n)*?)^\} \}", text, re.M):
         read = full_entries if found[1] == "methods" else attributes_of
         yield from read(found[3], found[2])
@@ -476,4 +451,6 @@ def stubs() -> str:
 HIDDEN = ("__repr__", "__reduce__", "__eq__", "__hash__")
 
 if __name__ == "__main__":
-    (HERE / "dualbody/_dualbody.pyi").write_text(stubs(), encoding="utf-8")
+    # In a source distribution the modules are beside this folder.
+    module = next(own for own in (HERE / "dualbody", HERE.parent / "dualbody") if own.is_dir())
+    (module / "_dualbody.pyi").write_text(stubs(), encoding="utf-8")

@@ -40,6 +40,7 @@ trap 'rm -rf "$bare"' EXIT
 began=$(date +%s%N)
 "$bare/venv/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheel"
 echo "$wheel: $(($(stat -c %s "$wheel") / 1048576)) MiB, installed in $((($(date +%s%N) - began) / 1000000)) ms"
+"$bare/venv/bin/python" -I -c 'import dualbody, pathlib; assert pathlib.Path(dualbody.__file__).with_name("_dualbody.pyi").stat().st_size > 50_000, "no types"'
 cp tests/listings.py "$bare"
 readmes=("$PWD/README.md" "$PWD/../README.md")
 (cd "$bare" && venv/bin/python -I listings.py "${readmes[@]}")

@@ -15,8 +15,8 @@ import numpy as np
 
 from . import _dualbody, dynamics
 from ._base import BaseVelocity
+from ._contact_forces import contact_kinematics, kinematics_of
 from ._forces import sum_of_joint_forces
-from ._points import contact_kinematics, kinematics_of
 
 if TYPE_CHECKING:
     from ._dualbody import Model, Simulator

@@ -71,11 +71,7 @@ def named_inputs(simulator: Simulator, values: Mapping[str, ArrayLike]) -> Array
 
 
 def _forced(
-    simulator: Simulator,
-    actuators: Sequence[Any] | None,
-    u: ArrayLike | None,
-    forces: Mapping[str, ArrayLike],
-    representation: str,
+    simulator: Simulator, actuators: Sequence[Any] | None, u: ArrayLike | None, forces: Mapping[str, ArrayLike], representation: str
 ) -> tuple[Simulator, ArrayLike | None]:
     """A simulator with an actuator for each coordinate of forces on frames by name, and the input with these forces."""
     import numpy as np

@@ -219,11 +219,7 @@ class FrameActuator:
 
     @staticmethod
     def thruster(
-        name: str,
-        place: Anchor,
-        direction: Sequence[float],
-        torque_ratio: float = 0.0,
-        limits: tuple[float, float] | None = None,
+        name: str, place: Anchor, direction: Sequence[float], torque_ratio: float = 0.0, limits: tuple[float, float] | None = None
     ) -> FrameActuator:
         """A force along a direction in the axes of the attachment frame, with a torque about it: torque_ratio · force, m."""
         length = sum(x * x for x in direction) ** 0.5
@@ -247,23 +243,8 @@ class Sensor:
     """
 
     kind: Literal[
-        "joint_position",
-        "joint_velocity",
-        "joint_force",
-        "gyro",
-        "accelerometer",
-        "magnetometer",
-        "frame_pose",
-        "frame_velocity",
-        "frame_acceleration",
-        "wrench",
-        "touch",
-        "contact_force",
-        "range_finder",
-        "lidar",
-        "center_of_mass",
-        "center_of_mass_velocity",
-        "momentum",
+        "joint_position", "joint_velocity", "joint_force", "gyro", "accelerometer", "magnetometer", "frame_pose", "frame_velocity",
+        "frame_acceleration", "wrench", "touch", "contact_force", "range_finder", "lidar", "center_of_mass", "center_of_mass_velocity", "momentum",
     ]
     on: str | None = None
     field: Sequence[float] = (0.0, 0.0, 0.0)

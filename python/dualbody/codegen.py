@@ -24,15 +24,7 @@ if TYPE_CHECKING:
 
     from ._dualbody import Model, Simulator
 
-__all__ = [
-    "Graph",
-    "Source",
-    "forward_dynamics",
-    "inverse_dynamics",
-    "inverse_dynamics_derivatives",
-    "mass_matrix",
-    "step",
-]
+__all__ = ["Graph", "Source", "forward_dynamics", "inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix", "step"]
 
 
 @dataclass(frozen=True)

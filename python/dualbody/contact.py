@@ -24,22 +24,8 @@ if TYPE_CHECKING:
     Law = "SoftContact | RelaxedRigid | Rigid"
 
 __all__ = [
-    "Collisions",
-    "Contacts",
-    "HeightField",
-    "HuntCrossley",
-    "Material",
-    "Nearest",
-    "Plane",
-    "RelaxedRigid",
-    "Rigid",
-    "Smoothing",
-    "SoftContact",
-    "SolverOptions",
-    "Surface",
-    "Terrain",
-    "nearest",
-    "pairs_of_srdf",
+    "Collisions", "Contacts", "HeightField", "HuntCrossley", "Material", "Nearest", "Plane", "RelaxedRigid", "Rigid", "Smoothing",
+    "SoftContact", "SolverOptions", "Surface", "Terrain", "nearest", "pairs_of_srdf",
 ]
 
 
@@ -57,12 +43,7 @@ class Terrain:
         return Plane(point, normal)
 
     @staticmethod
-    def function(
-        height: Callable[[Array, Array], ArrayLike],
-        x: tuple[float, float],
-        y: tuple[float, float],
-        spacing: float,
-    ) -> HeightField:
+    def function(height: Callable[[Array, Array], ArrayLike], x: tuple[float, float], y: tuple[float, float], spacing: float) -> HeightField:
         """The ground z = height(x, y), m: a function of NumPy arrays, sampled on a grid over the ranges x and y (m) at this spacing (m).
 
         Between the nodes the ground is a spline with two continuous derivatives. Errors of heights are of order spacing⁴ and those of slopes of order
@@ -125,21 +106,8 @@ class HeightField(Terrain, Value):
         >>> shifts.tolist(), round(ground.surface(2.5, 0.0)[0], 2)
         ([[0.0, 0.0], [2.5, 0.0]], 0.3)
         """
-        if not tiles or columns < 1:
-            raise ValueError(f"{len(tiles)} tiles in {columns} columns: expected one or more of both")
-        first, grids = tiles[0], [np.asarray(tile.heights, dtype=float) for tile in tiles]
-        for k, (tile, grid) in enumerate(zip(tiles, grids, strict=True)):
-            if grid.ndim != 2 or grid.shape != grids[0].shape or tuple(tile.spacing) != tuple(first.spacing):
-                raise ValueError(f"tile {k} has shape {grid.shape} and spacing {tile.spacing}, the first one {grids[0].shape} and {first.spacing}")
-        rows = -(-len(tiles) // columns)
-        nx, ny = grids[0].shape
-        _dualbody._check_grid(nx * columns, ny * rows)
-        grids += [grids[-1]] * (rows * columns - len(grids))
-        heights = np.block([[grids[row * columns + column] for row in range(rows)] for column in range(columns)])
-        index = np.arange(len(tiles))
-        cells = np.stack([index % columns * nx, index // columns * ny], axis=1)
-        shifts = np.asarray(first.origin) + cells * np.asarray(first.spacing) - np.array([tile.origin for tile in tiles])
-        return HeightField(first.origin, first.spacing, heights), shifts
+        heights, shifts = _dualbody._tiled(list(tiles), columns)
+        return HeightField(tiles[0].origin, tiles[0].spacing, heights), shifts
 
 
 @dataclass(frozen=True)
@@ -284,15 +252,7 @@ class Surface:
     @staticmethod
     def grid(heights: ArrayLike, origin: tuple[float, float], spacing: tuple[float, float]) -> Surface:
         """A grid of heights (ny, nx), m, from the point origin on, (x, y), at a spacing along both, m."""
-        z = np.asarray(heights, float)
-        if z.ndim != 2:
-            raise ValueError(f"heights have the shape {z.shape}, expected (ny, nx)")
-        ny, nx = z.shape
-        x, y = np.meshgrid(origin[0] + spacing[0] * np.arange(nx), origin[1] + spacing[1] * np.arange(ny))
-        first = (np.arange(ny - 1)[:, None] * nx + np.arange(nx - 1)).ravel()
-        right, above, both = first + 1, first + nx, first + nx + 1
-        triangles = np.concatenate([np.stack([first, right, both], 1), np.stack([first, both, above], 1)])
-        return Surface(np.stack([x, y, z], -1).reshape(-1, 3), triangles)
+        return Surface(*_dualbody._surface_grid(heights, origin, spacing))
 
 
 @dataclass(frozen=True)

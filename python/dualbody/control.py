@@ -111,14 +111,7 @@ class Equilibrium(Value):
     is_found: bool
 
     @staticmethod
-    def find(
-        simulator: Simulator,
-        q: ArrayLike,
-        u: ArrayLike | None = None,
-        *,
-        contact: ArrayLike | None = None,
-        check: bool = True,
-    ) -> Equilibrium:
+    def find(simulator: Simulator, q: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None, check: bool = True) -> Equilibrium:
         """Finds an equilibrium near the pose q (nq,) and the input u (nu,; zero by default): pose, input and bristles of soft contact together.
 
         A floating robot with contacts is first moved to the ground; points within a centimetre of the ground then support it. Usually many poses are

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._make import Stopped, _statuses
+from ._rollout import Stopped, _statuses
 from .sim import Status
 from ._value import Value
 

@@ -50,30 +50,9 @@ if TYPE_CHECKING:
     from ._rollout import Rollout
 
 __all__ = [
-    "BaseParameters",
-    "Channel",
-    "ConsistentEstimate",
-    "Dataset",
-    "Estimate",
-    "Excitation",
-    "Experiment",
-    "ForceError",
-    "Friction",
-    "Inertia",
-    "Interval",
-    "LeftOut",
-    "LinkMass",
-    "Parameter",
-    "Preparation",
-    "Regressor",
-    "Report",
-    "Robot",
-    "Segment",
-    "ShootingEstimate",
-    "Validation",
-    "estimate",
-    "excite",
-    "shoot",
+    "BaseParameters", "Channel", "ConsistentEstimate", "Dataset", "Estimate", "Excitation", "Experiment", "ForceError", "Friction", "Inertia",
+    "Interval", "LeftOut", "LinkMass", "Parameter", "Preparation", "Regressor", "Report", "Robot", "Segment", "ShootingEstimate", "Validation",
+    "estimate", "excite", "shoot",
 ]
 
 UnitName = Literal["si", "degree", "turn", "turn_per_minute", "millimetre"]
@@ -394,18 +373,9 @@ class Excitation(Value):
 
 
 def excite(
-    regressor: Regressor,
-    *,
-    period: float | None = None,
-    harmonics: int | None = None,
-    range: float | None = None,
-    reach: float | None = None,
-    speed: float | None = None,
-    acceleration: float | None = None,
-    force_deviations: Sequence[float] | None = None,
-    max_iterations: int | None = None,
-    starts: int | None = None,
-    seed: int | None = None,
+    regressor: Regressor, *, period: float | None = None, harmonics: int | None = None, range: float | None = None, reach: float | None = None,
+    speed: float | None = None, acceleration: float | None = None, force_deviations: Sequence[float] | None = None,
+    max_iterations: int | None = None, starts: int | None = None, seed: int | None = None
 ) -> Excitation:
     """Finds the most informative periodic motion within joint limits. [Swevers et al. 1997]
 
@@ -461,17 +431,9 @@ class ShootingEstimate(NamedTuple):
 
 
 def shoot(
-    simulator: Simulator,
-    data: Dataset,
-    adjustable: Sequence[Inertia | LinkMass | Parameter | Friction],
-    level: float = 0.95,
-    *,
-    samples: int | None = None,
-    starts: Literal["measured", "free"] | None = None,
-    position_deviation: float | None = None,
-    velocity_deviation: float | None = None,
-    regularization: float | None = None,
-    max_iterations: int | None = None,
+    simulator: Simulator, data: Dataset, adjustable: Sequence[Inertia | LinkMass | Parameter | Friction], level: float = 0.95, *,
+    samples: int | None = None, starts: Literal["measured", "free"] | None = None, position_deviation: float | None = None,
+    velocity_deviation: float | None = None, regularization: float | None = None, max_iterations: int | None = None
 ) -> ShootingEstimate:
     """Adjusts parameters of a simulator until its motion agrees with the data, by the Levenberg–Marquardt method. [Bock 1987]
 

@@ -28,7 +28,7 @@ from ._value import Value
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ._dualbody import Array
+    from ._dualbody import Array, Report
 
 __all__ = ["Loss", "Solution", "solve"]
 
@@ -98,20 +98,11 @@ class Solution(Value):
 
 
 def solve(
-    residuals: Callable[[Array], ArrayLike],
-    jacobian: Callable[[Array], ArrayLike],
-    start: ArrayLike,
-    *,
-    bounds: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
-    loss: Loss | None = None,
-    manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None = None,
-    report: Callable[[int, float, float, float], object] | None = None,
-    max_iterations: int | None = None,
-    gradient_tolerance: float | None = None,
-    cost_tolerance: float | None = None,
-    step_tolerance: float | None = None,
-    offset_tolerance: float | None = None,
-    damping: float | None = None,
+    residuals: Callable[[Array], ArrayLike], jacobian: Callable[[Array], ArrayLike], start: ArrayLike, *,
+    bounds: tuple[ArrayLike | None, ArrayLike | None] = (None, None), loss: Loss | None = None,
+    manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None = None, report: Report | None = None, max_iterations: int | None = None,
+    gradient_tolerance: float | None = None, cost_tolerance: float | None = None, step_tolerance: float | None = None,
+    offset_tolerance: float | None = None, damping: float | None = None
 ) -> Solution:
     """Minimises from a start (n,).
 
@@ -124,7 +115,4 @@ def solve(
     """
     options = given(locals(), "residuals", "jacobian", "start", "bounds", "loss", "manifold", "report")
     own = loss or Loss()
-    found = _dualbody._least_squares(
-        residuals, jacobian, start, manifold, (own.kind, own.delta), (bounds[0], bounds[1]), report, options
-    )
-    return Solution(*found)
+    return Solution(*_dualbody._least_squares(residuals, jacobian, start, manifold, (own.kind, own.delta), (bounds[0], bounds[1]), report, options))

@@ -23,20 +23,8 @@ if TYPE_CHECKING:
     ]
 
 __all__ = [
-    "Box",
-    "Capsule",
-    "Cylinder",
-    "Hardware",
-    "ImportReport",
-    "JointSpec",
-    "Limits",
-    "LinkSpec",
-    "Mesh",
-    "Mimic",
-    "Model",
-    "ModelBuilder",
-    "ScaledLink",
-    "Sphere",
+    "Box", "Capsule", "Cylinder", "Hardware", "ImportReport", "JointSpec", "Limits", "LinkSpec", "Mesh", "Mimic", "Model", "ModelBuilder",
+    "ScaledLink", "Sphere",
 ]
 
 Vector3 = tuple[float, float, float]
@@ -121,29 +109,22 @@ class LinkSpec(Value):
 
     @staticmethod
     def solid_box(name: str, size: Vector3, mass: float) -> LinkSpec:
-        """A solid box with visual and collision shape: moments m (y² + z²) / 12, …"""
-        x, y, z = (length * length for length in size)
-        return LinkSpec._solid(name, mass, (y + z, x + z, x + y), mass / 12.0, Box(size))
+        """A solid box with visual and collision shape."""
+        return LinkSpec._solid(name, mass, Box(size))
 
     @staticmethod
     def solid_sphere(name: str, radius: float, mass: float) -> LinkSpec:
-        """A solid ball with visual and collision shape: moments 2 m r² / 5."""
-        square = radius * radius
-        return LinkSpec._solid(name, mass, (square, square, square), 0.4 * mass, Sphere(radius))
+        """A solid ball with visual and collision shape."""
+        return LinkSpec._solid(name, mass, Sphere(radius))
 
     @staticmethod
     def solid_cylinder(name: str, radius: float, length: float, mass: float) -> LinkSpec:
-        """A solid cylinder along z with visual and collision shape: moments m (3 r² + l²) / 12 and m r² / 2."""
-        across = 3.0 * radius * radius + length * length
-        return LinkSpec._solid(
-            name, mass, (across, across, 6.0 * radius * radius), mass / 12.0, Cylinder(radius, length)
-        )
+        """A solid cylinder along z with visual and collision shape."""
+        return LinkSpec._solid(name, mass, Cylinder(radius, length))
 
     @staticmethod
-    def _solid(name: str, mass: float, moments: Vector3, factor: float, shape: Shape) -> LinkSpec:
-        x, y, z = (factor * moment for moment in moments)
-        inertia = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
-        return LinkSpec(name, mass, (0.0, 0.0, 0.0), inertia, (shape,), (shape,))
+    def _solid(name: str, mass: float, shape: Shape) -> LinkSpec:
+        return LinkSpec(name, mass, inertia=_dualbody._solid_inertia(shape, mass), visuals=(shape,), collisions=(shape,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,15 +182,7 @@ class ModelBuilder:
 
     def build(self) -> Model:
         """Builds the robot. Raises a ValueError that names the defect."""
-        return _dualbody._build_model(
-            self.name,
-            self.gravity,
-            self.base,
-            self.independent_mimic_joints,
-            self.links,
-            self.joints,
-            self.frames,
-        )
+        return _dualbody._build_model(self.name, self.gravity, self.base, self.independent_mimic_joints, self.links, self.joints, self.frames)
 
 
 class ScaledLink(NamedTuple):

@@ -88,14 +88,8 @@ def _streamed(function: Callable[..., Any], jobs: Iterator[tuple[Any, ...]], in_
 
 
 def _shards(
-    function: Callable[..., Any],
-    count: int,
-    shard: int,
-    arguments: Callable[[int, int], tuple[Any, ...]],
-    in_flight: int | None,
-    threads: int,
-    retries: int,
-    progress: Callable[[int], object] | None,
+    function: Callable[..., Any], count: int, shard: int, arguments: Callable[[int, int], tuple[Any, ...]], in_flight: int | None, threads: int,
+    retries: int, progress: Callable[[int], object] | None
 ) -> Iterator[tuple[int, Any]]:
     """(index of the first state, result) of one shard after the other; arguments(first, number) are those of a shard."""
     if count < 0 or shard < 1:
@@ -109,16 +103,8 @@ def _shards(
 
 
 def rollouts(
-    work: Work,
-    count: int,
-    *,
-    seed: int = 0,
-    parameters: Array | None = None,
-    shard: int = 256,
-    in_flight: int | None = None,
-    threads: int = 1,
-    retries: int = 3,
-    progress: Callable[[int], object] | None = None,
+    work: Work, count: int, *, seed: int = 0, parameters: Array | None = None, shard: int = 256, in_flight: int | None = None, threads: int = 1,
+    retries: int = 3, progress: Callable[[int], object] | None = None
 ) -> Iterator[tuple[int, Any]]:
     """Rollouts of `count` states: (index of the first state, kept part) of one shard after the other.
 
@@ -159,16 +145,8 @@ def _differentiate(work: Work, cost: Cost, seed: int, first: int, inputs: Array,
 
 
 def gradients(
-    work: Work,
-    cost: Cost,
-    inputs: Array,
-    *,
-    seed: int = 0,
-    shard: int = 256,
-    in_flight: int | None = None,
-    threads: int = 1,
-    retries: int = 3,
-    progress: Callable[[int], object] | None = None,
+    work: Work, cost: Cost, inputs: Array, *, seed: int = 0, shard: int = 256, in_flight: int | None = None, threads: int = 1, retries: int = 3,
+    progress: Callable[[int], object] | None = None
 ) -> Iterator[tuple[int, RolloutGradient]]:
     """Gradients of a cost of the rollout of each state under its inputs (count, steps, nu), a RolloutGradient of one shard after the other.
 
@@ -214,19 +192,8 @@ class Evolution(Value):
 
 
 def evolve(
-    work: Work,
-    points: Callable[[Rollout], Array],
-    mean: Sequence[float],
-    spread: Sequence[float],
-    *,
-    generations: int,
-    candidates: int = 128,
-    elite: int = 16,
-    least_spread: float = 1e-3,
-    seed: int = 0,
-    shard: int = 64,
-    threads: int = 1,
-    enough: float = float("inf"),
+    work: Work, points: Callable[[Rollout], Array], mean: Sequence[float], spread: Sequence[float], *, generations: int, candidates: int = 128,
+    elite: int = 16, least_spread: float = 1e-3, seed: int = 0, shard: int = 64, threads: int = 1, enough: float = float("inf")
 ) -> Evolution:
     """Cross-entropy search for the parameters of `work.control(k, q, v, parameters)`, one state for each candidate.
 

@@ -15,18 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["arm", "cartpole", "double_pendulum", "load", "pendulum", "random_tree", "urdf"]
 
 Name = Literal[
-    "acrobot",
-    "box",
-    "cartpole",
-    "double_pendulum",
-    "four_bar",
-    "hopper",
-    "humanoid",
-    "panda",
-    "quadrotor",
-    "quadruped",
-    "sphere",
-    "ur5",
+    "acrobot", "box", "cartpole", "double_pendulum", "four_bar", "hopper", "humanoid", "panda", "quadrotor", "quadruped", "sphere", "ur5",
 ]
 
 

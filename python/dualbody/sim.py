@@ -4,110 +4,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._contact_forces import ContactForces, contact_forces, rollout_contact_forces
+from ._contact_forces import ContactForces, ContactKinematics, contact_forces, contact_kinematics, rollout_contact_forces
 from ._dualbody import BatchSimulator, NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
-from ._make import _progress, _rollout
-from ._points import ContactKinematics, contact_kinematics
-from ._rollout import (
-    ContactReport,
-    Linearization,
-    PairContact,
-    Rollout,
-    RolloutGradient,
-    SensorLinearization,
-    Status,
-    StepGradient,
+from ._parts import (
+    Activation, Actuation, Actuator, ActuatorNetwork, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Sensor, SensorNoise, Tendon,
+    TendonServo, Weld,
 )
+from ._rollout import ContactReport, Linearization, PairContact, Rollout, RolloutGradient, SensorLinearization, Status, StepGradient
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
 
-    from ._parts import (
-        Activation,
-        Actuation,
-        Actuator,
-        ActuatorNetwork,
-        Anchor,
-        Ball,
-        Coupler,
-        Distance,
-        ExternalForce,
-        FrameActuator,
-        Sensor,
-        SensorNoise,
-        Tendon,
-        TendonServo,
-        Weld,
-    )
-
 __all__ = [
-    "Activation",
-    "Actuation",
-    "Actuator",
-    "ActuatorNetwork",
-    "Anchor",
-    "Ball",
-    "BatchSimulator",
-    "ContactForces",
-    "ContactKinematics",
-    "ContactReport",
-    "Coupler",
-    "Distance",
-    "ExternalForce",
-    "FrameActuator",
-    "Linearization",
-    "NoisySensors",
-    "PairContact",
-    "Rollout",
-    "RolloutGradient",
-    "Sensor",
-    "SensorLinearization",
-    "SensorNoise",
-    "Sensors",
-    "Simulator",
-    "Status",
-    "StepGradient",
-    "Tendon",
-    "TendonServo",
-    "Weld",
-    "contact_forces",
-    "contact_kinematics",
-    "named_inputs",
-    "rollout_contact_forces",
-    "rollout_gradient",
-    "set_threads",
+    "Activation", "Actuation", "Actuator", "ActuatorNetwork", "Anchor", "Ball", "BatchSimulator", "ContactForces", "ContactKinematics",
+    "ContactReport", "Coupler", "Distance", "ExternalForce", "FrameActuator", "Linearization", "NoisySensors", "PairContact", "Rollout",
+    "RolloutGradient", "Sensor", "SensorLinearization", "SensorNoise", "Sensors", "Simulator", "Status", "StepGradient", "Tendon",
+    "TendonServo", "Weld", "contact_forces", "contact_kinematics", "named_inputs", "rollout_contact_forces", "rollout_gradient", "set_threads",
     "threads",
 ]
 
 
-def __getattr__(name: str) -> object:
-    """Parts, which are imported when one is asked for first: rollouts need none."""
-    from . import _parts
-
-    if name in __all__:
-        value = getattr(_parts, name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-#: Functions that the compiled module calls.
-_CALLED = (_progress, _rollout)
-
-
 def rollout_gradient(
-    simulator: Simulator,
-    q: ArrayLike,
-    v: ArrayLike,
-    inputs: ArrayLike,
-    cost: Callable[[Rollout], tuple[Any, Mapping[str, ArrayLike]]],
-    *,
-    contact: ArrayLike | None = None,
-    parameters: bool = True,
-    checkpoints: int | str | None = None,
+    simulator: Simulator, q: ArrayLike, v: ArrayLike, inputs: ArrayLike, cost: Callable[[Rollout], tuple[Any, Mapping[str, ArrayLike]]], *,
+    contact: ArrayLike | None = None, parameters: bool = True, checkpoints: int | str | None = None
 ) -> RolloutGradient:
     """Gradient of a cost of the rollout in its start, its inputs and the model's parameters.
 

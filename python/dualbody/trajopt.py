@@ -24,34 +24,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._dualbody import Array, RepresentationName, Simulator
+    from ._dualbody import Array, Guess, Report, RepresentationName, Simulator
 
 __all__ = [
-    "Activation",
-    "CenterOfMass",
-    "CentroidalMomentum",
-    "Constraint",
-    "Curve",
-    "Ddp",
-    "Dynamics",
-    "FrameDistance",
-    "FrameOrientation",
-    "FramePose",
-    "FramePosition",
-    "FrameVelocity",
-    "InputError",
-    "LinkDistances",
-    "Problem",
-    "RecedingHorizon",
-    "Residual",
-    "ShootingSolution",
-    "SingleShooting",
-    "Solution",
-    "StateError",
-    "Term",
-    "Transcription",
-    "TranscriptionSolution",
-    "position_bounds",
+    "Activation", "CenterOfMass", "CentroidalMomentum", "Constraint", "Curve", "Ddp", "Dynamics", "FrameDistance", "FrameOrientation",
+    "FramePose", "FramePosition", "FrameVelocity", "InputError", "LinkDistances", "Problem", "RecedingHorizon", "Residual", "ShootingSolution",
+    "SingleShooting", "Solution", "StateError", "Term", "Transcription", "TranscriptionSolution", "position_bounds",
 ]
 
 
@@ -304,11 +282,7 @@ class Ddp(_Solver):
     line_search_steps: int | None = None
     exact_curvature: bool | None = None
 
-    def solve(
-        self,
-        guess: tuple[ArrayLike | None, ArrayLike] | None = None,
-        report: Callable[[int, float, float, float], object] | None = None,
-    ) -> Solution:
+    def solve(self, guess: Guess | None = None, report: Report | None = None) -> Solution:
         """Solves the problem from a guess (x, u) of the states and inputs (x None: rolled out); without a guess from zero inputs.
 
         report(iteration, cost, violation, gap) is called after each iteration; if it returns True the solver stops with the best trajectory so far.
@@ -344,16 +318,12 @@ class SingleShooting(_Solver):
     radius: float | None = None
     exact_curvature: bool | None = None
 
-    def solve(
-        self,
-        guess: tuple[ArrayLike | None, ArrayLike] | None = None,
-        report: Callable[[int, float, float, float], object] | None = None,
-    ) -> ShootingSolution:
+    def solve(self, guess: Guess | None = None, report: Report | None = None) -> ShootingSolution:
         """Minimises from the inputs of a guess (x, u); without a guess from zero inputs. report as for `Ddp.solve`."""
         *found, _ = _dualbody._single_shooting(self.problem, self.options, guess, report)  # shooting leaves no gap
         return ShootingSolution(*found)
 
-    def variables(self, guess: tuple[ArrayLike | None, ArrayLike] | None = None) -> Array:
+    def variables(self, guess: Guess | None = None) -> Array:
         """The variables (n,) of a guess."""
         return _dualbody._shooting_variables(self.problem, self.options, guess)
 
@@ -434,11 +404,7 @@ class Transcription(_Solver):
     threads: int | None = None
     line_search_steps: int | None = None
 
-    def solve(
-        self,
-        guess: tuple[ArrayLike | None, ArrayLike] | Curve | None = None,
-        report: Callable[[int, float, float, float], object] | None = None,
-    ) -> TranscriptionSolution:
+    def solve(self, guess: Guess | Curve | None = None, report: Report | None = None) -> TranscriptionSolution:
         """Solves the problem from a guess (x, u), which need not satisfy the dynamics, or from the curve of an earlier solution.
 
         x None: rolled out; without a guess from zero inputs. report as for `Ddp.solve`.

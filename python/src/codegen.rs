@@ -30,16 +30,7 @@ fn texts(names: &[String]) -> Vec<&str> {
 /// Traces a function of a robot.
 #[pyfunction]
 pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<PyGraph> {
-    let choices: [(&str, fn(&Model) -> Graph); 4] = [
-        ("inverse_dynamics", trace::inverse_dynamics),
-        ("forward_dynamics", trace::forward_dynamics),
-        ("mass_matrix", trace::mass_matrix),
-        (
-            "inverse_dynamics_derivatives",
-            trace::inverse_dynamics_derivatives,
-        ),
-    ];
-    let record = choice("function", name, &choices)?;
+    let record = choice("function", name, trace::OF_MODELS)?;
     let graph = guarded(|| record(&model.get().model))?;
     Ok(PyGraph { graph })
 }
@@ -103,30 +94,6 @@ impl PyGraph {
         })
     }
 
-    /// Graph of the Jacobians of outputs in inputs: an output dy_dx for each of outputs y and inputs x.
-    fn jacobian(&self, outputs: Vec<String>, inputs: Vec<String>) -> PyResult<Self> {
-        let graph = guarded(|| self.graph.jacobian(&texts(&outputs), &texts(&inputs)))?;
-        Ok(Self {
-            graph: graph.or_raise()?,
-        })
-    }
-
-    /// Graph of the gradient of a scalar output: an output dy_dx for each of the inputs x.
-    fn gradient(&self, output: &str, inputs: Vec<String>) -> PyResult<Self> {
-        let graph = guarded(|| self.graph.gradient(output, &texts(&inputs)))?;
-        Ok(Self {
-            graph: graph.or_raise()?,
-        })
-    }
-
-    /// Graph of products of weights with the Jacobian: an additional input y_weight for each output y, an output x_weight for each of the inputs x.
-    fn adjoint(&self, inputs: Vec<String>) -> PyResult<Self> {
-        let graph = guarded(|| self.graph.adjoint(&texts(&inputs)))?;
-        Ok(Self {
-            graph: graph.or_raise()?,
-        })
-    }
-
     /// Raises a ValueError unless the graph was recorded from this robot with its current parameters.
     fn check_origin(&self, model: &Bound<'_, PyModel>) -> PyResult<()> {
         check_origin(self.graph.origin(), &*model.get().model).or_raise()
@@ -143,13 +110,26 @@ impl PyGraph {
 }
 
 methods! { PyGraph {
+    /// Graph of the Jacobians of outputs in inputs: an output dy_dx for each of outputs y and inputs x.
+    fn jacobian(&self, outputs: Vec<String>, inputs: Vec<String>) -> PyResult<Self> {
+        Ok(Self { graph: self.graph.jacobian(&texts(&outputs), &texts(&inputs)).or_raise()? })
+    }
+
+    /// Graph of the gradient of a scalar output: an output dy_dx for each of the inputs x.
+    fn gradient(&self, output: &str, inputs: Vec<String>) -> PyResult<Self> {
+        Ok(Self { graph: self.graph.gradient(output, &texts(&inputs)).or_raise()? })
+    }
+
+    /// Graph of products of weights with the Jacobian: an additional input y_weight for each output y, an output x_weight for each of the inputs x.
+    fn adjoint(&self, inputs: Vec<String>) -> PyResult<Self> {
+        Ok(Self { graph: self.graph.adjoint(&texts(&inputs)).or_raise()? })
+    }
+
     /// The graph as a function of C99: a Source (name, header, source). precision: "double" or "single".
     fn to_c(&self, py: Python, name: &str, precision: &str = "double") -> PyResult<Bound<'py, PyAny>> {
-        let choices = [("double", Precision::Double), ("single", Precision::Single)];
-        let precision = choice("precision", precision, &choices)?;
+        let precision = variant("precision", precision, &[Precision::Double, Precision::Single])?;
         let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
         let texts = (&text.name, &text.header, &text.source);
-        of_package!(py, "codegen", "Source")
-            .call1(texts)
+        of_package!(py, "codegen", "Source").call1(texts)
     }
 } }

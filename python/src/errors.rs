@@ -17,7 +17,7 @@ use pyo3::exceptions::{
 };
 use pyo3::prelude::*;
 
-use crate::words::for_python;
+use crate::words::{for_python, snake};
 
 /// An error that Python raises as an exception of the kind that fits.
 pub(crate) trait Raise {
@@ -64,7 +64,7 @@ macro_rules! named_errors {
         }
     })* };
 }
-named_errors!(IdentifyError, EditError);
+named_errors!(IdentifyError, EditError, dualbody::contact::NearestError);
 
 impl Raise for LoadError {
     fn raise(self) -> PyErr {
@@ -150,6 +150,13 @@ pub(crate) fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
         not_a_choice(argument, given, &names)
     })
+}
+
+/// [`choice`] among values, whose names are those of the variants in Python's words.
+pub(crate) fn variant<T: Copy + Debug>(argument: &str, given: &str, all: &[T]) -> PyResult<T> {
+    let names: Vec<String> = all.iter().map(snake).collect();
+    let choices = names.iter().map(String::as_str).zip(all.iter().copied());
+    choice(argument, given, &choices.collect::<Vec<_>>())
 }
 
 fn not_a_choice(argument: &str, given: &str, names: &[&str]) -> PyErr {

@@ -1,7 +1,6 @@
 //! Nonlinear least squares of functions of Python.
 
-use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Solution, Status, solve_with};
-use pyo3::types::PyBool;
+use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Status, solve_with};
 
 use crate::prelude::*;
 
@@ -32,22 +31,14 @@ impl<'py> Functions<'_, 'py> {
     }
 }
 
-/// Writes what a function gave, or what is not finite, which ends the solver, if it raised an exception.
-fn write(found: Option<Vec<f64>>, out: &mut [f64]) {
-    match found {
-        Some(found) => out.copy_from_slice(&found),
-        None => out.fill(f64::NAN),
-    }
-}
-
 impl Residuals for Functions<'_, '_> {
     fn n_residuals(&self) -> usize {
         self.n_residuals
     }
 
     fn residuals(&mut self, x: &[f64], out: &mut [f64]) {
-        let call = || self.values(x, Some(out.len()));
-        write(self.raised.attempt(call), out);
+        let n = out.len();
+        self.raised.fill(out, || self.values(x, Some(n)));
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) {
@@ -67,11 +58,11 @@ impl Residuals for Functions<'_, '_> {
             let sums = x.iter().zip(d).map(|(x, d)| x + d);
             return out.iter_mut().zip(sums).for_each(|(out, x)| *out = x);
         };
-        let call = || {
+        let n = out.len();
+        self.raised.fill(out, || {
             let [x, d] = [x, d].map(|x| vector(self.py(), x));
-            read_vector("retract(x, d)", &retract.call1((x, d))?, Some(out.len()))
-        };
-        write(self.raised.attempt(call), out);
+            read_vector("retract(x, d)", &retract.call1((x, d))?, Some(n))
+        });
     }
 }
 
@@ -137,39 +128,18 @@ functions! {
             raised: raised.clone(),
         };
         functions.n_residuals = functions.values(&start, None)?.len();
+        let report = report.map(|report| report.clone().unbind());
         let mut tell = |own: &Iteration| {
-            if let Some(report) = report {
-                let numbers = (own.iteration, own.cost, own.gradient, own.damping);
-                let found = raised.attempt(|| report.call1(numbers));
-                if found.is_some_and(|found| found.is(&*PyBool::new(report.py(), true))) {
-                    raised.stop.stop();
-                }
-            }
+            raised.tell(report.as_ref(), (own.iteration, own.cost, own.gradient, own.damping));
         };
         let solve = || solve_with(&mut functions, &start, &options, &mut tell);
         let found = raised.stop.watch(solve);
         raised.check()?;
-        numbers_of(residuals.py(), found)
+        let (py, s) = (residuals.py(), found);
+        let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
+        let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
+        let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, &x));
+        let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
+        (x, residuals, s.cost, status, is_converged, s.iterations, history, s.held, normal, variance, covariance).into_pyobject(py)
     }
-}
-
-fn numbers_of<'py>(py: Python<'py>, s: Solution) -> PyResult<Bound<'py, PyTuple>> {
-    let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
-    let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
-    let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, &x));
-    let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
-    (
-        x,
-        residuals,
-        s.cost,
-        status,
-        is_converged,
-        s.iterations,
-        history,
-        s.held,
-        normal,
-        variance,
-        covariance,
-    )
-        .into_pyobject(py)
 }

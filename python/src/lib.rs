@@ -8,9 +8,8 @@
 //! | `limits` | the memory that results may take |
 //! | `errors`, `words`, `raised`, `options` | errors as exceptions, in the words of Python, exceptions of functions, options as keywords |
 //! | `python` | macros for attributes, methods and functions, whose arguments are written as in Python; `stubs.py` makes the types of them |
-//! | `counts`, `kinds` | arguments that are whole numbers, attributes, objects of certain classes |
+//! | `kinds` | arguments that are whole numbers, attributes, objects of certain classes |
 //! | `prelude` | the items of these that most files use |
-//! | `compiler` | the C compiler of generated code |
 //! | `calls` | functions with their derivatives, as JAX and PyTorch call them |
 //! | `jax` | how compiled programs of JAX call them |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `sensors`, `spatial`, `view`, `world` | an area of the library each |
@@ -20,15 +19,12 @@
 mod arrays;
 mod calls;
 mod codegen;
-mod compiler;
 mod contact;
 mod control;
-mod counts;
 #[cfg(feature = "cuda")]
 mod cuda;
 mod dynamics;
 mod errors;
-
 mod identify;
 mod jax;
 mod kinds;
@@ -62,8 +58,8 @@ mod _dualbody {
     use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{
-        _estimate_soft_contact, _impact_time, _nearest, _restitution, _srdf, _terrain_surface,
-        _with_restitution,
+        _estimate_soft_contact, _impact_time, _nearest, _restitution, _srdf, _surface_grid,
+        _terrain_surface, _tiled, _with_restitution,
     };
     #[pymodule_export]
     use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};
@@ -86,8 +82,8 @@ mod _dualbody {
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,
-        _load_model, _random_state, _sample, _sample_urdf, _unit_joint_forces, PyEngineCoordinates,
-        PyImportReport, PyModel,
+        _load_model, _random_state, _sample, _sample_urdf, _solid_inertia, _unit_joint_forces,
+        PyEngineCoordinates, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;

@@ -5,8 +5,8 @@ use dualbody::memory;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-use crate::counts::whole;
 use crate::errors::{OrRaise, Raise};
+use crate::kinds::whole;
 use crate::python::functions;
 
 /// Bytes of a state of one trajectory beside its numbers: while it is found each of its parts is a vector of its own.

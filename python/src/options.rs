@@ -1,6 +1,6 @@
 //! Options that are keywords in Python.
 
-use crate::counts::named;
+use crate::kinds::named;
 use crate::prelude::*;
 
 /// Sets every option that was given; a `ValueError` names one that is none.
@@ -26,11 +26,11 @@ pub(crate) fn set_options(
 }
 
 /// The choice that a text names.
-pub(crate) fn chosen<T: Copy>(
+pub(crate) fn chosen<T: Copy + std::fmt::Debug>(
     argument: &'static str,
-    choices: &[(&str, T)],
+    choices: &[T],
 ) -> impl Fn(&Bound<'_, PyAny>) -> PyResult<T> {
-    move |value| choice(argument, &value.extract::<String>()?, choices)
+    move |value| variant(argument, &value.extract::<String>()?, choices)
 }
 
 /// Reads options of the library from keywords: `read_options!(Kind, "name", keywords; option, option = field.of.it, option = field by function, …)`.

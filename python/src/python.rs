@@ -114,7 +114,7 @@ macro_rules! item {
 }
 pub(crate) use item;
 
-/// An object of a module of the package, which is looked up once: `of_package!(py, "sim", "Linearization")`.
+/// An object of a module of the package, which is looked up once: `of_package!(py, "_rollout", "Linearization")`.
 macro_rules! of_package {
     ($py:expr, $module:literal, $name:literal) => {{
         static FOUND: pyo3::sync::PyOnceLock<Py<PyAny>> = pyo3::sync::PyOnceLock::new();

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dualbody::StopSignal;
+use pyo3::types::PyBool;
 
 use crate::prelude::*;
 
@@ -27,6 +28,26 @@ impl Raised {
                 self.stop.stop();
                 None
             }
+        }
+    }
+
+    /// Writes the numbers that a function gives; what is not finite, which ends the solver, if one has raised an exception.
+    pub(crate) fn fill(&self, out: &mut [f64], call: impl FnOnce() -> PyResult<Vec<f64>>) {
+        match self.attempt(call) {
+            Some(found) => out.copy_from_slice(&found),
+            None => out.fill(f64::NAN),
+        }
+    }
+
+    /// Calls a report of progress, if there is one; what it returns or raises may end the solver.
+    pub(crate) fn tell(&self, report: Option<&Py<PyAny>>, numbers: (usize, f64, f64, f64)) {
+        let Some(report) = report else { return };
+        let call = |py: Python<'_>| {
+            let found = report.call1(py, numbers)?;
+            Ok(found.bind(py).is(&*PyBool::new(py, true)))
+        };
+        if self.attempt(|| Python::attach(call)) == Some(true) {
+            self.stop.stop();
         }
     }
 

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::counts::whole;
 use crate::errors::{guarded, invalid, value_error};
+use crate::kinds::whole;
 
 /// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
@@ -76,10 +76,20 @@ pub(crate) fn pool() -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
+/// Runs work on a pool. Only what hands it over is generic: jobs and latches, which are most of the code, are compiled once.
+pub(crate) fn install<R: Send>(pool: &ThreadPool, work: impl FnOnce() -> R + Send) -> R {
+    fn any(pool: &ThreadPool, work: &mut (dyn FnMut() + Send)) {
+        pool.install(work);
+    }
+    let (mut work, mut out) = (Some(work), None);
+    any(pool, &mut || out = work.take().map(|work| work()));
+    out.expect("the pool has done the work")
+}
+
 /// Runs work on the pool, without the interpreter lock.
 pub(crate) fn on_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> PyResult<R> {
     let pool = pool()?;
-    py.detach(|| guarded(|| pool.install(work)))
+    py.detach(|| guarded(|| install(&pool, work)))
 }
 
 /// Fewer items than this stay on the thread that asks for them.
@@ -94,7 +104,7 @@ pub(crate) fn each<R: Send>(
         return guarded(|| (0..count).map(one).collect());
     }
     let pool = pool()?;
-    guarded(|| pool.install(|| (0..count).into_par_iter().map(one).collect()))
+    guarded(|| install(&pool, || (0..count).into_par_iter().map(one).collect()))
 }
 
 /// Runs short work on this thread and, of loops of the library, on others of the pool, without the interpreter lock.
@@ -143,7 +153,7 @@ pub(crate) fn on_pool_watched<R: Send>(
 ) -> PyResult<R> {
     let pool = pool()?;
     watched(py, progress, move |watch| {
-        pool.install(|| watch.stop.watch(|| work(watch)))
+        install(&pool, || watch.stop.watch(|| work(watch)))
     })
 }
 

@@ -46,72 +46,42 @@ fn pose_of(position: [f64; 3], quaternion: [f64; 4]) -> PyResult<Transform<f64>>
 }
 
 /// Keywords of objects.
+#[derive(Default)]
 struct Keywords {
-    mass: Option<Mass>,
-    is_fixed: bool,
-    has_gravity: bool,
+    mass: Option<f64>,
+    density: Option<f64>,
+    fixed: bool,
+    has_gravity: Option<bool>,
     position: [f64; 3],
-    quaternion: [f64; 4],
+    quaternion: Option<[f64; 4]>,
     on: Option<String>,
     color: Option<[f64; 4]>,
 }
 
-impl Keywords {
-    fn read(given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut out = Self {
-            mass: None,
-            is_fixed: false,
-            has_gravity: true,
-            position: [0.0; 3],
-            quaternion: [1.0, 0.0, 0.0, 0.0],
-            on: None,
-            color: None,
-        };
-        if let Some(given) = given {
-            set_options("an object", given, |name, value| out.set(name, value))?;
+fn object_of(given: Option<&Bound<'_, PyDict>>) -> PyResult<Object> {
+    let given = given.map_or(Ok(Keywords::default()), |given| {
+        read_options!(Keywords, "an object", given; mass, density, fixed, has_gravity, position, quaternion, on, color)
+    })?;
+    let mass = match (given.mass, given.density) {
+        (Some(_), Some(_)) => refuse!("an object has a mass or a density, not both"),
+        (mass, density) => mass.map(Mass::Kilograms).or(density.map(Mass::Density)),
+    };
+    let object = match (given.on, given.fixed, mass) {
+        (Some(frame), _, mass) => Object::fixed_to(frame, mass.unwrap_or(Mass::Kilograms(0.0))),
+        (None, true, _) => Object::fixed(),
+        (None, false, Some(mass)) => Object::free(mass),
+        (None, false, None) => {
+            refuse!("a free object needs mass= or density=; fixed=True makes one that stands");
         }
-        Ok(out)
+    };
+    let quaternion = given.quaternion.unwrap_or([1.0, 0.0, 0.0, 0.0]);
+    let mut object = object.at(pose_of(given.position, quaternion)?);
+    if let Some(color) = given.color {
+        object = object.with_color(color);
     }
-
-    fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
-        match name {
-            "mass" => self.set_mass(Mass::Kilograms(value.extract()?))?,
-            "density" => self.set_mass(Mass::Density(value.extract()?))?,
-            "fixed" => self.is_fixed = value.extract()?,
-            "has_gravity" => self.has_gravity = value.extract()?,
-            "position" => self.position = value.extract()?,
-            "quaternion" => self.quaternion = value.extract()?,
-            "on" => self.on = value.extract()?,
-            "color" => self.color = value.extract()?,
-            _ => return Ok(false),
-        }
-        Ok(true)
-    }
-
-    fn set_mass(&mut self, mass: Mass) -> PyResult<()> {
-        match self.mass.replace(mass) {
-            None => Ok(()),
-            Some(_) => Err(value_error("an object has a mass or a density, not both")),
-        }
-    }
-
-    fn object(self) -> PyResult<Object> {
-        let object = match (self.on, self.is_fixed, self.mass) {
-            (Some(frame), _, mass) => Object::fixed_to(frame, mass.unwrap_or(Mass::Kilograms(0.0))),
-            (None, true, _) => Object::fixed(),
-            (None, false, Some(mass)) => Object::free(mass),
-            (None, false, None) => {
-                refuse!("a free object needs mass= or density=; fixed=True makes one that stands");
-            }
-        };
-        let mut object = object.at(pose_of(self.position, self.quaternion)?);
-        if let Some(color) = self.color {
-            object = object.with_color(color);
-        }
-        if !self.has_gravity {
-            object = object.without_gravity();
-        }
-        Ok(object)
+    match given.has_gravity {
+        Some(false) => Ok(object.without_gravity()),
+        _ => Ok(object),
     }
 }
 
@@ -206,44 +176,36 @@ methods! { PyWorld {
     /// Adds an object with the shape of a mesh file; an object with mass needs a closed surface.
     #[pyo3(text_signature = "($self, name, path, scale=(1, 1, 1), **object)")]
     fn add_mesh(&mut self, py: Python, name: &str, path: std::path::PathBuf, scale: [f64; 3] = [1.0; 3], **object) -> PyResult<()> {
-        let wanted = Keywords::read(object)?.object()?;
         // A pickle may be read in another folder.
         let path = std::path::absolute(&path).unwrap_or(path);
-        guarded(|| self.world.add_mesh(name, &path, scale, &wanted).map(drop))?.or_raise()?;
-        let arguments = (name, path.into_os_string(), scale);
-        self.note(py, name, "add_mesh", arguments, object)
+        self.world.add_mesh(name, &path, scale, &object_of(object)?).or_raise()?;
+        self.note(py, name, "add_mesh", (name, path.into_os_string(), scale), object)
     }
-} }
 
-/// Methods that add an object of a shape.
-macro_rules! objects {
-    ($($(#[$doc:meta])* $name:ident($($x:ident: $type:ty),+);)*) => {
-        #[pymethods]
-        impl PyWorld { $(
-            $(#[$doc])*
-            #[pyo3(signature = (name, $($x),+, **object))]
-            fn $name<'py>(&mut self, py: Python<'py>, name: &str, $($x: $type,)+ object: Option<&Bound<'py, PyDict>>) -> PyResult<()> {
-                let wanted = Keywords::read(object)?.object()?;
-                guarded(|| self.world.$name(name, $($x,)+ &wanted).map(drop))?.or_raise()?;
-                self.note(py, name, stringify!($name), (name, $($x),+), object)
-            }
-        )* }
-    };
-}
-
-objects! {
     /// Adds a box with full edge lengths, m.
-    add_box(size: [f64; 3]);
+    fn add_box(&mut self, py: Python, name: &str, size: [f64; 3], **object) -> PyResult<()> {
+        self.world.add_box(name, size, &object_of(object)?).or_raise()?;
+        self.note(py, name, "add_box", (name, size), object)
+    }
 
     /// Adds a ball; radius in m.
-    add_sphere(radius: f64);
+    fn add_sphere(&mut self, py: Python, name: &str, radius: f64, **object) -> PyResult<()> {
+        self.world.add_sphere(name, radius, &object_of(object)?).or_raise()?;
+        self.note(py, name, "add_sphere", (name, radius), object)
+    }
 
     /// Adds a cylinder about z; radius and full length in m.
-    add_cylinder(radius: f64, length: f64);
+    fn add_cylinder(&mut self, py: Python, name: &str, radius: f64, length: f64, **object) -> PyResult<()> {
+        self.world.add_cylinder(name, radius, length, &object_of(object)?).or_raise()?;
+        self.note(py, name, "add_cylinder", (name, radius, length), object)
+    }
 
     /// Adds a capsule about z; radius, and length between the half balls, in m.
-    add_capsule(radius: f64, length: f64);
-}
+    fn add_capsule(&mut self, py: Python, name: &str, radius: f64, length: f64, **object) -> PyResult<()> {
+        self.world.add_capsule(name, radius, length, &object_of(object)?).or_raise()?;
+        self.note(py, name, "add_capsule", (name, radius, length), object)
+    }
+} }
 
 functions! {
     /// A world from the calls that made it: what a pickled one is made again by.

@@ -666,5 +666,5 @@ def test_tiles_of_ground_equal_the_library_and_refuse_others() -> None:
         for i, j in ((0, 0), (3, 5), (1, 2)):
             x, y = np.asarray(grid.origin) + shift + (0.5 * i, 0.25 * j)
             assert abs(ground.surface(x, y)[0] - heights[i, j]) < 1e-12
-    with pytest.raises(ValueError, match="tile 1 has shape"):
+    with pytest.raises(ValueError, match="tile 1 has size"):
         db.contact.HeightField.tiled([grids[0], db.contact.HeightField((0, 0), (1, 1), [[0.0] * 2] * 2)], 1)

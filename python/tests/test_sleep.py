@@ -69,3 +69,19 @@ def test_bad_thresholds_are_refused() -> None:
     with pytest.raises(ValueError, match="expected True, False"):
         simulator("often")
     assert simulator(True).n_sleep == 6 and simulator(False).n_sleep == 0
+
+
+def test_weights_of_contact_skip_what_sleeps() -> None:
+    world = db.World()
+    for k in range(2):
+        world.add_sphere(f"ball {k}", 0.1, mass=1.0, position=(k, 0.0, 0.0999))
+    contacts = Contacts(Terrain.flat(0.0), db.contact.SoftContact.estimate(1.0, 1, 1e-3))
+    awake, asleep = (db.Simulator(world.build(), contacts=contacts, time_step=1e-3, sleeping=own) for own in (False, True))
+    assert asleep.n_contact == awake.n_contact + asleep.n_sleep and asleep.n_sleep > 0
+    v, steps = np.tile([0.3, 0.1, 0.0, 0.0, 0.0, 0.0], 2), 20
+    weights = np.random.default_rng(1).normal(size=(steps + 1, awake.n_contact))
+    padded = np.concatenate([weights, np.ones((steps + 1, asleep.n_sleep))], axis=1)
+    q, inputs = awake.model.neutral(), np.zeros((steps, awake.nu))
+    expected = awake.rollout_vjp(q, v, inputs, by_contact=weights)
+    assert np.abs(expected.start).max() > 0.1
+    np.testing.assert_allclose(asleep.rollout_vjp(q, v, inputs, by_contact=padded).start, expected.start, rtol=1e-12, atol=1e-12)

@@ -1,4 +1,4 @@
-"""The types of the compiled module are those of its entries, and name what it has."""
+"""The package has the types of the compiled module, which are those of its entries, and name what it has."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import ast
 import importlib.util
 from pathlib import Path
 
+import dualbody
 from dualbody import _dualbody
 
 HERE = Path(__file__).parents[1]
-FILE = HERE / "dualbody/_dualbody.pyi"
+#: Of the package as it is installed: no file of the repository.
+FILE = Path(dualbody.__file__).with_name("_dualbody.pyi")
 
 
 def test_stubs_are_those_of_the_entries() -> None:
@@ -17,7 +19,7 @@ def test_stubs_are_those_of_the_entries() -> None:
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert FILE.read_text(encoding="utf-8") == module.stubs(), "run `python stubs.py`"
+    assert FILE.read_text(encoding="utf-8") == module.stubs(), "build the package again"
 
 
 def test_stubs_name_what_the_module_has() -> None:

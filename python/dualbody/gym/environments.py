@@ -104,11 +104,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
     """
 
     def __init__(
-        self,
-        task: Task | Balance,
-        num_envs: int = 1,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
+        self, task: Task | Balance, num_envs: int = 1, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, render_mode: str | None = None
     ) -> None:
         self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)

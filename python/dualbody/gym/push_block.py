@@ -37,12 +37,7 @@ def push_block() -> Task:
     world.add_box("block", (2 * HALF, 2 * HALF, HEIGHT), mass=0.3, position=(0.0, 0.0, HEIGHT / 2))
     model = world.build()
     law = RelaxedRigid(friction=0.4)
-    simulator = Simulator(
-        model,
-        time_step=5e-3,
-        contacts=Contacts(Terrain.flat(), law, collisions=Collisions()),
-        actuated=["finger/x", "finger/y"],
-    )
+    simulator = Simulator(model, time_step=5e-3, contacts=Contacts(Terrain.flat(), law, collisions=Collisions()), actuated=["finger/x", "finger/y"])
     neutral = model.neutral()
     (block_q, block_v), (x_q, x_v), (y_q, y_v) = (
         (model.joint_q(name).start, model.joint_v(name).start) for name in ("block", "finger/x", "finger/y")
@@ -75,12 +70,5 @@ def push_block() -> Task:
         return (away(q) > REACH) | (np.hypot(q[:, x_q], q[:, y_q]) > REACH)
 
     return Task(
-        simulator,
-        start,
-        observe=observe,
-        reward=reward,
-        is_over=is_over,
-        max_steps=200,
-        steps_per_action=5,
-        bounds=([-5.0, -5.0], [5.0, 5.0]),
+        simulator, start, observe=observe, reward=reward, is_over=is_over, max_steps=200, steps_per_action=5, bounds=([-5.0, -5.0], [5.0, 5.0])
     )

@@ -10,7 +10,7 @@ use super::output::{numbers_mut, output};
 use super::rows::{Argument, Rows, View, common_batch};
 use crate::errors::{about_base, guarded};
 use crate::scratch::{Memory, with_kept};
-use crate::threads::pool;
+use crate::threads::{install, pool};
 
 /// Number of states that are computed side by side.
 pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
@@ -65,6 +65,21 @@ pub(crate) fn map_rows<'py>(
     Ok(array)
 }
 
+/// [`map_rows`] of a function of rows that needs no working memory.
+pub(crate) fn map_plain<'py>(
+    model: (&Model, u64),
+    arguments: &[Argument<'_, 'py>],
+    tail: &[usize],
+    one: &(dyn Fn(&[&[f64]], &mut [f64]) + Sync),
+) -> PyResult<Array<'py>> {
+    let work = Work {
+        one: &|_, x, out| one(x, out),
+        wide: None,
+    };
+    let py = arguments[0].value.py();
+    map_rows(py, model, arguments, tail, None, work)
+}
+
 /// Applies a function to so many rows, on lanes and for large batches on cores; the interpreter lock is not needed.
 pub(crate) fn map_views(
     model: (&Model, u64),
@@ -73,56 +88,57 @@ pub(crate) fn map_views(
     work: Work<'_>,
     out: &mut [f64],
 ) -> PyResult<()> {
-    let width = out.len().checked_div(count).unwrap_or(0);
+    let batch = Batch {
+        model,
+        views,
+        work,
+        width: out.len().checked_div(count).unwrap_or(0),
+    };
     if count == 1 {
-        return guarded(|| each_row(model, views, work, 0, width, out));
+        return guarded(|| batch.each_row(0, out));
     }
     if count < FEW {
-        return guarded(|| each_group(model, views, work, 0, width, out));
+        return guarded(|| batch.each_group(0, out));
     }
     let (pool, length) = (pool()?, GROUPS * WIDTH);
     let spread = || {
-        let parts = out.par_chunks_mut((length * width).max(1)).enumerate();
-        parts.for_each(|(k, out)| each_group(model, views, work, k * length, width, out));
+        let parts = out
+            .par_chunks_mut((length * batch.width).max(1))
+            .enumerate();
+        parts.for_each(|(k, out)| batch.each_group(k * length, out));
     };
-    guarded(|| pool.install(spread))
+    guarded(|| install(&pool, spread))
 }
 
 /// Fills rows of several results one by one, on cores for large batches; the interpreter lock is not needed.
 ///
 /// * `widths` – lengths of the rows of each result
 /// * `one` – writes the k-th rows of all results, one after the other
-pub(crate) fn in_rows<E: Send>(
+pub(crate) fn in_rows(
     count: usize,
     widths: &[usize],
     out: &mut [&mut [f64]],
-    one: impl Fn(usize, &mut [f64]) -> Result<(), E> + Sync,
-) -> PyResult<Result<(), E>> {
+    one: &(dyn Fn(usize, &mut [f64]) -> PyResult<()> + Sync),
+) -> PyResult<()> {
     let width: usize = widths.iter().sum();
     let mut rows = vec![0.0; count * width];
-    let each = |(k, row): (usize, &mut [f64])| one(k, row);
-    let done = match count {
-        0 => return Ok(Ok(())),
-        1 => guarded(|| one(0, &mut rows))?,
+    match count {
+        0 => return Ok(()),
+        1 => guarded(|| one(0, &mut rows))??,
         _ => {
-            let pool = pool()?;
-            let spread = || {
-                rows.par_chunks_mut(width.max(1))
-                    .enumerate()
-                    .try_for_each(each)
-            };
-            guarded(|| pool.install(spread))?
+            let (pool, all) = (pool()?, rows.par_chunks_mut(width.max(1)).enumerate());
+            let spread = || all.try_for_each(|(k, row)| one(k, row));
+            guarded(|| install(&pool, spread))??;
         }
-    };
-    for row in rows.chunks(width.max(1)).enumerate() {
-        let (k, mut rest) = row;
+    }
+    for (k, mut rest) in rows.chunks(width.max(1)).enumerate() {
         for (out, &own) in out.iter_mut().zip(widths) {
             let (first, others) = rest.split_at(own);
             out[k * own..(k + 1) * own].copy_from_slice(first);
             rest = others;
         }
     }
-    Ok(done)
+    Ok(())
 }
 
 /// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.
@@ -173,68 +189,66 @@ pub(crate) fn with_memory<R>((model, id): (&Model, u64), work: impl FnOnce(&mut 
     with_kept(id, || Memory::new(model), work)
 }
 
-fn each_row(
-    model: (&Model, u64),
-    views: &[View<'_>],
-    work: Work<'_>,
-    first: usize,
+/// Rows of arguments, and the function of them.
+struct Batch<'a> {
+    model: (&'a Model, u64),
+    views: &'a [View<'a>],
+    work: Work<'a>,
+    /// Numbers of a row of the result.
     width: usize,
-    out: &mut [f64],
-) {
-    with_memory(model, |memory| {
-        let mut x: [&[f64]; MOST] = [&[]; MOST];
-        let x = &mut x[..views.len()];
-        let count = out.len().checked_div(width).unwrap_or(0);
-        for k in 0..count {
-            for (x, view) in x.iter_mut().zip(views) {
-                *x = view.row(first + k);
-            }
-            (work.one)(&mut memory.one, x, &mut out[k * width..(k + 1) * width]);
-        }
-    });
 }
 
-fn each_group(
-    model: (&Model, u64),
-    views: &[View<'_>],
-    work: Work<'_>,
-    first: usize,
-    width: usize,
-    out: &mut [f64],
-) {
-    let Some(wide) = work.wide else {
-        return each_row(model, views, work, first, width, out);
-    };
-    let mut lanes: Vec<Vec<Wide>> = views
-        .iter()
-        .map(|view| vec![Wide::default(); view.width])
-        .collect();
-    let mut result = vec![Wide::default(); width];
-    let mut done = first;
-    for group in out.chunks_mut((WIDTH * width).max(1)) {
-        let count = group.len() / width.max(1);
-        if count < WORTHWHILE {
-            each_row(model, views, work, done, width, group);
-            continue;
-        }
-        for (lanes, view) in lanes.iter_mut().zip(views) {
-            let rows: [&[f64]; WIDTH] = std::array::from_fn(|i| view.row(done + i.min(count - 1)));
-            for (j, x) in lanes.iter_mut().enumerate() {
-                x.0 = std::array::from_fn(|i| rows[i][j]);
+impl Batch<'_> {
+    /// Fills rows of the result, from this one on, one by one.
+    fn each_row(&self, first: usize, out: &mut [f64]) {
+        with_memory(self.model, |memory| {
+            let mut x: [&[f64]; MOST] = [&[]; MOST];
+            let x = &mut x[..self.views.len()];
+            // Results without numbers are none.
+            for (k, out) in out.chunks_exact_mut(self.width.max(1)).enumerate() {
+                for (x, view) in x.iter_mut().zip(self.views) {
+                    *x = view.row(first + k);
+                }
+                (self.work.one)(&mut memory.one, x, out);
             }
-        }
-        let mut x: [&[Wide]; MOST] = [&[]; MOST];
-        for (x, lanes) in x.iter_mut().zip(&lanes) {
-            *x = lanes;
-        }
-        with_memory(model, |memory| {
-            wide(&mut memory.wide, &x[..views.len()], &mut result)
         });
-        for (i, row) in group.chunks_mut(width.max(1)).enumerate() {
-            row.iter_mut()
-                .zip(&result)
-                .for_each(|(out, x)| *out = x.0[i]);
+    }
+
+    /// [`Self::each_row`] on lanes.
+    fn each_group(&self, first: usize, out: &mut [f64]) {
+        let (views, width) = (self.views, self.width);
+        let Some(wide) = self.work.wide else {
+            return self.each_row(first, out);
+        };
+        let lanes = views.iter().map(|view| vec![Wide::default(); view.width]);
+        let mut lanes: Vec<Vec<Wide>> = lanes.collect();
+        let mut result = vec![Wide::default(); width];
+        let mut done = first;
+        for group in out.chunks_mut((WIDTH * width).max(1)) {
+            let count = group.len() / width.max(1);
+            if count < WORTHWHILE {
+                self.each_row(done, group);
+                continue;
+            }
+            for (lanes, view) in lanes.iter_mut().zip(views) {
+                let rows: [&[f64]; WIDTH] =
+                    std::array::from_fn(|i| view.row(done + i.min(count - 1)));
+                for (j, x) in lanes.iter_mut().enumerate() {
+                    x.0 = std::array::from_fn(|i| rows[i][j]);
+                }
+            }
+            let mut x: [&[Wide]; MOST] = [&[]; MOST];
+            for (x, lanes) in x.iter_mut().zip(&lanes) {
+                *x = lanes;
+            }
+            with_memory(self.model, |memory| {
+                wide(&mut memory.wide, &x[..views.len()], &mut result)
+            });
+            for (i, row) in group.chunks_mut(width.max(1)).enumerate() {
+                let numbers = row.iter_mut().zip(&result);
+                numbers.for_each(|(out, x)| *out = x.0[i]);
+            }
+            done += count;
         }
-        done += count;
     }
 }

@@ -10,7 +10,7 @@ mod rows;
 use numpy::PyArrayDyn;
 use pyo3::Bound;
 
-pub(crate) use map::{WIDTH, Wide, Work, in_rows, map_rows, map_views, with_memory};
+pub(crate) use map::{WIDTH, Wide, Work, in_rows, map_plain, map_rows, map_views, with_memory};
 pub(crate) use output::{checked_output, empty, numbers_mut, room};
 pub(crate) use plain::{
     matrices, matrix, read_matrix, read_matrix_of, read_numbers, read_vector, stack, vector,

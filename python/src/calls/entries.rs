@@ -54,13 +54,13 @@ impl OfEntry<'_> {
     fn value(&self, found: &[usize], out: &mut [&mut [f64]]) -> PyResult<()> {
         let f = self.entry.prepared(self.robot.model(), &self.call.names)?;
         if self.call.has_parameters {
-            let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
+            let one = |k: usize, out: &mut [f64]| {
                 let own = self.robot.over(self.parameters(k));
                 let mut memory = Memory::new(own.robot().model());
                 f(own.robot(), &mut memory, &self.vectors(k), out);
                 Ok(())
             };
-            in_rows(self.call.count, found, out, one)??;
+            in_rows(self.call.count, found, out, &one)?;
         } else {
             let views: Vec<View<'_>> = (0..self.given)
                 .map(|i| View::of_batch(self.rows.arrays[i], self.rows.widths[i]))
@@ -104,7 +104,7 @@ impl OfEntry<'_> {
             .and_then(|function| function.prepare)
             .ok_or_else(|| invalid!("{} has no derivatives here", self.call.function))?;
         let f: Prepared<Dual> = prepare(self.robot.model(), &self.call.names).or_raise()?;
-        let one = |k: usize, out: &mut [f64]| -> Result<(), PyErr> {
+        let one = |k: usize, out: &mut [f64]| {
             let x = self.vectors(k);
             let names = &self.names[..self.given];
             let point = Point {
@@ -122,27 +122,21 @@ impl OfEntry<'_> {
                     .get_or_insert_with(|| Lifted::new(self.robot, None));
                 let directions = self.call.directions.max(1);
                 if self.call.kind == Kind::Pull {
-                    let weights = self.more(0, k);
+                    let weights = self.rows.more(0, k);
                     let width = weights.len() / directions;
                     let pull = |i, out: &mut [f64]| point.pull(&f, kept, i, weights, out, width);
                     return self.each_active(out, pull);
                 }
                 let mut all = vec![None; self.given + 1];
                 for (p, &i) in self.call.active.iter().enumerate() {
-                    all[i] = Some(self.more(p, k));
+                    all[i] = Some(self.rows.more(p, k));
                 }
                 let width = out.len() / directions;
                 point.push(&f, kept, &all, out, width);
             });
             Ok(())
         };
-        in_rows(self.call.count, found, out, one)?
-    }
-
-    /// The part after the inputs: changes of inputs, or weights of results.
-    fn more(&self, p: usize, k: usize) -> &[f64] {
-        self.rows
-            .row(self.given + usize::from(self.call.has_parameters) + p, k)
+        in_rows(self.call.count, found, out, &one)
     }
 
     /// The part of the row of each input whose derivatives are wanted.
@@ -169,6 +163,7 @@ impl OfEntry<'_> {
         let model = own.as_ref().unwrap_or(self.robot.model());
         let width = model.nv().max(1);
         let all: Vec<_> = (self
+            .rows
             .more(0, k)
             .chunks(width)
             .map(|weights| adjoint(model, point.x, weights)))

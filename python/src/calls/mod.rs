@@ -112,23 +112,18 @@ impl<'a> Call<'a> {
     /// Calls the function; the interpreter lock is not needed.
     pub(crate) fn run(&self, arrays: &[&[f64]], out: &mut [&mut [f64]]) -> PyResult<()> {
         let signature = Signature::of(self)?;
-        let of_inputs = |i: &usize| signature.input(*i);
-        let results: Vec<usize> = signature
-            .outputs
-            .iter()
-            .map(|shape| shape.iter().product())
-            .collect();
-        let moved: Vec<usize> = self.active.iter().map(of_inputs).collect();
-        let k = |widths: &[usize]| {
-            widths
-                .iter()
-                .map(|width| width * self.directions)
-                .collect::<Vec<_>>()
+        let directions = if self.kind == Kind::Value {
+            1
+        } else {
+            self.directions
         };
+        let size = |shape: &Vec<usize>| shape.iter().product::<usize>() * directions;
+        let results: Vec<usize> = signature.outputs.iter().map(size).collect();
+        let moved = self.active.iter().map(|&i| signature.input(i) * directions);
         let (more, found) = match self.kind {
-            Kind::Value => (Vec::new(), results.clone()),
-            Kind::Push => (k(&moved), k(&results)),
-            Kind::Pull => (k(&results), k(&moved)),
+            Kind::Value => (Vec::new(), results),
+            Kind::Push => (moved.collect(), results),
+            Kind::Pull => (results, moved.collect()),
         };
         let inputs = 0..signature.inputs.len();
         let widths: Vec<usize> = inputs.map(|i| signature.input(i)).chain(more).collect();
@@ -137,6 +132,7 @@ impl<'a> Call<'a> {
         let rows = Rows {
             arrays,
             widths: &widths,
+            given: signature.inputs.len(),
         };
         match (signature.entry, self.of) {
             (None, Of::Simulator(own)) => steps::run(self, own, &signature, &rows, &found, out),
@@ -175,12 +171,19 @@ impl<'a> Call<'a> {
 struct Rows<'a> {
     arrays: &'a [&'a [f64]],
     widths: &'a [usize],
+    /// Number of inputs.
+    given: usize,
 }
 
 impl<'a> Rows<'a> {
     fn row(&self, i: usize, k: usize) -> &'a [f64] {
         let width = self.widths[i];
         &self.arrays[i][k * width..(k + 1) * width]
+    }
+
+    /// The part after the inputs: changes of inputs, or weights of results.
+    fn more(&self, p: usize, k: usize) -> &'a [f64] {
+        self.row(self.given + p, k)
     }
 }
 
@@ -189,10 +192,7 @@ functions! {
     fn _call(of, text: &str, arrays: Vec<Bound<'py, PyArrayDyn<f64>>>, out: Vec<Bound<'py, PyArrayDyn<f64>>>) -> PyResult<()> {
         let call = Call::read(Of::read(of)?, text)?;
         // SAFETY: the package makes the arrays for this call, and nothing else refers to them.
-        let numbers: Vec<&[f64]> = arrays
-            .iter()
-            .map(|x| unsafe { x.as_slice() }.unwrap_or(&[]))
-            .collect();
+        let numbers: Vec<&[f64]> = arrays.iter().map(|x| unsafe { x.as_slice() }.unwrap_or(&[])).collect();
         let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
         of.py().detach(|| call.run(&numbers, &mut out))
     }

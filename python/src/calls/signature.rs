@@ -116,32 +116,14 @@ functions! {
         }
         Ok((signature.inputs, signature.outputs))
     }
-}
 
-/// All functions: name, vectors, one that may be left out, keywords with what they are if they are left out, whether they are of a simulator.
-#[pyfunction]
-pub(crate) fn _table() -> Vec<(
-    &'static str,
-    Vec<&'static str>,
-    Option<&'static str>,
-    Vec<Keyword>,
-    bool,
-)> {
-    let of_entry = |entry: &Entry| {
-        let own = &entry.function;
-        (
-            own.name,
-            own.arguments.to_vec(),
-            own.option,
-            own.keywords.to_vec(),
-            own.is_of_simulator,
-        )
-    };
-    let of_steps = |(name, names): &(&'static str, [&'static str; 4])| {
-        (*name, names[..3].to_vec(), Some(names[3]), Vec::new(), true)
-    };
-    entries()
-        .map(of_entry)
-        .chain(OF_STEPS.iter().map(of_steps))
-        .collect()
+    /// All functions: name, vectors, one that may be left out, keywords with what they are if they are left out, whether they are of a simulator.
+    fn _table() -> PyResult<Vec<(&'static str, Vec<&'static str>, Option<&'static str>, Vec<Keyword>, bool)>> {
+        let of_entry = |entry: &Entry| {
+            let own = &entry.function;
+            (own.name, own.arguments.to_vec(), own.option, own.keywords.to_vec(), own.is_of_simulator)
+        };
+        let of_steps = OF_STEPS.iter().map(|(name, names)| (*name, names[..3].to_vec(), Some(names[3]), Vec::new(), true));
+        Ok(entries().map(of_entry).chain(of_steps).collect())
+    }
 }

@@ -6,7 +6,7 @@ use dualbody::linearize::{RolloutGradientOptions, StepGradient, VjpScratch, Want
 
 use super::{Call, Kind, Rows, Signature};
 use crate::prelude::*;
-use crate::simulator::{States, Weighted, check_finite, diverged, pull_step};
+use crate::simulator::{States, Weighted, check_finite, diverged, pull_step, write_row};
 
 /// Weighted sums of a step whose derivatives are found one by one; for more of them its Jacobians are.
 const FEW: usize = 2;
@@ -79,19 +79,11 @@ impl<'a> Steps<'a> {
         self.robot(k).model()
     }
 
-    /// The part after the inputs: changes of inputs, or weights of results.
-    fn more(&self, p: usize, k: usize) -> &[f64] {
-        self.rows.row(
-            self.parameters + usize::from(self.call.has_parameters) + p,
-            k,
-        )
-    }
-
     /// The changes of an input along a direction; none if it does not change.
     fn change(&self, i: usize, k: usize, direction: usize) -> Option<&[f64]> {
         let p = self.call.active.iter().position(|&own| own == i)?;
         let width = self.rows.widths[i];
-        Some(&self.more(p, k)[direction * width..(direction + 1) * width])
+        Some(&self.rows.more(p, k)[direction * width..(direction + 1) * width])
     }
 
     /// Change of a state along a direction, in its tangent.
@@ -210,18 +202,11 @@ fn by_parameters(simulator: &Simulator, state: &State, u: &[f64]) -> DMatrix<f64
 }
 
 impl Steps<'_> {
-    fn change_of_parameters(&self, k: usize, direction: usize) -> Option<&[f64]> {
-        let changes = self.call.has_parameters;
-        changes
-            .then(|| self.change(self.parameters, k, direction))
-            .flatten()
-    }
-
     /// Weights of the results of a row along a direction.
     fn weights(&self, k: usize, direction: usize) -> [&[f64]; 3] {
         let count = if self.has_contact { 3 } else { 2 };
         std::array::from_fn(|p| {
-            let all = if p < count { self.more(p, k) } else { &[] };
+            let all = if p < count { self.rows.more(p, k) } else { &[] };
             let width = all.len() / self.call.directions.max(1);
             &all[direction * width..(direction + 1) * width]
         })
@@ -284,15 +269,14 @@ impl Steps<'_> {
         let (nq, nv, n) = (model.nq(), model.nv(), states.len());
         let chart = |state: &State| model.integrate_jacobian(state.q.as_slice());
         let charts: Vec<_> = states.iter().map(chart).collect();
-        let (by_q, rest) = out.split_at_mut(nq * n * self.call.directions);
-        let (by_v, by_contact) = rest.split_at_mut(nv * n * self.call.directions);
+        let [by_q, by_v, by_contact] = parts(model, n * self.call.directions, out);
         let nc = by_contact.len() / (n * self.call.directions).max(1);
         for d in 0..self.call.directions {
             let mut dx = self.change_of_start(k, d);
             for t in 0..=linear.len() {
                 if t > 0 {
                     let du = self.change(2, k, d).map(|all| &all[(t - 1) * nu..t * nu]);
-                    dx = self.advance(&linear[t - 1], &dx, du, self.change_of_parameters(k, d));
+                    dx = self.advance(&linear[t - 1], &dx, du, self.change(self.parameters, k, d));
                 }
                 let Some(i) = (t + n).checked_sub(linear.len() + 1) else {
                     continue;
@@ -323,10 +307,10 @@ impl Steps<'_> {
             let [q, v, contact] = self.weights(k, d);
             let cost = Weighted {
                 steps: self.call.steps,
-                q: Some(q),
-                v: Some(v),
-                contact: self.has_contact.then_some(contact),
-                u: None,
+                q,
+                v,
+                contact,
+                u: &[],
             };
             let (start, inputs) = (&self.states[k], self.rows.row(2, k));
             let all = cost.pull(self.robot(k), start, inputs, &options);
@@ -390,10 +374,14 @@ pub(super) fn run(
     }
     let linear = steps.linear_steps(&results)?;
     let n = linear.len() / call.count.max(1);
-    in_rows(call.count, found, out, |k, out| -> Result<(), PyErr> {
+    in_rows(call.count, found, out, &|k, out| {
         let linear = &linear[k * n..(k + 1) * n];
         match (call.kind, is_step) {
-            (Kind::Value, _) => write_trajectory(&results[k], steps.has_contact, out),
+            (Kind::Value, _) => {
+                let mut out = parts(steps.model(k), results[k].len(), out);
+                let states = results[k].iter().enumerate();
+                states.for_each(|(i, state)| write_row(state, i, &mut out, |&x| x));
+            }
             (Kind::Push, _) => steps.push(k, &results[k], linear, out),
             (Kind::Pull, true) => {
                 let linear = linear.first().map(|(linear, _)| linear);
@@ -402,20 +390,12 @@ pub(super) fn run(
             (Kind::Pull, false) => steps.pull_rollout(k, out),
         }
         Ok(())
-    })?
+    })
 }
 
-/// Writes all q, then all v, then all states of contact if they are wanted.
-fn write_trajectory(states: &[State], has_contact: bool, out: &mut [f64]) {
-    let q = states.iter().flat_map(|state| state.q.iter());
-    let v = states.iter().flat_map(|state| state.v.iter());
-    let contact = states.iter().filter(|_| has_contact).flat_map(|state| {
-        state
-            .contact
-            .iter()
-            .chain(&state.activation)
-            .chain(&state.sleep)
-    });
-    let numbers = out.iter_mut().zip(q.chain(v).chain(contact));
-    numbers.for_each(|(out, &x)| *out = x);
+/// Room for so many q, for as many v, and for the states of contact.
+fn parts<'o>(model: &Model, count: usize, out: &'o mut [f64]) -> [&'o mut [f64]; 3] {
+    let (q, rest) = out.split_at_mut(model.nq() * count);
+    let (v, contact) = rest.split_at_mut(model.nv() * count);
+    [q, v, contact]
 }

@@ -112,44 +112,6 @@ fn turning(value: &Bound<'_, PyAny>) -> PyResult<TurningFriction> {
     })
 }
 
-/// Torsional and rolling friction of the points of links: two numbers each.
-pub(super) fn with_turning(
-    contacts: Contacts,
-    model: &Model,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<Contacts> {
-    let all = value.getattr("turning")?;
-    all.cast::<PyDict>()?
-        .iter()
-        .try_fold(contacts, |contacts, (link, own)| {
-            let link: String = link.extract()?;
-            let (torsional, rolling) = own.extract()?;
-            let turning = TurningFriction { torsional, rolling };
-            contacts
-                .with_turning_friction(model, &link, turning)
-                .or_raise()
-        })
-}
-
-/// Margins of the points of links over the ground, m.
-pub(super) fn with_margins(
-    contacts: Contacts,
-    model: &Model,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<Contacts> {
-    let margins: Vec<(String, f64)> = {
-        let all = value.getattr("margins")?;
-        let all = all.cast::<PyDict>()?.iter();
-        all.map(|(link, own)| Ok((link.extract()?, own.extract()?)))
-            .collect::<PyResult<_>>()?
-    };
-    margins
-        .iter()
-        .try_fold(contacts, |contacts, (link, margin)| {
-            guarded(|| contacts.with_margin(model, link, *margin))?.or_raise()
-        })
-}
-
 fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
     let vertices: Vec<[f64; 3]> = attribute(value, "vertices")?;
     let triangles: Vec<[u32; 3]> = attribute(value, "triangles")?;
@@ -158,6 +120,13 @@ fn surface(value: &Bound<'_, PyAny>) -> PyResult<Surface> {
 }
 
 functions! {
+    /// Vertices and triangles of a grid of heights (ny, nx).
+    fn _surface_grid(heights, origin: [f64; 2], spacing: [f64; 2]) -> PyResult<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+        let rows = read_matrix("heights", heights)?.transpose();
+        let surface = Surface::grid(origin, spacing, rows.shape().into(), rows.as_slice()).map_err(value_error)?;
+        Ok((surface.vertices().iter().map(|&x| x.into()).collect(), surface.triangles().to_vec()))
+    }
+
     /// The pairs of links that an SRDF, a text or a file, excludes, and remarks on what else it holds.
     fn _srdf(model: &Bound<'py, PyModel>, description, prefix: &str) -> PyResult<(Vec<[String; 2]>, Vec<String>)> {
         let (m, options) = (&*model.get().model, CollisionOptions::default());

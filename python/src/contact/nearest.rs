@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dualbody::contact::{LinkShapes, NearestError};
+use dualbody::contact::LinkShapes;
 
 use crate::prelude::*;
 
@@ -10,15 +10,6 @@ use crate::prelude::*;
 fn shapes_of(own: &PyModel) -> Arc<LinkShapes> {
     let make = || Arc::new(LinkShapes::new(&own.model));
     with_kept(own.id, make, |shapes| shapes.clone())
-}
-
-impl Raise for NearestError {
-    fn raise(self) -> PyErr {
-        match self {
-            Self::UnknownName(unknown) => unknown.raise(),
-            other => value_error(other),
-        }
-    }
 }
 
 /// Results of `_nearest`, one array each.
@@ -46,19 +37,18 @@ functions! {
         let mut out: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
         let (count, rows) = (q.batch().iter().product(), q.as_slice());
         py.detach(|| {
-            in_rows(count, &[1, 6, 3, m.nv()], &mut out, |k, row| {
+            in_rows(count, &[1, 6, 3, m.nv()], &mut out, &|k, row| {
                 let q = &rows[k * m.nq()..(k + 1) * m.nq()];
-                let near = shapes.nearest(m, q, first, second)?;
+                let near = shapes.nearest(m, q, first, second).or_raise()?;
                 let [a, b] = near.points;
                 let numbers = [near.distance].into_iter().chain(a.into_iter().copied());
                 let numbers = numbers.chain(b.into_iter().copied());
                 let numbers = numbers.chain(near.normal.into_iter().copied());
                 let numbers = numbers.chain(near.gradient.iter().copied());
                 row.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
-                Ok::<_, NearestError>(())
+                Ok(())
             })
-        })?
-        .or_raise()?;
+        })?;
         Ok(arrays)
     }
 }

@@ -1,7 +1,7 @@
 //! Constraints, forces and inputs at places.
 
 use dualbody::constraint::{Anchor, Constraint};
-use dualbody::sim::{ExternalForce, FrameActuator, TendonServo};
+use dualbody::sim::{ExternalForce, FrameActuator, Sleeping, TendonServo};
 use dualbody::spatial::{Force, Representation};
 
 use super::motors::servo_of;
@@ -104,28 +104,20 @@ pub(crate) fn with_parts(
     parts: &Bound<'_, PyAny>,
 ) -> PyResult<Simulator> {
     let model = &simulator.model().clone();
-    let kinds = ["Weld", "Ball", "Distance", "Coupler", "Tendon"];
-    let all = list(model, parts, "constraints", &kinds, constraint_of)?;
-    let all = [simulator.constraints(), &all].concat();
-    simulator = simulator.with_constraints(all);
-    let kinds = ["ExternalForce"];
-    let all = list(model, parts, "external_forces", &kinds, external_force_of)?;
-    let all = [simulator.external_forces(), &all].concat();
-    simulator = simulator.with_external_forces(all);
-    let kinds = ["FrameActuator"];
-    let all = list(model, parts, "frame_actuators", &kinds, frame_actuator_of)?;
-    let all = [simulator.frame_actuators(), &all].concat();
-    simulator = simulator.with_frame_actuators(all);
-    let all = list(
-        model,
-        parts,
-        "tendon_servos",
-        &["TendonServo"],
-        tendon_servo_of,
-    )?;
-    let all = [simulator.tendon_servos(), &all].concat();
-    simulator = simulator.with_tendon_servos(all);
-    let simulator = super::sleeping::add(simulator, parts)?;
+    // Those that a scene has stay.
+    macro_rules! add {
+        ($name:ident by $with:ident, $classes:expr, $one:expr) => {
+            let all = list(model, parts, stringify!($name), &$classes, $one)?;
+            let all = [simulator.$name(), &all].concat();
+            simulator = simulator.$with(all);
+        };
+    }
+    let constraints = ["Weld", "Ball", "Distance", "Coupler", "Tendon"];
+    add!(constraints by with_constraints, constraints, constraint_of);
+    add!(external_forces by with_external_forces, ["ExternalForce"], external_force_of);
+    add!(frame_actuators by with_frame_actuators, ["FrameActuator"], frame_actuator_of);
+    add!(tendon_servos by with_tendon_servos, ["TendonServo"], tendon_servo_of);
+    let simulator = with_sleeping(simulator, parts)?;
     super::activations::add(simulator, parts)
 }
 
@@ -159,4 +151,26 @@ fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameA
             None => actuator,
         }
     })
+}
+
+/// The simulator with the sleep that its parts name: `True` for the default, `False` for none, or (speed, time).
+fn with_sleeping(simulator: Simulator, parts: &Bound<'_, PyAny>) -> PyResult<Simulator> {
+    let given = parts.get_item("sleeping")?;
+    // A scene has its own, which only a part replaces.
+    if given.is_none() {
+        return Ok(simulator);
+    }
+    let sleeping = match given.extract::<bool>() {
+        Ok(sleeps) => sleeps.then(Sleeping::default),
+        Err(_) => {
+            let wrong = |_| {
+                invalid!(
+                    "sleeping is {given}, expected True, False, or (speed in m/s and rad/s, time in s)"
+                )
+            };
+            let [speed, time] = given.extract().map_err(wrong)?;
+            Some(Sleeping { speed, time })
+        }
+    };
+    guarded(|| simulator.with_sleeping(sleeping))
 }

@@ -2,11 +2,12 @@
 
 use dualbody::contact::{
     ContactOptions, ContactPoint, Contacts, Feature, NoMeshes, Smoothing, SolverOptions,
+    TurningFriction,
 };
 use dualbody::model::{BodyId, FrameId};
 use nalgebra::Vector3;
 
-use super::collisions::{with_collisions, with_margins, with_turning};
+use super::collisions::with_collisions;
 use super::law::law_of;
 use super::terrain::terrain_of;
 use crate::prelude::*;
@@ -83,8 +84,16 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         let law = law_of(&format!("laws[\"{link}\"]"), &law, model)?;
         contacts = contacts.with_law(model, &link, law).or_raise()?;
     }
-    contacts = with_turning(contacts, model, value)?;
-    contacts = with_margins(contacts, model, value)?;
+    for (link, own) in value.getattr("turning")?.cast::<PyDict>()? {
+        let (link, (torsional, rolling)) = (link.extract::<String>()?, own.extract()?);
+        let turning = TurningFriction { torsional, rolling };
+        let with = contacts.with_turning_friction(model, &link, turning);
+        contacts = with.or_raise()?;
+    }
+    for (link, margin) in value.getattr("margins")?.cast::<PyDict>()? {
+        let (link, margin) = (link.extract::<String>()?, margin.extract()?);
+        contacts = guarded(|| contacts.with_margin(model, &link, margin))?.or_raise()?;
+    }
     contacts = with_collisions(contacts, model, value)?;
     let smoothing = value.getattr("smoothing")?;
     if !smoothing.is_none() {

@@ -19,6 +19,11 @@ pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
         );
         return guarded(|| Terrain::plane(point, normal));
     }
+    grid_of(value).map(Terrain::HeightField)
+}
+
+fn grid_of(value: &Bound<'_, PyAny>) -> PyResult<HeightField> {
+    check_kind("a grid", value, "contact", &["HeightField"], "")?;
     let (origin, spacing) = (
         read_numbers("origin", value)?,
         read_numbers("spacing", value)?,
@@ -32,7 +37,6 @@ pub(crate) fn terrain_of(value: &Bound<'_, PyAny>) -> PyResult<Terrain> {
     let (nx, ny) = heights.shape();
     // x varies fastest, as the rows of a column do.
     guarded(|| HeightField::new(origin, spacing, [nx, ny], heights.as_slice()))
-        .map(Terrain::HeightField)
 }
 
 functions! {
@@ -40,5 +44,14 @@ functions! {
     fn _terrain_surface(terrain, x: f64, y: f64) -> PyResult<(f64, f64, f64)> {
         let ground = terrain_of(terrain)?.surface(&x, &y);
         Ok((ground.height, ground.slope[0], ground.slope[1]))
+    }
+
+    /// Heights and shifts (n, 2) of grids that are laid side by side.
+    fn _tiled(py: Python, tiles: Vec<Bound<'py, PyAny>>, columns) -> PyResult<[Array<'py>; 2]> {
+        let tiles: Vec<HeightField> = tiles.iter().map(grid_of).collect::<PyResult<_>>()?;
+        let (field, shifts) = HeightField::tiled(&tiles, whole("columns", columns)?);
+        let ([nx, ny], rows) = (field.size(), shifts.iter().map(|x| &x[..]));
+        let heights = DMatrix::from_column_slice(nx, ny, field.heights());
+        Ok([matrix(py, &heights), stack(py, &[shifts.len()], &[2], rows)])
     }
 }

@@ -2,7 +2,6 @@
 
 use dualbody_cuda::{CudaRollout, Ending};
 
-use crate::prelude::*;
 use crate::simulator::{Status, status_of};
 
 /// The states that were kept, the last ones, and how each motion ended.
@@ -28,23 +27,17 @@ impl Motions {
             stopped: Vec::new(),
         };
         for i in 0..count {
-            let states = (0..rollout.n_states(i)).map(|k| rollout.state(i, k));
-            let first = i * kept * width;
-            write(states, width, &mut out.kept[first..first + kept * width]);
+            let own = &mut out.kept[i * kept * width..(i + 1) * kept * width];
+            let rows = own.chunks_mut(width.max(1)).take(rollout.n_states(i));
+            rows.enumerate()
+                .for_each(|(k, row)| rollout.state(i, k).copy_to_slice(row));
             let own = &mut out.last[i * width..(i + 1) * width];
-            write([rollout.last(i)].into_iter(), width, own);
-            let ending = rollout.ending(i);
-            let status = ending_of(ending);
+            rollout.last(i).copy_to_slice(own);
+            let status = ending_of(rollout.ending(i));
             out.stopped.extend(status.map(|status| (i, status)));
         }
         out
     }
-}
-
-fn write<'a>(states: impl Iterator<Item = &'a State>, width: usize, out: &mut [f64]) {
-    let rows = out.chunks_mut(width.max(1));
-    rows.zip(states)
-        .for_each(|(row, state)| state.copy_to_slice(row));
 }
 
 /// How a motion ended before its end; `None` if it is complete.

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use dualbody::codegen::Precision;
 use dualbody_cuda::{Compiler, CudaError, CudaSimulator, Device, Real};
 use pyo3::exceptions::{PyMemoryError, PyOSError};
 
+use crate::errors::Raise;
 use crate::prelude::*;
 
 impl Raise for CudaError {
@@ -54,24 +56,11 @@ macro_rules! on_gpu {
 }
 pub(super) use on_gpu;
 
-#[derive(Clone, Copy)]
-enum Precision {
-    Double,
-    Single,
-}
-
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Derivative {
     Jacobians,
     Gradients,
 }
-
-const PRECISIONS: [(&str, Precision); 2] =
-    [("double", Precision::Double), ("single", Precision::Single)];
-const DERIVATIVES: [(&str, Derivative); 2] = [
-    ("jacobians", Derivative::Jacobians),
-    ("gradients", Derivative::Gradients),
-];
 
 /// Arguments that make a simulator on a GPU.
 pub(super) struct Wanted {
@@ -95,15 +84,19 @@ impl Wanted {
         cache: Option<PathBuf>,
     ) -> PyResult<Self> {
         let (names, parameters) = read_parameters(count, parameters)?;
-        let derivatives = derivatives
-            .iter()
-            .map(|name| choice("derivatives", name, &DERIVATIVES));
+        let all = [Derivative::Jacobians, Derivative::Gradients];
+        let derivatives = derivatives.iter();
+        let derivatives = derivatives.map(|name| variant("derivatives", name, &all));
         let compiler = Compiler::new();
         Ok(Self {
             count,
             names,
             parameters,
-            precision: choice("precision", precision, &PRECISIONS)?,
+            precision: variant(
+                "precision",
+                precision,
+                &[Precision::Double, Precision::Single],
+            )?,
             derivatives: derivatives.collect::<PyResult<_>>()?,
             device,
             compiler: match cache {

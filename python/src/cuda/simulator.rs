@@ -7,7 +7,7 @@ use pyo3::exceptions::PyFloatingPointError;
 use super::motions::{Motions, ending_of};
 use super::precision::{Either, Gpu, Wanted, on_either, on_gpu};
 use crate::prelude::*;
-use crate::simulator::{Given, read_inputs, row};
+use crate::simulator::{Given, read_inputs, write_row};
 use crate::threads::stopped;
 
 /// Steps of many states of a robot, or of variants of it, on a GPU. Its kernels are recorded and compiled when it is made.
@@ -83,19 +83,10 @@ methods! { PyCudaSimulator {
             let text = format!("the step of state {k} of the batch: {kind}");
             return Err(PyFloatingPointError::new_err(text));
         }
-        let (nq, nv, _, nc) = self.simulator.get().sizes();
-        let part = |n: usize, of: &dyn Fn(&State) -> &[f64]| {
-            stack(py, &given.batch, &[n], next.iter().map(of))
-        };
-        let mut arrays = vec![part(nq, &|x| x.q.as_slice()), part(nv, &|x| x.v.as_slice())];
-        if given.contact.is_some() {
-            let beside = |x: &State| -> Vec<f64> {
-                let beside = x.contact.iter().chain(&x.activation);
-                beside.chain(&x.sleep).copied().collect()
-            };
-            let all: Vec<Vec<f64>> = next.iter().map(beside).collect();
-            let rows = all.iter().map(Vec::as_slice);
-            arrays.push(stack(py, &given.batch, &[nc], rows));
+        let arrays = self.simulator.get().outputs(py, &given, None)?;
+        let mut out: Vec<&mut [f64]> = arrays.iter().map(numbers_mut).collect();
+        for (k, state) in next.iter().enumerate() {
+            write_row(state, k, &mut out, |&x| x);
         }
         PyTuple::new(py, arrays)
     }
@@ -124,13 +115,7 @@ methods! { PyCudaSimulator {
         let all = PyArray1::from_vec(py, motions.kept).reshape([count, kept, width])?;
         let last = PyArray1::from_vec(py, motions.last).reshape([count, width])?;
         let make = of_package!(py, "cuda", "_rollout");
-        make.call1((
-            &self.simulator,
-            all,
-            last,
-            motions.interval,
-            motions.stopped,
-        ))
+        make.call1((&self.simulator, all, last, motions.interval, motions.stopped))
     }
 
     /// Jacobians of the step of each state, as Simulator.linearize: a (count, n_tangent, n_tangent), b (count, n_tangent, nu). Arguments as in
@@ -158,18 +143,9 @@ methods! { PyCudaSimulator {
             return Err(PyFloatingPointError::new_err(text));
         }
         let part = |x: &[f64], n: usize| stack(py, &given.batch, &[n], x.chunks(n.max(1)));
-        let (nu, p) = (
-            self.simulator.get().simulator.nu(),
-            self.parameter_names().len(),
-        );
-        let arrays = (
-            part(&found.state, n),
-            part(&found.input, nu),
-            part(&found.parameters, p),
-            part(&[], 0),
-        );
-        of_package!(py, "sim", "StepGradient")
-            .call1(arrays)
+        let (nu, p) = (self.simulator.get().simulator.nu(), self.parameter_names().len());
+        let arrays = (part(&found.state, n), part(&found.input, nu), part(&found.parameters, p), part(&[], 0));
+        of_package!(py, "_rollout", "StepGradient").call1(arrays)
     }
 } }
 
@@ -207,8 +183,8 @@ fn repeated(rows: Option<&Rows<'_>>, count: usize, width: usize) -> Vec<f64> {
     rows.map_or_else(
         || vec![0.0; count * width],
         |rows| {
-            let of = |k| row(rows, k, width).iter().copied();
-            (0..count).flat_map(of).collect()
+            let view = rows.view();
+            (0..count).flat_map(|k| view.row(k)).copied().collect()
         },
     )
 }

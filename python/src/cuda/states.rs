@@ -138,7 +138,7 @@ impl PyCudaStates {
         let stopped: Vec<_> = ended
             .filter_map(|(k, end)| Some((k, ending_of(end)?)))
             .collect();
-        of_package!(py, "_make", "_statuses").call1((count, stopped, true))
+        of_package!(py, "_rollout", "_statuses").call1((count, stopped, true))
     }
 
     /// The kind and the number of the device, as DLPack counts.
@@ -153,9 +153,7 @@ methods! { PyCudaStates {
     /// (`actions.T.contiguous()` of a policy's (count, nu)); zero if it is left out.
     fn advance(&self, py: Python, u = None, steps = None) -> PyResult<()> {
         let steps = steps.map_or(Ok(1), |steps| whole("steps", steps))?;
-        let input = u
-            .map(|u| tensors::read("u", u, &self.device()))
-            .transpose()?;
+        let input = u.map(|u| tensors::read("u", u, &self.device())).transpose()?;
         self.work(py, |gpu, held| match (gpu, held) {
             (Gpu::Double(gpu), OfEither::Double(own)) => own.advance(gpu, steps, input.as_ref()),
             (Gpu::Single(gpu), OfEither::Single(own)) => own.advance(gpu, steps, input.as_ref()),
@@ -167,10 +165,7 @@ methods! { PyCudaStates {
     /// begins some anew. Motions that had ended go on.
     fn copy_from(&self, py: Python, states) -> PyResult<()> {
         let tensor = tensors::read("states", states, &self.device())?;
-        self.work(
-            py,
-            |_, held| on_either!(held, own => own.states.copy_from_dlpack(&tensor)),
-        )
+        self.work(py, |_, held| on_either!(held, own => own.states.copy_from_dlpack(&tensor)))
     }
 
     /// All numbers, (count, n): q, v, contact of each state, from the device.
@@ -195,10 +190,7 @@ methods! { PyCudaStates {
         }
         let request = ExportRequest::parse(stream, max_version, dl_device, None)?;
         tensors::write(py, &request, &self.device(), || {
-            self.work(
-                py,
-                |_, held| on_either!(held, own => own.states.to_dlpack()),
-            )
+            self.work(py, |_, held| on_either!(held, own => own.states.to_dlpack()))
         })
     }
 } }

@@ -74,19 +74,27 @@ impl Entry {
     }
 }
 
-/// Functions of Python of the entries of an area, and the entries.
-macro_rules! python_functions {
-    ($($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:tt)?),+)?) -> $tail:expr, $one:expr;)*) => {
+/// Entries of an area.
+macro_rules! entries_of {
+    ($of:ident: $Of:ident; $($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
         #[allow(non_upper_case_globals, reason = "the names are those of the functions")]
         pub(crate) mod entries {
             use super::*;
 
             $(pub(crate) static $name: Entry = Entry {
-                function: dualbody_python_table::model_function!(f64; $name ($($x),* $(+ $option)? $(; $($key: $kind $(= $default)?),+)?) -> $tail, $one),
+                function: dualbody_python_table::function!($of: $Of, f64; $name ($($arguments)*) -> $tail, $one),
                 wide: crate::dynamics::table::on_lanes!([$($mark)?] $one),
             };)*
             pub(crate) static ALL: &[&Entry] = &[$(&$name),*];
         }
+    };
+}
+pub(crate) use entries_of;
+
+/// Functions of Python of the entries of an area, and the entries.
+macro_rules! python_functions {
+    ($of:ident: $Of:ident; $($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:tt)?),+)?) -> $tail:expr, $one:expr;)*) => {
+        entries_of! { $of: $Of; $($name $([$mark])? ($($x),* $(+ $option)? $(; $($key: $kind $(= $default)?),+)?) -> $tail, $one;)* }
 
         $($(#[$doc])*
         #[pyfunction]

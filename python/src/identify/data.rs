@@ -6,62 +6,36 @@ use dualbody::identify::{
 
 use crate::prelude::*;
 
-const QUANTITIES: [(&str, Quantity); 4] = [
-    ("position", Quantity::Position),
-    ("velocity", Quantity::Velocity),
-    ("acceleration", Quantity::Acceleration),
-    ("force", Quantity::Force),
-];
+use Quantity::{Acceleration, Force, Position, Velocity};
+use Unit::{Degree, Millimetre, Si, Turn, TurnPerMinute};
 
-const UNITS: [(&str, Unit); 5] = [
-    ("si", Unit::Si),
-    ("degree", Unit::Degree),
-    ("turn", Unit::Turn),
-    ("turn_per_minute", Unit::TurnPerMinute),
-    ("millimetre", Unit::Millimetre),
-];
-
-/// A segment as Python has it: name, start, rate, and q, v, a, tau with a row for each sample.
-type SegmentNumbers<'py> = (
-    String,
-    f64,
-    f64,
-    Array<'py>,
-    Array<'py>,
-    Array<'py>,
-    Array<'py>,
-);
+/// Segments as Python has them: name, start, rate, and q, v, a, tau with a row for each sample.
+type Segments<'py> = Vec<Bound<'py, PyTuple>>;
 
 functions! {
     /// Prepares experiments for a robot: segments, and stretches that were too short as (name, start, samples).
-    fn _prepare(
-        model: &Bound<'py, PyModel>, preparation, experiments: Vec<Bound<'py, PyAny>>
-    ) -> PyResult<(Vec<SegmentNumbers<'py>>, Vec<(String, f64, usize)>)> {
+    fn _prepare(model: &Bound<'py, PyModel>, preparation, experiments: Vec<Bound<'py, PyAny>>) -> PyResult<(Segments<'py>, Vec<(String, f64, usize)>)> {
         let (py, model) = (model.py(), &*model.get().model);
         let preparation = preparation_of(preparation)?;
-        let all: Vec<Experiment> = experiments
-            .iter()
-            .map(experiment_of)
-            .collect::<PyResult<_>>()?;
-        let data = py.detach(|| guarded(|| preparation.prepare(model, &all)))?;
-        let data = data.or_raise()?;
+        let all: Vec<Experiment> = experiments.iter().map(experiment_of).collect::<PyResult<_>>()?;
+        let data = py.detach(|| guarded(|| preparation.prepare(model, &all)))?.or_raise()?;
         let left_out = data.left_out.iter();
         let left_out = left_out.map(|own| (own.experiment.clone(), own.start, own.samples));
-        Ok((numbers_of(py, &data), left_out.collect()))
+        Ok((numbers_of(py, &data)?, left_out.collect()))
     }
 
     /// Segments of training data, and of the last share of each segment.
-    fn _hold_back(py: Python, data, share: f64) -> PyResult<[Vec<SegmentNumbers<'py>>; 2]> {
+    fn _hold_back(py: Python, data, share: f64) -> PyResult<[Segments<'py>; 2]> {
         let data = data_of(data)?;
         let (kept, held) = guarded(|| data.hold_back(share))?;
-        Ok([kept, held].map(|part| numbers_of(py, &part)))
+        Ok([numbers_of(py, &kept)?, numbers_of(py, &held)?])
     }
 }
 
-fn numbers_of<'py>(py: Python<'py>, data: &Dataset) -> Vec<SegmentNumbers<'py>> {
+fn numbers_of<'py>(py: Python<'py>, data: &Dataset) -> PyResult<Segments<'py>> {
     let one = |own: &Segment| {
         let [q, v, a, tau] = [&own.q, &own.v, &own.a, &own.tau].map(|m| samples(py, m));
-        (own.experiment.clone(), own.start, own.rate, q, v, a, tau)
+        (&own.experiment, own.start, own.rate, q, v, a, tau).into_pyobject(py)
     };
     data.segments.iter().map(one).collect()
 }
@@ -96,11 +70,19 @@ fn experiment_of(value: &Bound<'_, PyAny>) -> PyResult<Experiment> {
     for channel in value.getattr("channels")?.try_iter()? {
         let channel = channel?;
         let text = |name: &str| -> PyResult<String> { attribute(&channel, name) };
-        let quantity = choice("quantity", &text("quantity")?, &QUANTITIES)?;
+        let quantity = variant(
+            "quantity",
+            &text("quantity")?,
+            &[Position, Velocity, Acceleration, Force],
+        )?;
         let unit = channel.getattr("unit")?;
         let unit = match unit.extract::<f64>() {
             Ok(factor) => Unit::Scale(factor),
-            Err(_) => choice("unit", &unit.extract::<String>()?, &UNITS)?,
+            Err(_) => variant(
+                "unit",
+                &unit.extract::<String>()?,
+                &[Si, Degree, Turn, TurnPerMinute, Millimetre],
+            )?,
         };
         // Quantities of several numbers have a row for each sample.
         let values = channel.getattr("values")?.call_method0("ravel")?;

@@ -17,35 +17,17 @@ pub(super) fn interval(own: Interval) -> IntervalNumbers {
     (own.name, own.value, own.deviation, own.lower, own.upper)
 }
 
-/// (values, covariance, information, force deviations, equations, condition, degrees of freedom, all unknowns).
-type EstimateNumbers<'py> = (
-    Bound<'py, PyAny>,
-    Array<'py>,
-    Array<'py>,
-    Vec<f64>,
-    Vec<usize>,
-    f64,
-    usize,
-    Bound<'py, PyAny>,
-);
-
 functions! {
-    /// Estimates the base parameters of a robot from data.
-    fn _estimate(py: Python, regressor, data) -> PyResult<EstimateNumbers<'py>> {
+    /// Estimates the base parameters of a robot from data: (values, covariance, information, force deviations, equations, condition, degrees of freedom, all unknowns).
+    fn _estimate(py: Python, regressor, data) -> PyResult<Bound<'py, PyTuple>> {
         let (regressor, data) = (regressor_of(regressor)?, data_of(data)?);
         let found = py.detach(|| guarded(|| estimate(&regressor, &data)))?;
         let own = found.or_raise()?;
         let (freedom, unknowns) = (own.freedom(), own.unknowns());
-        Ok((
-            vector(py, own.values.as_slice()),
-            matrix(py, &own.covariance),
-            matrix(py, &own.information),
-            own.force_deviations,
-            own.equations,
-            own.condition,
-            freedom,
-            vector(py, unknowns.as_slice()),
-        ))
+        let values = vector(py, own.values.as_slice());
+        let [covariance, information] = [own.covariance, own.information].map(|own| matrix(py, &own));
+        let unknowns = vector(py, unknowns.as_slice());
+        (values, covariance, information, own.force_deviations, own.equations, own.condition, freedom, unknowns).into_pyobject(py)
     }
 }
 
@@ -79,16 +61,10 @@ functions! {
         let all = guarded(|| own.intervals(level))?;
         Ok(all.into_iter().map(interval).collect())
     }
-}
 
-/// The robot with what was found.
-#[pyfunction]
-pub(crate) fn _identified<'py>(estimate: &Bound<'py, PyAny>) -> PyResult<RobotNumbers<'py>> {
-    let own = estimate_of(estimate)?;
-    Ok(numbers_of(estimate.py(), &guarded(|| own.robot())?))
-}
+    /// The robot with what was found.
+    fn _identified(estimate) -> PyResult<RobotNumbers<'py>> { Ok(numbers_of(estimate.py(), &estimate_of(estimate)?.robot())) }
 
-functions! {
     /// A physically consistent robot: (unknowns, robot, excess, gap, iterations).
     fn _consistent(estimate, regularization: Option<f64>, gap: Option<f64>) -> PyResult<(Bound<'py, PyAny>, RobotNumbers<'py>, f64, f64, usize)> {
         let (py, own) = (estimate.py(), estimate_of(estimate)?);
@@ -103,11 +79,7 @@ functions! {
 
     /// Text and page of the report.
     fn _report(estimate, robot, validation, level: f64) -> PyResult<(String, String)> {
-        let (own, robot, data) = (
-            estimate_of(estimate)?,
-            robot_of(robot)?,
-            data_of(validation)?,
-        );
+        let (own, robot, data) = (estimate_of(estimate)?, robot_of(robot)?, data_of(validation)?);
         let report = guarded(|| Report::new(&own, &robot, &data, level))?.or_raise()?;
         Ok((report.to_string(), identification_page(&report)))
     }

@@ -5,22 +5,19 @@
 //! | file | what it is |
 //! |---|---|
 //! | `data` | experiments, their preparation, data |
-//! | `regressor` | regressors and base parameters |
+//! | `regressor` | regressors, base parameters, motions that excite |
 //! | `estimate` | weighted and consistent least squares, the report |
 //! | `robot` | identified robots: prediction, validation |
-//! | `motion` | motions that excite |
 //! | `shooting` | fits through the simulator |
 
 mod data;
 mod estimate;
-mod motion;
 mod regressor;
 mod robot;
 mod shooting;
 
 pub(crate) use data::{_hold_back, _prepare};
 pub(crate) use estimate::{_consistent, _estimate, _identified, _intervals, _report};
-pub(crate) use motion::{_excite, _excited};
-pub(crate) use regressor::{_base_parameters, _regressor, _regressor_matrix};
+pub(crate) use regressor::{_base_parameters, _excite, _excited, _regressor, _regressor_matrix};
 pub(crate) use robot::{_predict, _validate};
 pub(crate) use shooting::_shoot;

@@ -39,14 +39,9 @@ functions! {
             out.copy_from_slice(own.predict(q, v, a).as_slice());
         })
     }
-}
 
-/// Errors (rms, mean, largest, rms of the measured) along each coordinate, and predicted forces (samples, nv) of each segment.
-type Validation<'py> = (Vec<[f64; 4]>, Vec<Array<'py>>);
-
-functions! {
-    /// Compares predicted with measured forces.
-    fn _validate(robot, data) -> PyResult<Validation<'py>> {
+    /// Compares predicted with measured forces: errors (rms, mean, largest, rms of the measured) along each coordinate, forces (samples, nv) of each segment.
+    fn _validate(robot, data) -> PyResult<(Vec<[f64; 4]>, Vec<Array<'py>>)> {
         let (own, data) = (robot_of(robot)?, data_of(data)?);
         let found = guarded(|| own.validate(&data))?.or_raise()?;
         let errors = found.coordinates.iter();

@@ -4,14 +4,11 @@ use dualbody::identify::{Adjustable, ShootingOptions, Starts, shoot};
 use dualbody::least_squares::Status;
 
 use super::data::data_of;
-use super::estimate::{IntervalNumbers, interval};
+use super::estimate::interval;
 use crate::prelude::*;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
-    let starts = chosen(
-        "starts",
-        &[("measured", Starts::Measured), ("free", Starts::Free)],
-    );
+    let starts = chosen("starts", &[Starts::Measured, Starts::Free]);
     read_options!(ShootingOptions, "shoot", value;
         samples, starts = starts by starts, position_deviation, velocity_deviation, regularization, max_iterations)
 }
@@ -31,40 +28,20 @@ fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
     })
 }
 
-/// (values, intervals, deviation, status, converged, iterations, parameters of the model).
-type Found<'py> = (
-    Bound<'py, PyAny>,
-    Option<Vec<IntervalNumbers>>,
-    f64,
-    String,
-    bool,
-    usize,
-    Bound<'py, PyAny>,
-);
-
 functions! {
-    /// Adjusts numbers of a simulator until its motion is that of the data.
+    /// Adjusts numbers of a simulator until its motion is that of the data: (values, intervals, deviation, status, converged, iterations, parameters of the model).
     fn _shoot(
         py: Python, simulator: &Bound<'py, PySimulator>, data, adjustable: Vec<Bound<'py, PyAny>>, level: f64, options: &Bound<'py, PyDict>
-    ) -> PyResult<Found<'py>> {
+    ) -> PyResult<Bound<'py, PyTuple>> {
         let (data, options) = (data_of(data)?, options_of(options)?);
-        let all: Vec<Adjustable> = adjustable
-            .iter()
-            .map(adjustable_of)
-            .collect::<PyResult<_>>()?;
+        let all: Vec<Adjustable> = adjustable.iter().map(adjustable_of).collect::<PyResult<_>>()?;
         let own = &*simulator.get().simulator;
         let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
         let found = found.or_raise()?;
-        let parameters = found.simulator.model().parameters();
-        let intervals = found.intervals;
-        Ok((
-            vector(py, &found.values),
-            intervals.map(|all| all.into_iter().map(interval).collect()),
-            found.deviation,
-            found.status.to_string(),
-            found.status == Status::Converged,
-            found.iterations,
-            vector(py, parameters.as_slice()),
-        ))
+        let parameters = vector(py, found.simulator.model().parameters().as_slice());
+        let intervals: Option<Vec<_>> = found.intervals.map(|all| all.into_iter().map(interval).collect());
+        let (values, status) = (vector(py, &found.values), found.status.to_string());
+        let is_converged = found.status == Status::Converged;
+        (values, intervals, found.deviation, status, is_converged, found.iterations, parameters).into_pyobject(py)
     }
 }

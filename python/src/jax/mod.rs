@@ -5,14 +5,12 @@
 //! | `abi` | the structs of XLA's interface for foreign functions, as far as they are read here |
 //! | `frame` | one call: arrays of arguments and results, attributes |
 //! | `registry` | robots and simulators by a digest of what they are, which compiled programs name them by |
-//! | `functions` | the functions that can be called |
 //!
 //! A call names its function and its robot in attributes. Programs outlive the objects of Python that they were traced with, even in files between
 //! processes, so a robot is named by what it is, and kept.
 
 mod abi;
 mod frame;
-mod functions;
 mod registry;
 
 use std::ffi::c_void;
@@ -24,8 +22,27 @@ use pyo3::types::PyCapsule;
 use abi::CallFrame;
 use frame::Frame;
 
+use crate::calls::{Call, Of};
 use crate::prelude::*;
 pub(crate) use registry::_foreign_name;
+use registry::{Used, find};
+
+/// Makes the call that a frame describes.
+fn call(frame: &Frame<'_>) -> Result<(), String> {
+    let of = match find(frame.text("of")?)? {
+        Used::Model(model) => Of::Model(model.get()),
+        Used::Simulator(simulator) => Of::Simulator(simulator.get()),
+    };
+    let text = frame.text("call")?;
+    let arguments = frame.arguments()?;
+    let numbers: Vec<&[f64]> = arguments.iter().map(|x| &**x).collect();
+    let run = |out: &mut [&mut [f64]]| {
+        let done = caught(|| Call::read(of, text)?.run(&numbers, out));
+        // The text without the name of the exception.
+        done.map_err(|error| Python::attach(|py| error.value(py).to_string()))
+    };
+    frame.fill(run)
+}
 
 /// The function that XLA calls.
 ///
@@ -37,7 +54,7 @@ unsafe extern "C" fn handler(frame: *mut CallFrame) -> *mut c_void {
         return null_mut();
     };
     // Nothing may unwind into XLA.
-    let done = catch_unwind(AssertUnwindSafe(|| functions::call(&frame)));
+    let done = catch_unwind(AssertUnwindSafe(|| call(&frame)));
     match done {
         Ok(Ok(())) => null_mut(),
         Ok(Err(text)) => frame.error(&text),

@@ -5,7 +5,7 @@ use dualbody::model::{
     Collision, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, SecondAxis, Visual,
 };
 
-use super::base::base_of;
+use super::load::base_of;
 use super::shapes::{inertia_of, read_geometry, read_pose};
 use crate::prelude::*;
 
@@ -106,9 +106,7 @@ functions! {
             true => Mimicry::Independent,
             false => Mimicry::Coupled,
         };
-        let mut builder = ModelBuilder::new(name.clone())
-            .with_gravity(gravity)
-            .with_base(base_of(base)?);
+        let mut builder = ModelBuilder::new(name.clone()).with_gravity(gravity).with_base(base_of(base)?);
         builder.mimicry = mimicry;
         for link in &links {
             builder.add_link(link_of(link)?);
@@ -120,18 +118,7 @@ functions! {
             builder.add_frame(name, link, read_pose("placement", placement)?);
         }
         let model = guarded(|| builder.build())?.or_raise()?;
-        let recipe = (
-            name,
-            gravity,
-            base,
-            independent_mimic_joints,
-            links,
-            joints,
-            frames,
-        );
-        Ok(PyModel::new(
-            model,
-            ("_build_model", recipe.into_pyobject(py)?),
-        ))
+        let recipe = (name, gravity, base, independent_mimic_joints, links, joints, frames);
+        Ok(PyModel::new(model, ("_build_model", recipe.into_pyobject(py)?)))
     }
 }

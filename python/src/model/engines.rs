@@ -27,9 +27,6 @@ pub(crate) struct PyEngineCoordinates {
     joint_order: Option<Vec<String>>,
 }
 
-/// An argument by name, with the shape of a row.
-type Given<'a, 'py> = (&'static str, &'a Bound<'py, PyAny>, Vec<usize>);
-
 getters! { PyEngineCoordinates {
     /// The robot.
     model: Py<PyModel> = |own, py| own.model.clone_ref(py);
@@ -72,22 +69,13 @@ impl PyEngineCoordinates {
     /// Applies a function of rows.
     fn map<'py>(
         &self,
-        py: Python<'py>,
-        given: &[Given<'_, 'py>],
+        given: &[Argument<'_, 'py>],
         tail: &[usize],
         one: impl Fn(&EngineCoordinates<'_>, &[&[f64]], &mut [f64]) + Sync,
     ) -> PyResult<Array<'py>> {
         let own = self.model.get();
         let coordinates = self.coordinates(&own.model)?;
-        let work = Work {
-            one: &|_, x, out| one(&coordinates, x, out),
-            wide: None,
-        };
-        let arguments: Vec<_> = given
-            .iter()
-            .map(|(name, x, n)| argument(name, x, n))
-            .collect();
-        map_rows(py, (&own.model, own.id), &arguments, tail, None, work)
+        own.map(given, tail, &|x, out| one(&coordinates, x, out))
     }
 
     /// Applies a function of vectors, the first of which is q.
@@ -97,39 +85,36 @@ impl PyEngineCoordinates {
         one: impl Fn(&EngineCoordinates<'_>, &[&[f64]]) -> DVector<f64> + Sync,
     ) -> PyResult<Array<'py>> {
         let m = &self.model.get().model;
-        let length = |name: &str| vec![if name == "q" { m.nq() } else { m.nv() }];
-        let all: Vec<_> = given
-            .iter()
-            .map(|&(name, x)| (name, x, length(name)))
-            .collect();
-        self.map(given[0].1.py(), &all, &[m.nv()], |coordinates, x, out| {
+        let (nq, nv) = ([m.nq()], [m.nv()]);
+        let of = |&(name, x)| argument(name, x, if name == "q" { &nq } else { &nv });
+        let given: Vec<_> = given.iter().map(of).collect();
+        self.map(&given, &nv, |coordinates, x, out| {
             out.copy_from_slice(one(coordinates, x).as_slice());
         })
     }
 
-    /// Applies a function of q and a matrix with nv columns.
-    ///
-    /// * `rows` – rows of the matrix, any number if `None`
+    /// Applies a function of the tangent map at q and a matrix with nv columns, and as many rows if it is square.
     fn matrices<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         (name, matrix): (&'static str, &Bound<'py, PyAny>),
-        rows: Option<usize>,
-        one: impl Fn(&EngineCoordinates<'_>, &[f64], &DMatrix<f64>) -> DMatrix<f64> + Sync,
+        is_square: bool,
+        one: impl Fn(DMatrix<f64>, &DMatrix<f64>) -> DMatrix<f64> + Sync,
     ) -> PyResult<Array<'py>> {
         let m = &self.model.get().model;
-        let array = numbers(name, matrix)?;
+        let (nq, array) = ([m.nq()], numbers(name, matrix)?);
         let shape = array.shape();
-        let given = shape.len().checked_sub(2).map(|k| shape[k]);
+        let rows = shape.len().checked_sub(2);
+        let rows = rows.map(|k| if is_square { m.nv() } else { shape[k] });
         let expected = || shape_error(name, shape, format_args!("(…, rows, {})", m.nv()));
-        let rows = rows.or(given).ok_or_else(expected)?;
-        let all = [
-            ("q", q, vec![m.nq()]),
-            (name, array.as_any(), vec![rows, m.nv()]),
+        let shape = [rows.ok_or_else(expected)?, m.nv()];
+        let given = [
+            argument("q", q, &nq),
+            argument(name, array.as_any(), &shape),
         ];
-        self.map(q.py(), &all, &[rows, m.nv()], |coordinates, x, out| {
-            let matrix = DMatrix::from_row_slice(rows, m.nv(), x[1]);
-            write_matrix(&one(coordinates, x[0], &matrix), out);
+        self.map(&given, &shape, |coordinates, x, out| {
+            let matrix = DMatrix::from_row_slice(shape[0], shape[1], x[1]);
+            write_matrix(&one(coordinates.tangent_map(x[0]), &matrix), out);
         })
     }
 
@@ -159,19 +144,26 @@ impl PyEngineCoordinates {
 
     /// Configuration in the engine's coordinates, (..., its nq). q (..., nq).
     fn configuration_to<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        let given = [("q", q, vec![self.model.get().model.nq()])];
-        self.map(q.py(), &given, &[self.nq()?], |coordinates, x, out| {
-            out.copy_from_slice(coordinates.configuration_to(x[0]).as_slice());
-        })
+        let nq = [self.model.get().model.nq()];
+        self.map(
+            &[argument("q", q, &nq)],
+            &[self.nq()?],
+            |coordinates, x, out| {
+                out.copy_from_slice(coordinates.configuration_to(x[0]).as_slice());
+            },
+        )
     }
 
     /// Configuration of this robot, (..., nq), from that of the engine, (..., its nq). Angles given as (cos, sin) become angles in (−π, π].
     fn configuration_from<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        let given = [("q", q, vec![self.nq()?])];
         let tail = [self.model.get().model.nq()];
-        self.map(q.py(), &given, &tail, |coordinates, x, out| {
-            out.copy_from_slice(coordinates.configuration_from(x[0]).as_slice());
-        })
+        self.map(
+            &[argument("q", q, &[self.nq()?])],
+            &tail,
+            |coordinates, x, out| {
+                out.copy_from_slice(coordinates.configuration_from(x[0]).as_slice());
+            },
+        )
     }
 
     fn __reduce__<'py>(this: &Bound<'py, Self>) -> Recipe<'py> {
@@ -198,72 +190,56 @@ methods! { PyEngineCoordinates {
     }
 } }
 
-/// Methods that apply functions of vectors, `name(vectors) => function`, or of q and a matrix, `name(q, matrix: rows) => function`.
-macro_rules! coordinates {
-    ($($(#[$doc:meta])* $name:ident(q $(, $x:ident)+) => $function:ident;)*) => { $(#[pymethods] impl PyEngineCoordinates {
-        $(#[$doc])*
-        fn $name<'py>(&self, q: &Bound<'py, PyAny>, $($x: &Bound<'py, PyAny>),+) -> PyResult<Array<'py>> {
-            self.vectors(&[("q", q), $((stringify!($x), $x)),+], |own, x| {
-                let mut rest = x[1..].iter();
-                $(let $x = rest.next().copied().unwrap_or_default();)+
-                own.$function(x[0], $($x),+)
-            })
-        }
-    })* };
-    ($($(#[$doc:meta])* $name:ident(q, $matrix:ident: $rows:expr) => $function:expr;)*) => { $(#[pymethods] impl PyEngineCoordinates {
-        $(#[$doc])*
-        fn $name<'py>(&self, q: &Bound<'py, PyAny>, $matrix: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-            let rows: fn(&Model) -> Option<usize> = $rows;
-            let rows = rows(&self.model.get().model);
-            let of: fn(DMatrix<f64>, &DMatrix<f64>) -> DMatrix<f64> = $function;
-            self.matrices(q, (stringify!($matrix), $matrix), rows, |own, q, x| of(own.tangent_map(q), x))
-        }
-    })* };
-}
-
-coordinates! {
+methods! { PyEngineCoordinates {
     /// Velocity, small displacement or gradient in the engine's coordinates, (..., nv). q (..., nq), v (..., nv).
-    tangent_to(q, v) => tangent_to;
+    fn tangent_to(&self, q, v) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_to(x[0], x[1]))
+    }
 
     /// Velocity, small displacement or gradient of this library from the engine's, (..., nv). q (..., nq), v (..., nv).
-    tangent_from(q, v) => tangent_from;
+    fn tangent_from(&self, q, v) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v)], |own, x| own.tangent_from(x[0], x[1]))
+    }
 
     /// Joint forces in the engine's coordinates, (..., nv), of the same power: tau'·v' = tau·v. q (..., nq), tau (..., nv).
-    force_to(q, tau) => tangent_to;
+    fn force_to(&self, q, tau) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| own.tangent_to(x[0], x[1]))
+    }
 
     /// Joint forces of this library from the engine's, (..., nv). q (..., nq), tau (..., nv).
-    force_from(q, tau) => tangent_from;
+    fn force_from(&self, q, tau) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("tau", tau)], |own, x| own.tangent_from(x[0], x[1]))
+    }
 
     /// Acceleration in the engine's coordinates, the rate of the velocity there, (..., nv). q (..., nq), v and a (..., nv) of this library.
-    acceleration_to(q, v, a) => acceleration_to;
+    fn acceleration_to(&self, q, v, a) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| own.acceleration_to(x[0], x[1], x[2]))
+    }
 
     /// Acceleration of this library from the engine's, (..., nv). q (..., nq) and v (..., nv) of this library, a (..., nv) of the engine.
-    acceleration_from(q, v, a) => acceleration_from;
-}
+    fn acceleration_from(&self, q, v, a) -> PyResult<Array<'py>> {
+        self.vectors(&[("q", q), ("v", v), ("a", a)], |own, x| own.acceleration_from(x[0], x[1], x[2]))
+    }
 
-coordinates! {
     /// Jacobian whose columns are the engine's directions, (..., rows, nv); its rows stay. q (..., nq), jacobian (..., rows, nv).
-    jacobian_to(q, jacobian: |_| None) => |t, x| x * t.transpose();
+    fn jacobian_to(&self, q, jacobian) -> PyResult<Array<'py>> { self.matrices(q, ("jacobian", jacobian), false, |t, x| x * t.transpose()) }
 
     /// Jacobian of this library from one whose columns are the engine's directions, (..., rows, nv). q (..., nq), jacobian (..., rows, nv).
-    jacobian_from(q, jacobian: |_| None) => |t, x| x * t;
+    fn jacobian_from(&self, q, jacobian) -> PyResult<Array<'py>> { self.matrices(q, ("jacobian", jacobian), false, |t, x| x * t) }
 
     /// Mass matrix, its inverse or another symmetric matrix in the engine's coordinates, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    mass_matrix_to(q, mass_matrix: |m| Some(m.nv())) => |t, x| &t * x * t.transpose();
+    fn mass_matrix_to(&self, q, mass_matrix) -> PyResult<Array<'py>> { self.matrices(q, ("mass_matrix", mass_matrix), true, |t, x| &t * x * t.transpose()) }
 
     /// Mass matrix, its inverse or another symmetric matrix of this library from the engine's, (..., nv, nv). q (..., nq), mass_matrix (..., nv, nv).
-    mass_matrix_from(q, mass_matrix: |m| Some(m.nv())) => |t, x| t.tr_mul(x) * t;
-}
+    fn mass_matrix_from(&self, q, mass_matrix) -> PyResult<Array<'py>> { self.matrices(q, ("mass_matrix", mass_matrix), true, |t, x| t.tr_mul(x) * t) }
+} }
 
 methods! { PyModel {
     /// State of this robot in the coordinates of "pinocchio", "mujoco" or "jaxsim": (q, v). Joints may be in another order. q (..., nq), v (..., nv);
     /// `EngineCoordinates` has forces, accelerations and matrices too.
     fn to_engine(this: &Bound<'py, Self>, engine: &str, q, v, joint_order: Option<Vec<String>> = None) -> PyResult<(Array<'py>, Array<'py>)> {
         let coordinates = PyEngineCoordinates::made(this, engine, joint_order)?;
-        Ok((
-            coordinates.configuration_to(q)?,
-            coordinates.tangent_to(q, v)?,
-        ))
+        Ok((coordinates.configuration_to(q)?, coordinates.tangent_to(q, v)?))
     }
 
     /// State (q, v) of this robot from the coordinates of "pinocchio", "mujoco" or "jaxsim". q (..., the engine's nq), v (..., nv).

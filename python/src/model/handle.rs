@@ -103,24 +103,16 @@ impl PyModel {
         Ok(Self::new(model, ("_edited", recipe)))
     }
 
-    /// Applies a function of vectors, by name and length, that needs no working memory.
+    /// Applies a function of rows that needs no working memory.
     ///
     /// * `tail` – shape of the result of one row
     pub(crate) fn map<'py>(
         &self,
-        py: Python<'py>,
-        arguments: &[(&'static str, &Bound<'py, PyAny>, usize)],
+        arguments: &[Argument<'_, 'py>],
         tail: &[usize],
         one: &(dyn Fn(&[&[f64]], &mut [f64]) + Sync),
     ) -> PyResult<Array<'py>> {
-        let tails: Vec<[usize; 1]> = arguments.iter().map(|a| [a.2]).collect();
-        let pairs = arguments.iter().zip(&tails);
-        let arguments: Vec<_> = pairs.map(|(a, tail)| argument(a.0, a.1, tail)).collect();
-        let work = Work {
-            one: &|_, x, out| one(x, out),
-            wide: None,
-        };
-        map_rows(py, (&self.model, self.id), &arguments, tail, None, work)
+        map_plain((&self.model, self.id), arguments, tail, one)
     }
 
     pub(super) fn joint_id(&self, name: &str) -> PyResult<JointId> {

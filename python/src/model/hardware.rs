@@ -4,19 +4,8 @@ use dualbody::model::{Dimension, Hardware, MassDistribution, ScaledLink};
 
 use crate::prelude::*;
 
-const DIMENSIONS: [(&str, Dimension); 6] = [
-    ("x", Dimension::X),
-    ("y", Dimension::Y),
-    ("z", Dimension::Z),
-    ("radius", Dimension::Radius),
-    ("length", Dimension::Length),
-    ("density", Dimension::Density),
-];
-
-const MASSES: [(&str, MassDistribution); 2] = [
-    ("described", MassDistribution::Described),
-    ("homogeneous", MassDistribution::Homogeneous),
-];
+use Dimension::{Density, Length, Radius, X, Y, Z};
+use MassDistribution::{Described, Homogeneous};
 
 /// Links as Python chooses them: name, dimensions, distribution of mass.
 type Links = Vec<(String, Vec<String>, String)>;
@@ -33,9 +22,9 @@ fn hardware_of(model: &Bound<'_, PyModel>, links: Option<&Links>) -> PyResult<Ha
 fn scaled((name, dimensions, masses): &(String, Vec<String>, String)) -> PyResult<ScaledLink> {
     let dimensions: Vec<Dimension> = dimensions
         .iter()
-        .map(|own| choice("dimension", own, &DIMENSIONS))
+        .map(|own| variant("dimension", own, &[X, Y, Z, Radius, Length, Density]))
         .collect::<PyResult<_>>()?;
-    let masses = choice("masses", masses, &MASSES)?;
+    let masses = variant("masses", masses, &[Described, Homogeneous])?;
     Ok(ScaledLink::new(name, &dimensions).with_mass_distribution(masses))
 }
 

@@ -7,17 +7,12 @@ use dualbody::io::{MasslessLinks, MjcfScene};
 use dualbody::model::{Base, BodyId, UpAxis};
 use dualbody::{ImportReport, ModelOptions};
 
-use super::base::base_of;
 use super::report::PyImportReport;
 use crate::prelude::*;
 
-fn up_axis(name: &str) -> PyResult<UpAxis> {
-    let choices = [
-        ("auto", UpAxis::Auto),
-        ("honour", UpAxis::Honour),
-        ("ignore", UpAxis::Ignore),
-    ];
-    choice("mesh_up_axis", name, &choices)
+/// Base of a robot, by name.
+pub(super) fn base_of(name: &str) -> PyResult<Base> {
+    variant("base", name, &[Base::Auto, Base::Fixed, Base::Floating])
 }
 
 /// Reads the keywords of a loader.
@@ -56,7 +51,10 @@ fn with_option(
             positions.iter().fold(options, lock)
         }
         "massless_links" => options.with_massless_links(massless(value)?),
-        "mesh_up_axis" => options.with_mesh_up_axis(up_axis(&text()?)?),
+        "mesh_up_axis" => {
+            let all = [UpAxis::Auto, UpAxis::Honour, UpAxis::Ignore];
+            options.with_mesh_up_axis(variant(name, &text()?, &all)?)
+        }
         "all_models" => match value.extract().map_err(wrong)? {
             true => options.with_all_models(),
             false => options,

@@ -3,25 +3,21 @@
 //! | file | what it is |
 //! |---|---|
 //! | `handle` | the class `Model`, and how it pickles |
-//! | `load`, `base`, `report`, `samples`, `build`, `shapes` | where robots come from |
-//! | `questions`, `by_link`, `manifold`, `random_state`, `engines`, `show` | what they are asked |
+//! | `load`, `report`, `samples`, `build`, `shapes` | where robots come from |
+//! | `questions`, `random_state`, `engines` | what they are asked |
 //! | `changes`, `hardware` | robots with something changed, with other sizes of links |
 
-mod base;
 mod build;
-mod by_link;
 mod changes;
 mod engines;
 mod handle;
 mod hardware;
 mod load;
-mod manifold;
 mod questions;
 mod random_state;
 mod report;
 mod samples;
 mod shapes;
-mod show;
 
 pub(crate) use build::_build_model;
 pub(crate) use engines::PyEngineCoordinates;
@@ -31,4 +27,4 @@ pub(crate) use load::{_load_model, is_text, scene_of, simulator_of};
 pub(crate) use random_state::{_random_state, _unit_joint_forces};
 pub(crate) use report::{_import_report, PyImportReport};
 pub(crate) use samples::{_sample, _sample_urdf};
-pub(crate) use shapes::{read_geometry, read_pose};
+pub(crate) use shapes::{_solid_inertia, read_geometry, read_pose};

@@ -37,8 +37,7 @@ functions! {
             unit[k] = 1.0;
             let mut forces = NamedForces::default();
             forces.set_joint_forces(m, &[(joint, &unit)]).or_raise()?;
-            out.row_mut(k)
-                .copy_from(&joint_forces(m, &forces).transpose());
+            out.row_mut(k).copy_from(&joint_forces(m, &forces).transpose());
         }
         Ok(matrix(py, &out))
     }

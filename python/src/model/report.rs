@@ -3,7 +3,7 @@
 use dualbody::ImportReport;
 use dualbody::io::ImportNote;
 
-use super::base::base_of;
+use super::load::base_of;
 use crate::prelude::*;
 use crate::words::for_python;
 

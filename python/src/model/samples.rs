@@ -5,24 +5,16 @@ use pyo3::types::PyString;
 
 use crate::prelude::*;
 
+macro_rules! descriptions {
+    ($($name:literal),*) => {
+        [$(($name, include_str!(concat!("../../../assets/", $name, ".urdf")))),*]
+    };
+}
+
 /// Descriptions of robots by name, which are in the module itself: an installed package has no files of the repository.
-const DESCRIPTIONS: [(&str, &str); 12] = [
-    ("acrobot", include_str!("../../../assets/acrobot.urdf")),
-    ("box", include_str!("../../../assets/box.urdf")),
-    ("cartpole", include_str!("../../../assets/cartpole.urdf")),
-    (
-        "double_pendulum",
-        include_str!("../../../assets/double_pendulum.urdf"),
-    ),
-    ("four_bar", include_str!("../../../assets/four_bar.urdf")),
-    ("hopper", include_str!("../../../assets/hopper.urdf")),
-    ("humanoid", include_str!("../../../assets/humanoid.urdf")),
-    ("panda", include_str!("../../../assets/panda.urdf")),
-    ("quadrotor", include_str!("../../../assets/quadrotor.urdf")),
-    ("quadruped", include_str!("../../../assets/quadruped.urdf")),
-    ("sphere", include_str!("../../../assets/sphere.urdf")),
-    ("ur5", include_str!("../../../assets/ur5.urdf")),
-];
+const DESCRIPTIONS: [(&str, &str); 12] = descriptions! {
+    "acrobot", "box", "cartpole", "double_pendulum", "four_bar", "hopper", "humanoid", "panda", "quadrotor", "quadruped", "sphere", "ur5"
+};
 
 /// The URDF of a robot that comes with the library.
 #[pyfunction]

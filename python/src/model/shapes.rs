@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dualbody::model::{Geometry, UpAxis};
+use dualbody::model::{Geometry, Mass, UpAxis};
 use dualbody::spatial::{Inertia, Symmetric3, Transform};
 use nalgebra::{Matrix3, Vector3};
 
@@ -65,4 +65,14 @@ pub(crate) fn read_geometry(shape: &Bound<'_, PyAny>) -> PyResult<Geometry> {
             }
         }
     })
+}
+
+functions! {
+    /// Matrix of inertia of a solid shape about its centre.
+    fn _solid_inertia(shape, mass: f64) -> PyResult<((f64, f64, f64), (f64, f64, f64), (f64, f64, f64))> {
+        let inertia = read_geometry(shape)?.inertia(Mass::Kilograms(mass));
+        let m = inertia.ok_or_else(|| value_error("a mesh is no solid of a known inertia"))?.to_matrix();
+        let row = |k: usize| (m[(k, 3)], m[(k, 4)], m[(k, 5)]);
+        Ok((row(3), row(4), row(5)))
+    }
 }

@@ -120,7 +120,7 @@ methods! { PySensors {
             matrices(py, batch, [len, n], all.iter().map(|own| &own.c))?,
             matrices(py, batch, [len, nu], all.iter().map(|own| &own.d))?,
         );
-        of_package!(py, "sim", "SensorLinearization").call1(parts)
+        of_package!(py, "_rollout", "SensorLinearization").call1(parts)
     }
 
     /// The sensors with noise, for one state per seed: a NoisySensors. noise: a mapping from names to `sim.SensorNoise`; time_step: time between

@@ -74,10 +74,7 @@ methods! { PyNoisySensors {
                 mask.len(),
                 states.len());
         }
-        for (state, (&seed, _)) in states
-            .iter_mut()
-            .zip(seeds.iter().zip(&mask))
-            .filter(|(_, (_, mask))| **mask)
+        for (state, (&seed, _)) in states.iter_mut().zip(seeds.iter().zip(&mask)).filter(|(_, (_, mask))| **mask)
         {
             state.reset(seed);
         }

@@ -1,6 +1,5 @@
 //! Sensors and their noise as the small classes of Python: read, and written for sensors of a file.
 
-use dualbody::model::{FrameId, JointId};
 use dualbody::sim::{ScanAngles, Sensor, SensorNoise};
 use dualbody::spatial::Representation;
 
@@ -12,32 +11,6 @@ struct Given<'a, 'py> {
     model: &'a Model,
     name: &'a str,
     value: &'a Bound<'py, PyAny>,
-}
-
-/// A part of a robot on which a sensor is mounted.
-trait Place: Sized {
-    fn find(model: &Model, name: &str) -> PyResult<Self>;
-    fn name(self, model: &Model) -> &str;
-}
-
-impl Place for JointId {
-    fn find(model: &Model, name: &str) -> PyResult<Self> {
-        model.find_joint(name).or_raise()
-    }
-
-    fn name(self, model: &Model) -> &str {
-        &model.joints()[self.0].name
-    }
-}
-
-impl Place for FrameId {
-    fn find(model: &Model, name: &str) -> PyResult<Self> {
-        model.find_frame(name).or_raise()
-    }
-
-    fn name(self, model: &Model) -> &str {
-        &model.frames()[self.0].name
-    }
 }
 
 /// A field of a sensor, under one name in Rust and in Python.
@@ -87,33 +60,34 @@ impl Field for ScanAngles {
 }
 
 impl Given<'_, '_> {
-    /// The joint or frame that the sensor is on.
-    fn place<P: Place>(&self) -> PyResult<P> {
-        let on: Option<String> = attribute(self.value, "on")?;
+    /// Name of the joint, link or frame that the sensor is on.
+    fn on(&self) -> PyResult<String> {
         let missing = || {
             invalid!(
                 "sensors[\"{}\"] is on nothing: on= names its joint, link or frame",
                 self.name
             )
         };
-        P::find(self.model, &on.ok_or_else(missing)?)
+        attribute::<Option<String>>(self.value, "on")?.ok_or_else(missing)
     }
 }
 
-/// All kinds, by name: those on a joint, link or frame, those with fields besides, those on nothing.
+/// All kinds, by name: those on a joint, those on a link or frame, those with fields besides, those on nothing.
 macro_rules! kinds {
     (
-        on { $($on:literal: $place:ident),* }
+        joint { $($joint:literal: $of_joint:ident),* }
+        frame { $($frame:literal: $of_frame:ident),* }
         with { $($with:literal: $of:ident { $($field:ident),* }),* }
         alone { $($alone:literal: $whole:ident),* }
     ) => {
-        const KINDS: &[&str] = &[$($on,)* $($with,)* $($alone),*];
+        const KINDS: &[&str] = &[$($joint,)* $($frame,)* $($with,)* $($alone),*];
 
         /// The sensor of a kind; `None` if there is no such kind.
         fn of_kind(kind: &str, given: &Given<'_, '_>) -> PyResult<Option<Sensor>> {
             Ok(Some(match kind {
-                $($on => Sensor::$place(given.place()?),)*
-                $($with => Sensor::$of { frame: given.place()?, $($field: Field::read(given, stringify!($field))?),* },)*
+                $($joint => Sensor::$of_joint(given.model.find_joint(&given.on()?).or_raise()?),)*
+                $($frame => Sensor::$of_frame(named(given.model, &given.on()?)?),)*
+                $($with => Sensor::$of { frame: named(given.model, &given.on()?)?, $($field: Field::read(given, stringify!($field))?),* },)*
                 $($alone => Sensor::$whole,)*
                 _ => return Ok(None),
             }))
@@ -122,10 +96,11 @@ macro_rules! kinds {
         /// Kind and place of a sensor, and its fields; `None` for one that Python does not have.
         fn parts<'m>(sensor: &Sensor, model: &'m Model, out: &Bound<'_, PyDict>) -> PyResult<Option<(&'static str, Option<&'m str>)>> {
             Ok(Some(match *sensor {
-                $(Sensor::$place(place) => ($on, Some(place.name(model))),)*
+                $(Sensor::$of_joint(joint) => ($joint, Some(&model.joints()[joint.0].name)),)*
+                $(Sensor::$of_frame(frame) => ($frame, Some(&model.frames()[frame.0].name)),)*
                 $(Sensor::$of { frame, $($field),* } => {
                     $($field.write(stringify!($field), out)?;)*
-                    ($with, Some(frame.name(model)))
+                    ($with, Some(&model.frames()[frame.0].name))
                 })*
                 $(Sensor::$whole => ($alone, None),)*
                 _ => return Ok(None),
@@ -134,10 +109,8 @@ macro_rules! kinds {
     };
 }
 kinds! {
-    on {
-        "joint_position": JointPosition, "joint_velocity": JointVelocity, "joint_force": JointForce, "gyro": Gyro, "accelerometer": Accelerometer,
-        "frame_pose": FramePose, "wrench": Wrench, "touch": Touch, "contact_force": ContactForce
-    }
+    joint { "joint_position": JointPosition, "joint_velocity": JointVelocity, "joint_force": JointForce }
+    frame { "gyro": Gyro, "accelerometer": Accelerometer, "frame_pose": FramePose, "wrench": Wrench, "touch": Touch, "contact_force": ContactForce }
     with {
         "magnetometer": Magnetometer { field },
         "frame_velocity": FrameVelocity { representation },

@@ -100,15 +100,6 @@ const MODES: [(&str, AutoReset); 3] = [
     ("Disabled", AutoReset::Never),
 ];
 
-/// Result of the actions: observations, rewards, ends, cuts, and the last observations where episodes have ended and begun again.
-type Step<'py> = (
-    Bound<'py, PyArray2<f32>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<bool>>,
-    Option<Bound<'py, PyArray2<f32>>>,
-);
-
 #[pymethods]
 impl PyBalance {
     /// Seeds the states whose seed is not None, from their next episode on.
@@ -119,8 +110,8 @@ impl PyBalance {
         }
     }
 
-    /// Takes the steps of actions (n, nu).
-    fn step<'py>(&mut self, actions: &Bound<'py, PyAny>) -> PyResult<Step<'py>> {
+    /// Takes the steps of actions (n, nu): observations, rewards, ends, cuts, and the last observations where episodes have ended and begun again.
+    fn step<'py>(&mut self, actions: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
         let py = actions.py();
         self.read_actions(actions)?;
         self.refuse_ended()?;
@@ -139,13 +130,11 @@ impl PyBalance {
         let begins_again = self.auto_reset == AutoReset::SameStep
             && (next.terminated.contains(&true) || next.truncated.contains(&true));
         let last = begins_again.then(|| single(py, &next.final_observations, n));
-        Ok((
-            single(py, &next.observations, n)?,
-            PyArray1::from_slice(py, &next.rewards),
-            PyArray1::from_slice(py, &next.terminated),
-            PyArray1::from_slice(py, &next.truncated),
-            last.transpose()?,
-        ))
+        let (observations, last) = (single(py, &next.observations, n)?, last.transpose()?);
+        let rewards = PyArray1::from_slice(py, &next.rewards);
+        let [over, cut] =
+            [&next.terminated, &next.truncated].map(|all| PyArray1::from_slice(py, all));
+        (observations, rewards, over, cut, last).into_pyobject(py)
     }
 }
 
@@ -158,10 +147,7 @@ methods! { PyBalance {
         let own = &simulator.get().simulator;
         let (nq, nv, nu, _) = simulator.get().sizes();
         let auto_reset = choice("autoreset_mode", mode, &MODES)?;
-        for (name, count) in [
-            ("max_steps", max_steps),
-            ("steps_per_action", steps_per_action),
-        ] {
+        for (name, count) in [("max_steps", max_steps), ("steps_per_action", steps_per_action)] {
             if count == 0 {
                 refuse!("{name} is 0, expected 1 or more");
             }
@@ -175,10 +161,8 @@ methods! { PyBalance {
             within: Within::all(&bounds("within", &within, nq + nv, false)?),
         };
         let batch = BatchSimulator::new((**own).clone(), n).with_threads(1);
-        let all = Environments::new(task, batch, 0)
-            .with_decimation(steps_per_action)
-            .with_max_length(max_steps)
-            .with_auto_reset(auto_reset);
+        let all = Environments::new(task, batch, 0).with_decimation(steps_per_action);
+        let all = all.with_max_length(max_steps).with_auto_reset(auto_reset);
         Ok(Self {
             next: all.transitions(),
             all: Some(all),

@@ -2,9 +2,7 @@
 
 use dualbody::sim::{BatchStates, RolloutStatus};
 
-use super::given::row;
 use super::handle::Batch;
-use super::inputs::Inputs;
 use super::single::SHORT;
 use super::step::write_states;
 use super::trajectories::{End, Trajectories};
@@ -12,14 +10,14 @@ use crate::prelude::*;
 use crate::threads::{Watch, on_pool_watched};
 
 impl PySimulator {
-    /// Rollouts with inputs that are known.
+    /// Rollouts with inputs that are known, a row for each trajectory; zero without them.
     pub(super) fn roll_batch(
         &self,
         py: Python<'_>,
         mut batch: Batch,
         initial: &[State],
         steps: usize,
-        inputs: &Inputs<'_>,
+        inputs: Option<View<'_>>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Trajectories> {
         let (count, nu) = (initial.len(), self.simulator.nu());
@@ -29,9 +27,9 @@ impl PySimulator {
                 if let Some(watch) = watch {
                     watch.step();
                 }
-                if !matches!(inputs, Inputs::None) {
+                if let Some(inputs) = inputs {
                     for (j, u) in u.iter_mut().enumerate() {
-                        *u = moment.gather(|i| inputs.at(i, moment.step, j, steps, nu));
+                        *u = moment.gather(|i| inputs.row(i)[moment.step * nu + j]);
                     }
                 }
             });
@@ -109,8 +107,8 @@ fn read_inputs_of(shape: &[usize], nu: usize, given: &Bound<'_, PyAny>) -> PyRes
             u.batch()
         );
     }
-    let count = shape.iter().product();
-    let rows = (0..count).flat_map(|i| row(&u, i, nu));
+    let (count, view) = (shape.iter().product(), u.view());
+    let rows = (0..count).flat_map(|i| view.row(i));
     Ok(rows.copied().collect())
 }
 

@@ -102,9 +102,7 @@ methods! { PyBatchSimulator {
             ..States::from(&given)
         };
         // All are read before the first one is set.
-        (0..n)
-            .filter(is_set)
-            .try_for_each(|i| own.read_state(&given, i, &mut state))?;
+        (0..n).filter(is_set).try_for_each(|i| own.read_state(&given, i, &mut state))?;
         for i in (0..n).filter(is_set) {
             own.read_state(&given, i, &mut state)?;
             self.states.set(i, &state);

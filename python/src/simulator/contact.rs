@@ -41,8 +41,7 @@ methods! { PySimulator {
             certificate(&report.certificate),
             self.pairs(py, &report)?,
         );
-        of_package!(py, "sim", "ContactReport")
-            .call1(fields)
+        of_package!(py, "_rollout", "ContactReport").call1(fields)
     }
 } }
 
@@ -53,7 +52,7 @@ impl PySimulator {
         py: Python<'py>,
         report: &ContactReport,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = of_package!(py, "sim", "PairContact");
+        let class = of_package!(py, "_rollout", "PairContact");
         let frames = self.simulator.model().frames();
         let xyz = |x: &nalgebra::Vector3<f64>| vector(py, x.as_slice());
         let pairs = report.pairs.iter().map(|pair| {

@@ -27,10 +27,7 @@ methods! { PySimulator {
         let simulator = &*self.simulator;
         let reports = on_pool(py, || reports(simulator, &states, &inputs))?;
         let most = reports.iter().map(|r| r.pairs.len()).max().unwrap_or(0);
-        let (links, points) = (
-            simulator.model().links().len(),
-            simulator.contacts().map_or(0, |c| c.points().len()),
-        );
+        let (links, points) = (simulator.model().links().len(), simulator.contacts().map_or(0, |c| c.points().len()));
         let new = |tail: [usize; 2]| room(py, &[&given.batch[..], &tail].concat());
         let out = [new([links, LINK])?, new([points, 3])?, new([most, POINT])?];
         let [of_links, of_ground, of_pairs] = &out;
@@ -44,41 +41,31 @@ methods! { PySimulator {
         rows.zip(&reports).for_each(|(out, r)| forces(r, out));
         let index = indices_of_links(simulator.model());
         let rows = numbers_mut(of_pairs).chunks_mut((most * POINT).max(1));
-        rows.zip(&reports)
-            .for_each(|(out, r)| write_pairs(r, &index, out));
+        rows.zip(&reports).for_each(|(out, r)| write_pairs(r, &index, out));
         Ok(out)
     }
 
     /// Jacobians at points between links, or their rates, (..., m, 6, nv): points (..., m, 5) of links and position.
     fn _pair_jacobians(&self, q, v, points, are_rates: bool) -> PyResult<Array<'py>> {
         let model = self.simulator.model();
-        let ([nq], [nv]) = ([model.nq()], [model.nv()]);
+        let (nq, nv) = ([model.nq()], [model.nv()]);
         let points = numbers("points", points)?.into_any();
         let shape = points.cast::<PyUntypedArray>()?.shape();
         let places = [shape.iter().rev().nth(1).copied().unwrap_or(0), PLACE];
-        let tail = [places[0], 6, nv];
-        let one = |q: &[f64], v: &[f64], points: &[f64], out: &mut [f64]| {
-            let (present, report) = report_of(model, points);
+        let (tail, size) = ([places[0], 6, nv[0]], 6 * nv[0]);
+        let arguments = [argument("q", q, &nq), argument("v", v, &nv), argument("points", &points, &places)];
+        map_plain((model, self.id()), &arguments, &tail, &|x, out| {
+            let (present, report) = report_of(model, x[2]);
             let matrices = match are_rates {
-                false => report.pair_jacobians(model, q),
-                true => report.pair_jacobian_derivatives(model, q, v),
+                false => report.pair_jacobians(model, x[0]),
+                true => report.pair_jacobian_derivatives(model, x[0], x[1]),
             };
             out.fill(0.0);
             for (k, matrix) in present.into_iter().zip(matrices) {
-                let own = &mut out[k * 6 * nv..][..6 * nv];
+                let own = &mut out[k * size..][..size];
                 own.copy_from_slice(matrix.transpose().as_slice());
             }
-        };
-        let arguments = [
-            argument("q", q, std::slice::from_ref(&nq)),
-            argument("v", v, std::slice::from_ref(&nv)),
-            argument("points", &points, &places),
-        ];
-        let work = Work {
-            one: &|_, x, out| one(x[0], x[1], x[2], out),
-            wide: None,
-        };
-        map_rows(q.py(), (model, self.id()), &arguments, &tail, None, work)
+        })
     }
 } }
 

@@ -1,29 +1,13 @@
 //! Kinematics of the points of contact, of one state and of batches.
 
+use dualbody_python_table::Robot;
 use dualbody_python_table::prelude::*;
-use dualbody_python_table::{Robot, simulator_function};
 use numpy::PyArrayDyn;
 
-use crate::dynamics::table::Entry;
+use crate::dynamics::table::{Entry, entries_of};
 use crate::prelude::*;
 
-/// Entries of the table, and methods that call them.
-macro_rules! entries_of_simulators {
-    ($($(#[$doc:meta])* $name:ident ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
-        /// Functions of the table of what acts at a moment.
-        #[allow(non_upper_case_globals, reason = "the names are those of the functions")]
-        pub(crate) mod entries {
-            use super::*;
-
-            $(pub(crate) static $name: Entry = Entry {
-                function: simulator_function!(f64; $name ($($arguments)*) -> $tail, $one),
-                wide: None,
-            };)*
-            pub(crate) static ALL: &[&Entry] = &[$(&$name),*];
-        }
-    };
-}
-dualbody_python_table::simulator_functions!(entries_of_simulators);
+dualbody_python_table::simulator_functions!(entries_of);
 
 #[pymethods]
 impl PySimulator {
@@ -48,28 +32,18 @@ methods! { PySimulator {
 
     /// Rates of the Jacobians of the frames of all contact points along v, (..., n, 6, nv). q (..., nq), v (..., nv).
     fn contact_jacobian_derivatives(&self, q, v, representation: &str = "mixed") -> PyResult<Array<'py>> {
-        self.call_entry(
-            &entries::contact_jacobian_derivatives,
-            &[q, v],
-            &[representation],
-        )
+        self.call_entry(&entries::contact_jacobian_derivatives, &[q, v], &[representation])
     }
 
     /// Whether a point of each link is below the ground, in the order of ``model.link_names``, (..., n_links) of bool. q (..., nq).
     fn links_in_contact(&self, q) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         self.check_contacts()?;
         let (simulator, model) = (&*self.simulator, self.simulator.model());
-        let work = Work {
-            one: &|_, x, out| {
-                let flags = contacts(simulator).links_in_contact(model, x[0]);
-                let pairs = out.iter_mut().zip(flags);
-                pairs.for_each(|(out, flag)| *out = f64::from(u8::from(flag)));
-            },
-            wide: None,
-        };
         let (nq, tail) = ([model.nq()], [model.links().len()]);
-        let arguments = [argument("q", q, &nq)];
-        let flags = map_rows(q.py(), (model, self.id()), &arguments, &tail, None, work)?;
+        let flags = map_plain((model, self.id()), &[argument("q", q, &nq)], &tail, &|x, out| {
+            let flags = contacts(simulator).links_in_contact(model, x[0]);
+            out.iter_mut().zip(flags).for_each(|(out, flag)| *out = f64::from(u8::from(flag)));
+        })?;
         let shape = flags.shape().to_vec();
         let flags: Vec<bool> = numbers_mut(&flags).iter().map(|&x| x > 0.0).collect();
         PyArray1::from_vec(q.py(), flags).reshape(shape)

@@ -1,4 +1,4 @@
-//! States and inputs that a call is given.
+//! States and inputs that a call is given, and those of rollouts.
 
 use crate::prelude::*;
 
@@ -52,11 +52,6 @@ impl States<'_> {
         let text = Python::attach(|py| error.value(py).to_string());
         invalid!("state {k} of the batch: {text}")
     }
-}
-
-pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
-    let k = if rows.batch().is_empty() { 0 } else { k };
-    &rows.as_slice()[k * width..(k + 1) * width]
 }
 
 pub(crate) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
@@ -153,7 +148,7 @@ impl PySimulator {
     }
 
     /// One state, not a batch.
-    pub(super) fn one<'py>(
+    pub(crate) fn one<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
@@ -169,4 +164,42 @@ impl PySimulator {
             )),
         }
     }
+}
+
+/// Reads inputs (…, steps, nu), and finds the number of steps.
+pub(crate) fn read_inputs<'py>(
+    inputs: Option<&Bound<'py, PyAny>>,
+    steps: Option<&Bound<'py, PyAny>>,
+    nu: usize,
+) -> PyResult<(Option<Rows<'py>>, usize)> {
+    let steps: Option<usize> = steps.map(|steps| whole("steps", steps)).transpose()?;
+    let Some(inputs) = inputs else {
+        let steps = steps.ok_or_else(|| value_error("steps is missing"))?;
+        return Ok((None, steps));
+    };
+    let steps = match steps {
+        Some(steps) => steps,
+        None => {
+            let array = numbers("inputs", inputs)?;
+            let shape = array.shape();
+            let axes = shape.len().checked_sub(2).map(|k| shape[k]);
+            axes.ok_or_else(|| shape_error("inputs", shape, format_args!("(…, steps, {nu})")))?
+        }
+    };
+    Ok((
+        Some(Rows::read(&argument("inputs", inputs, &[steps, nu]))?),
+        steps,
+    ))
+}
+
+/// Reads the input that a control returned: a vector, or a number if there is one input.
+pub(super) fn read_input(given: &Bound<'_, PyAny>, nu: usize, u: &mut [f64]) -> PyResult<()> {
+    if nu == 1
+        && let Ok(x) = given.extract::<f64>()
+    {
+        u[0] = x;
+        return Ok(());
+    }
+    u.copy_from_slice(&read_vector("the control's input", given, Some(nu))?);
+    Ok(())
 }

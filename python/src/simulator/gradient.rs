@@ -5,7 +5,7 @@ use std::ops::Range;
 use dualbody::linearize::{StepGradient, VjpScratch, WantedParameters};
 use dualbody::sim::SimulatorParameterGroup;
 
-use super::given::{check_finite, row};
+use super::given::check_finite;
 use super::memory::check_batch;
 use crate::prelude::*;
 
@@ -55,11 +55,11 @@ methods! { PySimulator {
         let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
         check_batch(&batch, models.is_some())?;
         let variants = self.variants(models.as_deref(), count)?;
-        let weights: Vec<&[f64]> = (0..count).map(|k| row(&adjoint, k, n)).collect();
+        let weights = adjoint.view();
         let one = |k: usize| {
             let at = (&states[k], &inputs[k * nu..(k + 1) * nu]);
             let pull = |own: &Simulator, scratch: &mut VjpScratch| {
-                pull_step(own, wanted(parameters), at, weights[k], scratch)
+                pull_step(own, wanted(parameters), at, weights.row(k), scratch)
             };
             match &variants {
                 None => with_kept(self.id, || VjpScratch::new(own), |kept| pull(own, kept)),
@@ -76,8 +76,7 @@ methods! { PySimulator {
             friction,
             simulator,
         );
-        of_package!(py, "sim", "StepGradient")
-            .call1(arrays)
+        of_package!(py, "_rollout", "StepGradient").call1(arrays)
     }
 } }
 
@@ -92,26 +91,23 @@ impl PySimulator {
         rows: &[&[f64]],
     ) -> [Array<'py>; 3] {
         let own = &*self.simulator;
-        let (mut of_model, mut friction, mut all) = (0..0, Vec::new(), 0..0);
-        if wanted {
-            of_model = 0..own.model().parameter_layout().names().len();
-            friction = self.friction();
-            all = 0..own.parameters().len();
-        }
-        let of_points: Vec<Vec<f64>> = rows
-            .iter()
-            .map(|row| friction.iter().map(|&k| row[k]).collect())
-            .collect();
-        let part = |range: &Range<usize>| {
-            let part = rows.iter().map(|row| &row[range.clone()]);
-            stack(py, batch, &[range.len()], part)
+        let model = own.model().parameter_layout().names().len();
+        let parts: [Vec<usize>; 3] = match wanted {
+            true => [
+                (0..model).collect(),
+                self.friction(),
+                (0..own.parameters().len()).collect(),
+            ],
+            false => Default::default(),
         };
-        let of_points = of_points.iter().map(Vec::as_slice);
-        let of_points = stack(py, batch, &[friction.len()], of_points);
-        [part(&of_model), of_points, part(&all)]
+        parts.map(|part| {
+            let of = |row: &&[f64]| part.iter().map(|&k| row[k]).collect();
+            let rows: Vec<Vec<f64>> = rows.iter().map(of).collect();
+            stack(py, batch, &[part.len()], rows.iter().map(Vec::as_slice))
+        })
     }
 
-    /// Where the friction of each point of contact is among the parameters.
+    /// Indices of the friction of each point of contact among the parameters.
     fn friction(&self) -> Vec<usize> {
         let layout = self.simulator.parameter_layout();
         let of_law = |(group, range): &(SimulatorParameterGroup, Range<usize>)| {

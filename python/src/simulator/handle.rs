@@ -285,9 +285,7 @@ methods! { PySimulator {
         let parts = this.get().parts.bind(py).copy()?;
         let model = this.get().base.clone_ref(py).into_any();
         let mut model = model.into_bound(py);
-        let has_parameters = parts
-            .get_item("parameters")?
-            .is_some_and(|own| !own.is_none());
+        let has_parameters = parts.get_item("parameters")?.is_some_and(|own| !own.is_none());
         if has_parameters && !changes.is_some_and(|all| all.contains("parameters").unwrap_or(false))
         {
             refuse!("this simulator has other parameters than its parts: give parameters too, or None for those of the parts");

@@ -48,7 +48,7 @@ impl PySimulator {
         let (n, nu) = (self.simulator.n_tangent(), self.simulator.nu());
         let a = matrices(py, batch, [n, n], all.iter().map(|own| &own.a))?;
         let b = matrices(py, batch, [n, nu], all.iter().map(|own| &own.b))?;
-        of_package!(py, "sim", "Linearization").call1((a, b))
+        of_package!(py, "_rollout", "Linearization").call1((a, b))
     }
 
     fn linearize_one<'py>(

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::given::{Given, States, check_finite};
 use super::handle::Batch;
 use crate::prelude::*;
-use crate::threads::{FEW, pool};
+use crate::threads::{FEW, install, pool};
 
 /// Working memory of a thread for a simulator.
 pub(crate) struct StepMemory {
@@ -21,7 +21,7 @@ pub(crate) struct StepMemory {
 
 impl PySimulator {
     /// Runs work with this thread's memory for one state, in which state and input are set.
-    pub(super) fn with_memory<'a, R>(
+    pub(crate) fn with_memory<'a, R>(
         &self,
         given: impl Into<States<'a>>,
         work: impl FnOnce(&mut StepMemory) -> R,
@@ -79,7 +79,7 @@ impl PySimulator {
             numbers.chunks_mut(width).enumerate().try_for_each(one)?;
         } else {
             let (pool, rows) = (pool()?, numbers.par_chunks_mut(width).enumerate());
-            py.detach(|| pool.install(|| rows.try_for_each(one)))?;
+            py.detach(|| install(&pool, || rows.try_for_each(one)))?;
         }
         if !apart.is_empty() {
             numbers_mut(&array).copy_from_slice(&apart);
@@ -122,7 +122,7 @@ impl PySimulator {
         work: impl FnOnce(&mut Batch) -> R + Send,
     ) -> PyResult<R> {
         let (pool, mut batch) = (pool()?, self.take_batch(length, models)?);
-        let out = guarded(|| pool.install(|| work(&mut batch)))?;
+        let out = guarded(|| install(&pool, || work(&mut batch)))?;
         self.put_batch(batch);
         Ok(out)
     }
@@ -139,7 +139,7 @@ impl PySimulator {
                 check_count(models, length)?;
                 let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
                 let make = || BatchSimulator::of_variants(&self.simulator, models);
-                guarded(|| pool.install(make))?.or_raise()?
+                guarded(|| install(&pool, make))?.or_raise()?
             }
             None => {
                 let kept = self.batch.try_lock().ok();
@@ -151,7 +151,7 @@ impl PySimulator {
                     return Ok(batch);
                 }
                 let simulator = (*self.simulator).clone();
-                guarded(|| pool.install(|| BatchSimulator::new(simulator, length)))?
+                guarded(|| install(&pool, || BatchSimulator::new(simulator, length)))?
             }
         };
         Ok(Batch {

@@ -4,27 +4,22 @@
 //! |---|---|
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
-//! | `equilibrium` | poses that can be held |
-//! | `step`, `linearize`, `acceleration`, `forces` | one step, its Jacobians, the acceleration at a moment, forces on frames by name |
+//! | `step`, `linearize` | one step, the acceleration at a moment, Jacobians |
 //! | `contact`, `contact_frames`, `contact_forces` | what touches, where, and how hard |
-//! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
+//! | `rollout`, `single`, `batch`, `trajectories` | many steps |
 //! | `batch_simulator`, `balance`, `spread` | states that stay in lanes, episodes of tasks that are data, on one thread or more |
 //! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
-mod acceleration;
 mod balance;
 mod batch;
 mod batch_simulator;
 mod contact;
 mod contact_forces;
 mod contact_frames;
-mod equilibrium;
-mod forces;
 mod given;
 mod gradient;
 mod handle;
-mod inputs;
 mod linearize;
 mod memory;
 mod native;
@@ -43,14 +38,12 @@ pub(crate) use contact_frames::entries;
 #[cfg(feature = "cuda")]
 pub(crate) use given::Given;
 #[cfg(feature = "cuda")]
-pub(crate) use given::row;
+pub(crate) use given::read_inputs;
 pub(crate) use given::{States, check_finite};
 pub(crate) use gradient::pull_step;
 pub(crate) use handle::{_simulator, PySimulator};
-#[cfg(feature = "cuda")]
-pub(crate) use inputs::read_inputs;
 pub(crate) use native::PyNativeSimulator;
-pub(crate) use step::diverged;
+pub(crate) use step::{diverged, write_row};
 #[cfg(feature = "cuda")]
 pub(crate) use trajectories::{Status, status_of};
 pub(crate) use weighted::Weighted;

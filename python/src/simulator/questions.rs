@@ -109,10 +109,7 @@ methods! { PySimulator {
     /// A nearby state that satisfies the constraints: (q, v). Raises a ValueError with the remaining error if none is found.
     fn assemble(&self, q, v) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let given = self.one(q, v, None, None)?;
-        let state = self
-            .with_memory(&given, |memory| self.simulator.assemble(&memory.state))?
-            .or_raise()?
-            .state;
+        let state = self.with_memory(&given, |memory| self.simulator.assemble(&memory.state))?.or_raise()?.state;
         let array = |x: &DVector<f64>| vector(q.py(), x.as_slice());
         Ok((array(&state.q), array(&state.v)))
     }

@@ -2,7 +2,7 @@
 
 use dualbody::sim::Rollout;
 
-use super::inputs::{Inputs, read_inputs};
+use super::given::read_inputs;
 use super::memory::check_batch;
 use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
@@ -41,8 +41,8 @@ methods! { PySimulator {
                 own.roll_batch_controlled(py, taken, &states, &batch, steps, control, bar)?
             }
             None => {
-                let numbers = Inputs::of(asked.inputs.as_ref());
-                let found = own.roll_batch(py, taken, &states, steps, &numbers, bar)?;
+                let inputs = asked.inputs.as_ref().map(Rows::view);
+                let found = own.roll_batch(py, taken, &states, steps, inputs, bar)?;
                 (found, Vec::new())
             }
         };
@@ -59,22 +59,19 @@ impl PySimulator {
         steps: usize,
         out: &mut [&mut [f64]],
     ) -> PyResult<()> {
-        let given = Inputs::Given {
-            numbers: inputs,
-            shared: false,
-        };
         let (nq, nv, nu, nc) = self.sizes();
+        let given = Some(View::of_batch(inputs, steps * nu));
         let all = Python::attach(|py| -> PyResult<Vec<f64>> {
             match states {
                 [] => Ok(Vec::new()),
                 [one] => {
                     let roll =
                         |control: &mut Control<'_>| self.simulator.rollout(one, steps, control);
-                    Ok(roll_with_inputs(py, &given, nu, steps, None, roll)?.states)
+                    Ok(roll_with_inputs(py, given, nu, steps, None, roll)?.states)
                 }
                 all => {
                     let batch = self.take_batch(all.len(), None)?;
-                    Ok(self.roll_batch(py, batch, all, steps, &given, None)?.states)
+                    Ok(self.roll_batch(py, batch, all, steps, given, None)?.states)
                 }
             }
         })?;
@@ -145,8 +142,8 @@ impl<'a, 'py> Asked<'a, 'py> {
         let found = match self.control {
             Some(control) => roll_controlled(control, nu, self.steps, bar, run)?,
             None => {
-                let numbers = Inputs::of(self.inputs.as_ref());
-                let found = roll_with_inputs(py, &numbers, nu, self.steps, bar, run)?;
+                let inputs = self.inputs.as_ref().map(Rows::view);
+                let found = roll_with_inputs(py, inputs, nu, self.steps, bar, run)?;
                 (found, Vec::new())
             }
         };
@@ -161,7 +158,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         count: usize,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let asked = (progress, (self.steps, count), self.control.is_some(), WIDTH);
-        let bar = of_package!(py, "sim", "_progress");
+        let bar = of_package!(py, "_rollout", "_progress");
         let bar = bar.call1(asked)?;
         Ok(Some(bar).filter(|bar| !bar.is_none()))
     }
@@ -187,7 +184,7 @@ impl<'a, 'py> Asked<'a, 'py> {
         };
         let arrays = (all, u, self.inputs.map(Rows::into_array));
         let ends = (count, out.stopped, out.failures);
-        of_package!(py, "sim", "_rollout").call1((of, batch, arrays, ends, bar))
+        of_package!(py, "_rollout", "_rollout").call1((of, batch, arrays, ends, bar))
     }
 }
 

@@ -3,18 +3,12 @@
 use dualbody::linearize::{Checkpoints, RolloutGradient, RolloutGradientOptions};
 use dualbody::sim::RolloutStatus;
 
-use super::given::{check_finite, row};
+use super::given::{check_finite, read_inputs};
 use super::gradient::wanted;
-use super::inputs::read_inputs;
 use super::memory::check_batch;
 use super::trajectories::status_of;
 use super::weighted::Weighted;
 use crate::prelude::*;
-
-/// Weights of a trajectory of a batch, of so many numbers each.
-fn weights_of<'a>(rows: Option<&'a Rows<'_>>, k: usize, width: usize) -> Option<&'a [f64]> {
-    rows.map(|rows| row(rows, k, width))
-}
 
 fn checkpoints_of(value: &Bound<'_, PyAny>) -> PyResult<Checkpoints> {
     if let Ok(interval) = value.extract::<usize>() {
@@ -64,36 +58,20 @@ methods! { PySimulator {
         let weights = [
             ("by_q", read("by_q", by_q, [steps + 1, nq])?),
             ("by_v", read("by_v", by_v, [steps + 1, nv])?),
-            (
-                "by_contact",
-                read("by_contact", by_contact, [steps + 1, nc])?,
-            ),
+            ("by_contact", read("by_contact", by_contact, [steps + 1, nc])?),
             ("by_u", read("by_u", by_u, [steps, nu])?),
             ("inputs", inputs),
         ];
-        let own_batches = weights
-            .iter()
-            .filter_map(|(name, rows)| Some((*name, rows.as_ref()?.batch())));
+        let own_batches = weights.iter().filter_map(|(name, rows)| Some((*name, rows.as_ref()?.batch())));
         let batch = common_batch([("q", &given.batch[..])].into_iter().chain(own_batches))?;
         let count = batch.iter().product();
         check_batch(&batch, models.is_some())?;
         let variants = self.variants(models.as_deref(), count)?;
         let states = self.states(&given, count)?;
-        let numbers = weights.each_ref().map(|(_, rows)| rows.as_ref());
-        let widths = [
-            (steps + 1) * nq,
-            (steps + 1) * nv,
-            (steps + 1) * nc,
-            steps * nu,
-            steps * nu,
-        ];
-        let rows_of = |k: usize| -> [Option<&[f64]>; 5] {
-            std::array::from_fn(|i| weights_of(numbers[i], k, widths[i]))
-        };
-        let all: Vec<_> = (0..count).map(rows_of).collect();
+        let views = weights.each_ref().map(|(_, rows)| rows.as_ref().map(Rows::view));
         let options = options_of(parameters, checkpoints)?;
         let one = |k: usize| {
-            let [q, v, contact, u, inputs] = all[k];
+            let [q, v, contact, u, inputs] = views.map(|view| view.map_or(&[][..], |view| view.row(k)));
             let cost = Weighted {
                 steps,
                 q,
@@ -102,7 +80,7 @@ methods! { PySimulator {
                 u,
             };
             let own = variants.as_ref().map_or(own, |all| &all[k]);
-            cost.pull(own, &states[k], inputs.unwrap_or(&[]), &options)
+            cost.pull(own, &states[k], inputs, &options)
         };
         let all = py.detach(|| each(count, one))?;
         self.rollout_slopes(py, &batch, steps, parameters, &all)
@@ -129,7 +107,7 @@ impl PySimulator {
             .filter(|&k| !matches!(all[k].status, RolloutStatus::Completed))
             .map(|k| (k, status_of(all[k].status)))
             .collect();
-        let status = of_package!(py, "_make", "_statuses");
+        let status = of_package!(py, "_rollout", "_statuses");
         let status = status.call1((all.len(), stopped, !batch.is_empty()))?;
         let fields = (
             stack(py, batch, &[n], all.iter().map(|g| g.start.as_slice())),
@@ -140,6 +118,6 @@ impl PySimulator {
             py.None(),
             simulator,
         );
-        of_package!(py, "sim", "RolloutGradient").call1(fields)
+        of_package!(py, "_rollout", "RolloutGradient").call1(fields)
     }
 }

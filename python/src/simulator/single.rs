@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 
 use dualbody::sim::Rollout;
 
-use super::inputs::{Inputs, read_input};
+use super::given::read_input;
 use super::trajectories::Trajectories;
 use crate::prelude::*;
 use crate::threads::{Watch, on_pool_watched};
@@ -16,12 +16,12 @@ pub(super) type Control<'a> = dyn FnMut(f64, &State, &mut [f64]) + 'a;
 /// Steps of fewer states than this are taken without releasing the interpreter lock.
 pub(super) const SHORT: usize = 1000;
 
-/// A rollout with inputs that are known.
+/// A rollout with inputs that are known, all in one row; zero without them.
 ///
 /// * `roll` – takes the steps, and asks what it is given for their inputs
 pub(super) fn roll_with_inputs(
     py: Python<'_>,
-    inputs: &Inputs<'_>,
+    inputs: Option<View<'_>>,
     nu: usize,
     steps: usize,
     progress: Option<&Bound<'_, PyAny>>,
@@ -30,8 +30,9 @@ pub(super) fn roll_with_inputs(
     let run = |watch: Option<&Watch>| {
         let mut k = 0;
         let rollout = roll(&mut |_, _, u| {
-            for (j, u) in u.iter_mut().enumerate() {
-                *u = inputs.at(0, k, j, steps, nu);
+            match inputs {
+                Some(inputs) => u.copy_from_slice(&inputs.row(0)[k * nu..(k + 1) * nu]),
+                None => u.fill(0.0),
             }
             k += 1;
             if let Some(watch) = watch {

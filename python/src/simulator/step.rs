@@ -1,16 +1,15 @@
-//! One step.
+//! One step, and the acceleration at a moment.
 
 use dualbody::Scalar;
 use dualbody::sim::{BatchStates, RolloutStatus};
 use pyo3::exceptions::PyFloatingPointError;
 
-use super::forces::with_forces;
 use super::given::{Given, States};
 use super::memory::{StepMemory, check_batch};
 use crate::prelude::*;
 
 /// Writes the numbers of a state as the k-th row of q, v and the numbers beside them. An empty output is left out.
-pub(super) fn write_row<T: Scalar>(
+pub(crate) fn write_row<T: Scalar>(
     state: &State<T>,
     k: usize,
     out: &mut [&mut [f64]],
@@ -49,6 +48,25 @@ pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
 pub(crate) fn diverged(k: Option<usize>) -> PyErr {
     let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
     PyFloatingPointError::new_err(format!("the step{which} diverged"))
+}
+
+/// A simulator with an input for each coordinate of the forces, and the input with them.
+pub(super) fn with_forces<'py>(
+    this: &Bound<'py, PySimulator>,
+    u: Option<&Bound<'py, PyAny>>,
+    forces: &Bound<'py, PyAny>,
+    representation: &str,
+    has_models: bool,
+) -> PyResult<(Bound<'py, PySimulator>, Option<Bound<'py, PyAny>>)> {
+    if has_models {
+        refuse!("forces act on states of one robot: give forces or models, not both");
+    }
+    let py = this.py();
+    let parts = this.get().parts.bind(py).as_any();
+    let actuators = parts.get_item("frame_actuators")?;
+    let forced = of_package!(py, "_forces", "_forced");
+    let made = forced.call1((this, actuators, u, forces, representation))?;
+    made.extract()
 }
 
 methods! { PySimulator {
@@ -160,7 +178,7 @@ impl PySimulator {
     }
 
     /// Arrays for the next state: those of the caller, or new ones.
-    fn outputs<'py>(
+    pub(crate) fn outputs<'py>(
         &self,
         py: Python<'py>,
         given: &Given<'py>,
@@ -193,3 +211,42 @@ impl PySimulator {
         Ok(arrays)
     }
 }
+
+fn not_finite(k: Option<usize>) -> PyErr {
+    let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
+    PyFloatingPointError::new_err(format!("the acceleration{which} is not finite"))
+}
+
+methods! { PySimulator {
+    /// Acceleration dv/dt at a state under the input, (..., nv), rad/s² or m/s²: forward dynamics with all forces at this instant.
+    ///
+    /// Arguments as in step; out: an array for the result. Motors, limits, friction, springs, constraints and contact are evaluated at this state,
+    /// while a step evaluates some of them at its end. Rigid contact has forces over a whole step only; the acceleration is the mean over one step.
+    /// Raises FloatingPointError if an acceleration is not finite.
+    fn acceleration(
+        this: &Bound<'py, Self>, q, v, u = None, *, contact = None, forces = None, representation: &str = "mixed",
+        models: Option<Vec<Py<PyModel>>> = None, out = None
+    ) -> PyResult<Array<'py>> {
+        if let Some(forces) = forces {
+            let (forced, u) = with_forces(this, u, forces, representation, models.is_some())?;
+            let u = u.as_ref();
+            return Self::acceleration(&forced, q, v, u, contact, None, representation, None, out);
+        }
+        let own = this.get();
+        let given = own.read(q, v, u, contact)?;
+        check_batch(&given.batch, models.is_some())?;
+        let variants = own.variants(models.as_deref(), given.count())?;
+        let (simulator, nv) = (&*own.simulator, own.sizes().1);
+        let array = own.rows(q.py(), &given, nv, out, |k, memory, row| {
+            let (state, u, scratch) = (&memory.state, &memory.u, &mut memory.scratch);
+            match &variants {
+                Some(all) => row.copy_from_slice(all[k].acceleration(state, u).as_slice()),
+                None => row.copy_from_slice(simulator.acceleration_into(state, u, scratch)),
+            }
+        })?;
+        match numbers_mut(&array).iter().position(|a| !a.is_finite()) {
+            None => Ok(array),
+            Some(k) => Err(not_finite((!given.batch.is_empty()).then(|| k / nv))),
+        }
+    }
+} }

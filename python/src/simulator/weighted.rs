@@ -5,24 +5,24 @@ use dualbody::linearize::{RolloutCost, RolloutGradient, RolloutGradientOptions};
 
 use crate::prelude::*;
 
-/// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost.
+/// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost. Weights that are left out are zero.
 pub(crate) struct Weighted<'a> {
     pub(crate) steps: usize,
-    pub(crate) q: Option<&'a [f64]>,
-    pub(crate) v: Option<&'a [f64]>,
-    pub(crate) contact: Option<&'a [f64]>,
-    pub(crate) u: Option<&'a [f64]>,
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) contact: &'a [f64],
+    pub(crate) u: &'a [f64],
 }
 
-/// Sum of numbers with the weights of a step; zero without weights.
+/// Sum of numbers with the weights of a step, of so many; zero without weights. A state in the tangent has no numbers for sleep, which the weights have.
 fn weighted<'x, T: Scalar>(
-    weights: Option<&[f64]>,
+    weights: &[f64],
+    steps: usize,
     step: usize,
-    x: impl Iterator<Item = &'x T> + Clone,
+    x: impl Iterator<Item = &'x T>,
 ) -> T {
-    let n = x.clone().count();
-    let own = weights.map_or(&[][..], |all| &all[step * n..(step + 1) * n]);
-    let products = own.iter().zip(x).map(|(&w, &x)| x * w);
+    let own = weights.iter().skip(step * (weights.len() / steps.max(1)));
+    let products = own.zip(x).map(|(&w, &x)| x * w);
     products.fold(T::zero(), |sum, product| sum + product)
 }
 
@@ -44,19 +44,19 @@ impl Weighted<'_> {
     }
 
     fn state<T: Scalar>(&self, step: usize, state: &State<T>) -> T {
-        weighted(self.q, step, state.q.iter())
-            + weighted(self.v, step, state.v.iter())
-            + weighted(
-                self.contact,
-                step,
-                state.contact.iter().chain(&state.activation),
-            )
+        let (n, beside) = (
+            self.steps + 1,
+            state.contact.iter().chain(&state.activation),
+        );
+        weighted(self.q, n, step, state.q.iter())
+            + weighted(self.v, n, step, state.v.iter())
+            + weighted(self.contact, n, step, beside)
     }
 }
 
 impl RolloutCost for Weighted<'_> {
     fn stage<T: Scalar>(&self, step: usize, state: &State<T>, u: &[T]) -> T {
-        self.state(step, state) + weighted(self.u, step, u.iter())
+        self.state(step, state) + weighted(self.u, self.steps, step, u.iter())
     }
 
     fn end<T: Scalar>(&self, last: &State<T>) -> T {

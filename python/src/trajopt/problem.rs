@@ -1,43 +1,11 @@
 //! Problems: costs, constraints, bounds.
 
-use dualbody::trajopt::{
-    Activation, AnySystem, Constraint, Cost, InitialState, Problem, Residual, System, Trajectory,
-};
+use dualbody::trajopt::{AnySystem, Constraint, Cost, InitialState, Problem, System, Trajectory};
 
-use super::residual::{Use, activation_of, reference_rows, with_residual};
+use super::residual::{activation_of, reference_rows, residual_of};
 use super::user::UserSystem;
 use crate::prelude::*;
 use crate::simulator::check_finite;
-
-struct AddTerm(Cost, f64, Activation, Option<(usize, usize)>);
-
-impl Use for AddTerm {
-    type Out = Cost;
-
-    fn with<R: Residual>(self, residual: R) -> PyResult<Cost> {
-        let Self(cost, weight, activation, stages) = self;
-        guarded(|| match stages {
-            None => cost.with(weight, activation, residual),
-            Some((first, end)) => cost.with_during(first..end, weight, activation, residual),
-        })
-    }
-}
-
-enum AddConstraint<'a> {
-    Within(&'a [f64], &'a [f64]),
-    Zero(&'a dyn AnySystem),
-}
-
-impl Use for AddConstraint<'_> {
-    type Out = Constraint;
-
-    fn with<R: Residual>(self, residual: R) -> PyResult<Constraint> {
-        guarded(|| match self {
-            Self::Within(lower, upper) => Constraint::within(residual, lower, upper),
-            Self::Zero(dynamics) => Constraint::equal_to_zero(dynamics, residual),
-        })
-    }
-}
 
 pub(super) fn cost_of(
     dynamics: &dyn AnySystem,
@@ -49,8 +17,11 @@ pub(super) fn cost_of(
         let term = term?;
         let (weight, stages) = (attribute(&term, "weight")?, attribute(&term, "stages")?);
         let activation = activation_of(&term.getattr("activation")?)?;
-        let then = AddTerm(cost, weight, activation, stages);
-        cost = with_residual(dynamics, &term.getattr("residual")?, raised, then)?;
+        let residual = residual_of(dynamics, &term.getattr("residual")?, raised)?;
+        cost = guarded(|| match stages {
+            None => cost.with(weight, activation, residual),
+            Some((first, end)) => cost.with_during(first..end, weight, activation, residual),
+        })?;
     }
     Ok(cost)
 }
@@ -60,13 +31,12 @@ fn constraint_of(
     value: &Bound<'_, PyAny>,
     raised: &Raised,
 ) -> PyResult<Constraint> {
-    let residual = value.getattr("residual")?;
+    let residual = residual_of(dynamics, &value.getattr("residual")?, raised)?;
     let bounds: Option<(Vec<f64>, Vec<f64>)> = attribute(value, "bounds")?;
-    let then = match &bounds {
-        None => AddConstraint::Zero(dynamics),
-        Some((lower, upper)) => AddConstraint::Within(lower, upper),
-    };
-    with_residual(dynamics, &residual, raised, then)
+    guarded(|| match &bounds {
+        None => Constraint::equal_to_zero(dynamics, residual),
+        Some((lower, upper)) => Constraint::within(residual, lower, upper),
+    })
 }
 
 /// Whether the dynamics of a problem are functions of Python.

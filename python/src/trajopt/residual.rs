@@ -1,12 +1,12 @@
 //! Residuals, whatever their type.
 
+use dualbody::Scalar;
 use dualbody::contact::LinkShapes;
 use dualbody::model::FrameId;
-use dualbody::spatial::Representation;
 use dualbody::trajopt::{
-    Activation, AnySystem, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation,
-    FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Obstacle, Residual,
-    StateError,
+    Activation, AnyResidual, AnySystem, CenterOfMass, CentroidalMomentum, FrameDistance,
+    FrameOrientation, FramePose, FramePosition, FrameVelocity, InputError, LinkDistances, Node,
+    Obstacle, Residual, StateError,
 };
 
 use crate::dynamics::named;
@@ -29,39 +29,51 @@ pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     }
 }
 
-/// Work on a residual of any type.
-pub(super) trait Use {
-    type Out;
-    fn with<R: Residual>(self, residual: R) -> PyResult<Self::Out>;
+/// A residual of any type, behind the pointer that costs and constraints keep of it.
+pub(super) struct Known(Box<dyn AnyResidual>);
+
+impl Residual for Known {
+    fn dim(&self, node: &Node<'_>) -> usize {
+        self.0.dim(node)
+    }
+
+    /// Not called: costs and constraints call what is behind the pointer.
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, _: &[T], _: &[T], r: &mut [T]) {
+        r.fill(f64::NAN.into());
+    }
+
+    fn boxed(self) -> Box<dyn AnyResidual> {
+        self.0
+    }
 }
 
-/// Makes the residual that a class of Python describes, and uses it.
-pub(super) fn with_residual<U: Use>(
+/// Makes the residual that a class of Python describes.
+pub(super) fn residual_of(
     dynamics: &dyn AnySystem,
     value: &Bound<'_, PyAny>,
     raised: &Raised,
-    then: U,
-) -> PyResult<U::Out> {
-    match (kind_of(value)?.as_str(), dynamics.robot()) {
+) -> PyResult<Known> {
+    let own = match (kind_of(value)?.as_str(), dynamics.robot()) {
         ("Residual", _) => {
             let sizes = [dynamics.ndx(), dynamics.nu()];
-            then.with(UserResidual::read(value, sizes, raised)?)
+            UserResidual::read(value, sizes, raised)?.boxed()
         }
         ("InputError", _) => match references(value, dynamics.nu())?.as_deref() {
-            None => then.with(InputError::to_zero(dynamics)),
-            Some([one]) => then.with(InputError::to(one)),
-            Some(all) => then.with(InputError::along(all)),
+            None => InputError::to_zero(dynamics).boxed(),
+            Some([one]) => InputError::to(one).boxed(),
+            Some(all) => InputError::along(all).boxed(),
         },
         ("StateError", model) => match references(value, dynamics.nx())?.as_deref() {
-            None => then.with(StateError::to(&rest(dynamics, model))),
-            Some([one]) => then.with(StateError::to(one)),
-            Some(all) => then.with(StateError::along(all)),
+            None => StateError::to(&rest(dynamics, model)).boxed(),
+            Some([one]) => StateError::to(one).boxed(),
+            Some(all) => StateError::along(all).boxed(),
         },
-        (kind, Some(model)) => with_robot_residual(model, kind, value, then),
-        (other, None) => Err(invalid!(
+        (kind, Some(model)) => robot_residual_of(model, kind, value)?,
+        (other, None) => refuse!(
             "a residual of the kind \"{other}\" is one of robots, and the dynamics are functions"
-        )),
-    }
+        ),
+    };
+    Ok(Known(own))
 }
 
 /// The state that is meant where none is said: neutral of a robot, else zero.
@@ -81,51 +93,43 @@ fn references(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Option<Vec<Vec<f64
     }
 }
 
-/// [`with_residual`] for residuals of robots alone.
-fn with_robot_residual<U: Use>(
+/// [`residual_of`] for residuals of robots alone.
+fn robot_residual_of(
     model: &Model,
     kind: &str,
     value: &Bound<'_, PyAny>,
-    then: U,
-) -> PyResult<U::Out> {
-    let frame = |name: &str| -> PyResult<FrameId> {
-        let frame: String = attribute(value, name)?;
-        model.find_frame(&frame).or_raise()
-    };
+) -> PyResult<Box<dyn AnyResidual>> {
+    let frame = || -> PyResult<FrameId> { named(model, &attribute::<String>(value, "frame")?) };
     let target = || value.getattr("target");
+    let pose = || read_pose("target", &target()?);
     let three = || -> PyResult<[f64; 3]> { target()?.extract() };
     let six = || -> PyResult<[f64; 6]> { target()?.extract() };
-    match kind {
-        "FramePosition" => then.with(FramePosition::new(frame("frame")?, three()?)),
-        "FrameOrientation" => {
-            let target = read_pose("target", &target()?)?.rotation;
-            then.with(FrameOrientation {
-                frame: frame("frame")?,
-                target,
-            })
+    Ok(match kind {
+        "FramePosition" => FramePosition::new(frame()?, three()?).boxed(),
+        "FrameOrientation" => FrameOrientation {
+            frame: frame()?,
+            target: pose()?.rotation,
         }
-        "FramePose" => then.with(FramePose {
-            frame: frame("frame")?,
-            target: read_pose("target", &target()?)?,
-        }),
-        "FrameVelocity" => {
-            let name: String = attribute(value, "representation")?;
-            then.with(FrameVelocity {
-                frame: frame("frame")?,
-                representation: named::<Representation>(model, &name)?,
-                target: six()?,
-            })
+        .boxed(),
+        "FramePose" => FramePose {
+            frame: frame()?,
+            target: pose()?,
         }
+        .boxed(),
+        "FrameVelocity" => FrameVelocity {
+            frame: frame()?,
+            representation: named(model, &attribute::<String>(value, "representation")?)?,
+            target: six()?,
+        }
+        .boxed(),
         "FrameDistance" => {
             let from = value.getattr("from_")?;
             let from = match from.extract::<String>() {
-                Ok(name) => Obstacle::Frame(model.find_frame(&name).or_raise()?),
+                Ok(name) => Obstacle::Frame(named(model, &name)?),
                 Err(_) => Obstacle::Point(from.extract::<[f64; 3]>()?.into()),
             };
-            then.with(FrameDistance {
-                frame: frame("frame")?,
-                from,
-            })
+            let frame = frame()?;
+            FrameDistance { frame, from }.boxed()
         }
         "LinkDistances" => {
             let pairs: Vec<(String, String)> = attribute(value, "pairs")?;
@@ -136,14 +140,16 @@ fn with_robot_residual<U: Use>(
             let samples: usize = attribute(value, "samples_between")?;
             // A row of a Jacobian for each, at each stage.
             check_trajectories(1, samples.saturating_add(1), pairs.len() * (model.nv() + 1))?;
-            then.with(distances.or_raise()?.with_samples_between(samples))
+            let distances = distances.or_raise()?;
+            distances.with_samples_between(samples).boxed()
         }
-        "CenterOfMass" => then.with(CenterOfMass {
+        "CenterOfMass" => CenterOfMass {
             target: three()?.into(),
-        }),
-        "CentroidalMomentum" => then.with(CentroidalMomentum { target: six()? }),
-        _ => Err(invalid!("residual is of the unknown kind \"{kind}\"")),
-    }
+        }
+        .boxed(),
+        "CentroidalMomentum" => CentroidalMomentum { target: six()? }.boxed(),
+        _ => refuse!("residual is of the unknown kind \"{kind}\""),
+    })
 }
 
 /// One vector, or one for each stage.

@@ -6,16 +6,11 @@ use super::problem::{Guess, guess_of, problem_of_simulator};
 use super::solution::{curvature_of, solve, trajectory};
 use crate::prelude::*;
 
-const MINIMIZERS: [(&str, Minimizer); 4] = [
-    ("lbfgs", Minimizer::Lbfgs),
-    ("steepest_descent", Minimizer::SteepestDescent),
-    ("newton_cg", Minimizer::NewtonCg),
-    ("trust_region", Minimizer::TrustRegion),
-];
+use Minimizer::{Lbfgs, NewtonCg, SteepestDescent, TrustRegion};
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
     read_options!(ShootingOptions, "SingleShooting", value;
-        minimizer = minimizer by chosen("minimizer", &MINIMIZERS), memory, radius, max_iterations, tolerance,
+        minimizer = minimizer by chosen("minimizer", &[Lbfgs, SteepestDescent, NewtonCg, TrustRegion]), memory, radius, max_iterations, tolerance,
         exact_curvature = curvature by curvature_of, constraint_tolerance = constraints.tolerance, penalty = constraints.penalty)
 }
 
@@ -35,40 +30,21 @@ functions! {
             |py, _, own: &Variables| Ok(vector(py, &own.variables)),
         )
     }
-}
 
-/// The requested result of the function of single shooting.
-#[derive(Clone, Copy)]
-enum Question {
-    Value,
-    Gradient,
-    Hessian,
-    Trajectory,
-}
-
-const QUESTIONS: [(&str, Question); 4] = [
-    ("value", Question::Value),
-    ("gradient", Question::Gradient),
-    ("hessian", Question::Hessian),
-    ("trajectory", Question::Trajectory),
-];
-
-functions! {
     /// Value, gradient (n,), Hessian (n, n) or trajectory (x, u) at variables (n,).
     fn _shooting_at(problem, options: &Bound<'py, PyDict>, question: &str, z) -> PyResult<Bound<'py, PyAny>> {
         let (py, raised) = (problem.py(), Raised::default());
         let problem = problem_of_simulator(problem, &raised)?;
-        let question = choice("question", question, &QUESTIONS)?;
         let own = SingleShooting::with_options(&problem, options_of(options)?);
         let z = read_vector("z", z, Some(own.dim()))?;
         let found = match question {
-            Question::Value => guarded(|| own.value(&z))?.into_pyobject(py)?.into_any(),
-            Question::Gradient => {
+            "value" => guarded(|| own.value(&z))?.into_pyobject(py)?.into_any(),
+            "gradient" => {
                 let gradient = guarded(|| own.gradient(&z))?;
                 vector(py, gradient.as_slice())
             }
-            Question::Hessian => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
-            Question::Trajectory => {
+            "hessian" => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
+            _ => {
                 let found = guarded(|| own.trajectory(&z))?;
                 let arrays = trajectory(py, problem.dynamics(), &found)?;
                 arrays.into_pyobject(py)?.into_any()

@@ -1,7 +1,6 @@
 //! Runs of solvers: their options, progress and results.
 
 use dualbody::trajopt::{AnySystem, Curvature, Problem, Progress, Solution, Trajectory};
-use pyo3::types::PyBool;
 
 use super::problem::{Guess, guess_of};
 use crate::prelude::*;
@@ -34,9 +33,7 @@ pub(super) fn solve<'py, S: Send>(
     let report = report.map(|report| report.clone().unbind());
     let raised = &of_functions;
     let mut tell = |p: &Progress| {
-        if let Some(report) = &report {
-            tell(report, p, raised);
-        }
+        raised.tell(report.as_ref(), (p.iteration, p.cost, p.violation, p.gap));
     };
     let run = || raised.stop.watch(|| run(&problem, &guess, &mut tell));
     let found = on_pool_stopped(py, run);
@@ -44,20 +41,6 @@ pub(super) fn solve<'py, S: Send>(
     let found = found?;
     let dynamics = problem.dynamics();
     solution(py, dynamics, &found, own(py, dynamics, &found.own)?)
-}
-
-/// Calls the report of Python; what it returns or raises may end the solver.
-fn tell(report: &Py<PyAny>, p: &Progress, raised: &Raised) {
-    let numbers = (p.iteration, p.cost, p.violation, p.gap);
-    let ends = Python::attach(|py| {
-        raised.attempt(|| {
-            let found = report.call1(py, numbers)?;
-            Ok(found.bind(py).is(&*PyBool::new(py, true)))
-        })
-    });
-    if ends == Some(true) {
-        raised.stop.stop();
-    }
 }
 
 /// (x, u, own, cost, status, converged, iterations, cost history, violation, gap)

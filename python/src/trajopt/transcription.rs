@@ -7,12 +7,7 @@ use super::solution::{nodes, solve};
 use crate::prelude::*;
 
 /// States at the nodes and in the middles, inputs likewise.
-type Points<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-);
+type Points<'py> = [Bound<'py, PyAny>; 4];
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<TranscriptionOptions> {
     read_options!(TranscriptionOptions, "Transcription", value;
@@ -36,7 +31,7 @@ impl Read {
     fn new(problem: &Problem, points: &Points<'_>) -> PyResult<Self> {
         let (n, simulator) = (problem.horizon(), problem.dynamics());
         let (nx, nu) = (simulator.nx(), simulator.nu());
-        let (states, middle_states, inputs, middle_inputs) = points;
+        let [states, middle_states, inputs, middle_inputs] = points;
         Ok(Self([
             rows("states", states, nx, n + 1)?,
             rows("middle_states", middle_states, nx, n)?,
@@ -96,10 +91,7 @@ functions! {
         check_dynamics(problem)?;
         let py = problem.py();
         let problem: Problem = problem_of(problem, &Raised::default())?;
-        let (points, times) = (
-            Read::new(&problem, &points)?,
-            read_vector("times", times, None)?,
-        );
+        let (points, times) = (Read::new(&problem, &points)?, read_vector("times", times, None)?);
         if let Some(k) = times.iter().position(|time| time.is_nan()) {
             refuse!("times[{k}] is not a number");
         }
@@ -109,9 +101,6 @@ functions! {
             let at = |&time: &f64| (curve.state(simulator, time), curve.input(time));
             times.iter().map(at).unzip()
         })?;
-        Ok((
-            nodes(py, &states, simulator.nx()),
-            nodes(py, &inputs, simulator.nu()),
-        ))
+        Ok((nodes(py, &states, simulator.nx()), nodes(py, &inputs, simulator.nu())))
     }
 }

@@ -48,10 +48,7 @@ impl Functions {
             let found = Self::call(py, &self.value, x, u)?;
             read_vector(name, &found, Some(self.sizes[0]))
         };
-        match self.raised.attempt(|| Python::attach(call)) {
-            Some(found) => out.copy_from_slice(&found),
-            None => out.fill(f64::NAN),
-        }
+        self.raised.fill(out, || Python::attach(call));
     }
 
     /// The Jacobians; what is not finite after an exception.

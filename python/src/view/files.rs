@@ -8,23 +8,6 @@ use super::plot::PyPlot;
 use super::recording::{PyRecording, models_of};
 use crate::prelude::*;
 
-files! { PyRecording.recording {
-    /// The page as a text: it works offline, in one file.
-    to_html,
-    /// Writes the page, which needs nothing else.
-    save_html;
-
-    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by what they act on ("u.pivot"; "u0", "u1" where that is unknown), series.
-    to_csv,
-    /// Writes the table of all columns as CSV, as of to_csv.
-    save_csv;
-
-    /// The recording as a text of JSON, which `read` reads.
-    to_json,
-    /// Writes the recording as JSON, which `read` reads.
-    save_json;
-} }
-
 #[pymethods]
 impl PyRecording {
     fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -49,6 +32,24 @@ impl PyRecording {
 }
 
 methods! { PyRecording {
+    /// The page as a text: it works offline, in one file.
+    fn to_html(&self) -> PyResult<String> { Ok(self.recording.to_html()) }
+
+    /// Writes the page, which needs nothing else, and creates its folders; an OSError names a file that cannot be written.
+    fn save_html(&self, path: PathBuf) -> PyResult<()> { self.recording.save_html(path).or_raise() }
+
+    /// The table of all columns as a text of CSV: times (s), coordinates, inputs by what they act on ("u.pivot"; "u0", "u1" where that is unknown), series.
+    fn to_csv(&self) -> PyResult<String> { Ok(self.recording.to_csv()) }
+
+    /// Writes the table of all columns as CSV, as of to_csv, and creates its folders; an OSError names a file that cannot be written.
+    fn save_csv(&self, path: PathBuf) -> PyResult<()> { self.recording.save_csv(path).or_raise() }
+
+    /// The recording as a text of JSON, which `read` reads.
+    fn to_json(&self) -> PyResult<String> { Ok(self.recording.to_json()) }
+
+    /// Writes the recording as JSON, which `read` reads, and creates its folders; an OSError names a file that cannot be written.
+    fn save_json(&self, path: PathBuf) -> PyResult<()> { self.recording.save_json(path).or_raise() }
+
     /// Reads a recording from a table or a JSON file; the robots are not in it.
     #[staticmethod]
     fn read(path: PathBuf, *models) -> PyResult<Self> {
@@ -68,7 +69,6 @@ methods! { PyRecording {
 
     /// The HTML viewer in a frame of given size, for notebooks: width and height as in HTML.
     fn show(&self, py: Python, width: &str = "100%", height: &str = "480") -> PyResult<Bound<'py, PyAny>> {
-        of_package!(py, "view", "Page")
-            .call1((self.to_html()?, width, height))
+        of_package!(py, "view", "Page").call1((self.to_html()?, width, height))
     }
 } }

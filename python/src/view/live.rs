@@ -1,6 +1,6 @@
 //! A simulation in the browser while it runs.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dualbody::view::{Live, Recording};
 
@@ -24,11 +24,12 @@ getters! { PyLive {
 impl PyLive {
     /// The result of `read` on the simulation.
     fn of<R: Send>(&self, py: Python<'_>, read: impl FnOnce(&Live) -> R + Send) -> PyResult<R> {
-        py.detach(|| {
-            let live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
-            live.as_ref().map(read)
-        })
-        .ok_or_else(|| value_error("the simulation has ended"))
+        py.detach(|| self.lock().as_ref().map(read))
+            .ok_or_else(|| value_error("the simulation has ended"))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Live>> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -53,14 +54,7 @@ impl PyLive {
 
     /// Ends the simulation; its page reports this.
     fn stop(&self, py: Python<'_>) {
-        py.detach(|| {
-            drop(
-                self.live
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .take(),
-            )
-        });
+        py.detach(|| drop(self.lock().take()));
     }
 
     fn _repr_html_(&self) -> String {

@@ -45,9 +45,7 @@ methods! { PyPictures {
         let options = options(width, height, 25.0, 1.0);
         Ok(Self {
             pictures: guarded(|| Pictures::new(&recording.recording, options))?,
-            models: (recording.models.iter())
-                .map(|model| model.clone_ref(py))
-                .collect(),
+            models: (recording.models.iter()).map(|model| model.clone_ref(py)).collect(),
         })
     }
 
@@ -80,15 +78,13 @@ methods! { PyRecording {
     /// Writes the picture at a time as PNG, and the folders above it; an OSError names a file that cannot be written.
     fn save_png(&self, py: Python, path: PathBuf, time: f64, width: u32 = 640, height: u32 = 480) -> PyResult<()> {
         let options = options(width, height, 25.0, 1.0);
-        py.detach(|| guarded(|| self.recording.save_png(path, time, options)))?
-            .or_raise()
+        py.detach(|| guarded(|| self.recording.save_png(path, time, options)))?.or_raise()
     }
 
     /// Writes the motion as an animation that repeats, a GIF, and the folders above it; an OSError names a file that cannot be written.
     fn save_gif(&self, py: Python, path: PathBuf, width: u32 = 640, height: u32 = 480, rate: f64 = 25.0, speed: f64 = 1.0) -> PyResult<()> {
         let options = options(width, height, rate, speed);
-        py.detach(|| guarded(|| self.recording.save_gif(path, options)))?
-            .or_raise()
+        py.detach(|| guarded(|| self.recording.save_gif(path, options)))?.or_raise()
     }
 
     /// The animation of save_gif as bytes: a notebook shows them by IPython.display.Image.

@@ -29,34 +29,8 @@ functions! {
     }
 }
 
-files! { PyPlot.plot {
-    /// The plot as a text of SVG.
-    to_svg,
-    /// Writes the plot as SVG.
-    save_svg;
-} }
-
 #[pymethods]
 impl PyPlot {
-    /// The plot with another size, pixels.
-    fn with_size(&self, width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (width, height) = (whole("width", width)?, whole("height", height)?);
-        let plot = self.plot.clone();
-        Ok(Self {
-            plot: guarded(|| plot.with_size(width, height))?,
-        })
-    }
-
-    /// The plot as the bytes of a PNG.
-    fn to_png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
-    }
-
-    /// Writes the plot as PNG, and creates its folders; an OSError names a file that cannot be written.
-    fn save_png(&self, path: PathBuf) -> PyResult<()> {
-        guarded(|| self.plot.save_png(path))?.or_raise()
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         let make = of_package!(py, "_dualbody", "_plot");
         let plot = &self.plot;
@@ -78,6 +52,18 @@ impl PyPlot {
 }
 
 methods! { PyPlot {
+    /// The plot as a text of SVG.
+    fn to_svg(&self) -> PyResult<String> { Ok(self.plot.to_svg()) }
+
+    /// Writes the plot as SVG, and creates its folders; an OSError names a file that cannot be written.
+    fn save_svg(&self, path: PathBuf) -> PyResult<()> { self.plot.save_svg(path).or_raise() }
+
+    /// The plot as the bytes of a PNG.
+    fn to_png(&self, py: Python) -> PyResult<Bound<'py, PyBytes>> { Ok(PyBytes::new(py, &self.plot.to_png())) }
+
+    /// Writes the plot as PNG, and creates its folders; an OSError names a file that cannot be written.
+    fn save_png(&self, path: PathBuf) -> PyResult<()> { self.plot.save_png(path).or_raise() }
+
     /// An empty plot: title, names of the axes, size in pixels.
     #[new]
     fn new(title: &str = "", *, x: &str = "", y: &str = "", size = None, logarithmic: bool = false) -> PyResult<Self> {
@@ -92,12 +78,16 @@ methods! { PyPlot {
         Ok(Self { plot })
     }
 
+    /// The plot with another size, pixels.
+    fn with_size(&self, width, height) -> PyResult<Self> {
+        let (width, height) = (whole("width", width)?, whole("height", height)?);
+        Ok(Self { plot: self.plot.clone().with_size(width, height) })
+    }
+
     /// The plot with an additional curve through the points (x, y).
     fn with_line(&self, name: String, x, y) -> PyResult<Self> {
         let x = read_vector("x", x, None)?;
         let y = read_vector("y", y, Some(x.len()))?;
-        let plot = self.plot.clone();
-        let plot = guarded(|| plot.with_line(name, x.into_iter().zip(y)))?;
-        Ok(Self { plot })
+        Ok(Self { plot: self.plot.clone().with_line(name, x.into_iter().zip(y)) })
     }
 } }

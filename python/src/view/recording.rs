@@ -18,43 +18,33 @@ fn trajectory(
     simulator: Option<&Simulator>,
     rollout: &Bound<'_, PyAny>,
 ) -> PyResult<Rollout> {
-    let (q, v, u) = (
-        rollout.getattr("q")?,
-        rollout.getattr("v")?,
-        rollout.getattr("u")?,
-    );
-    let contact = rollout.getattr("contact")?;
-    let nc: usize = contact.getattr("shape")?.get_item(-1)?.extract()?;
-    let nu: usize = u.getattr("shape")?.get_item(-1)?.extract()?;
+    let part = |name: &'static str, width: Option<usize>| -> PyResult<Rows<'_>> {
+        let value = rollout.getattr(name.trim_start_matches("rollout."))?;
+        let own = |value: &Bound<'_, PyAny>| value.getattr("shape")?.get_item(-1)?.extract();
+        let width = width.map_or_else(|| own(&value), Ok)?;
+        Rows::read(&argument(name, &value, &[width]))
+    };
     let (q, v) = (
-        read("rollout.q", &q, model.nq())?,
-        read("rollout.v", &v, model.nv())?,
+        part("rollout.q", Some(model.nq()))?,
+        part("rollout.v", Some(model.nv()))?,
     );
-    let (u, contact) = (
-        read("rollout.u", &u, nu)?,
-        read("rollout.contact", &contact, nc)?,
-    );
+    let (u, contact) = (part("rollout.u", None)?, part("rollout.contact", None)?);
     if q.batch().len() != 1 {
         refuse!("rollout is a batch: give one of its trajectories, rollout[i]");
     }
     let count: usize = attribute(rollout, "n_states")?;
-    let piece = |rows: &Rows<'_>, k: usize, n: usize| rows.as_slice()[k * n..(k + 1) * n].to_vec();
     let states = (0..count).map(|k| {
-        let state = State::new(&piece(&q, k, model.nq()), &piece(&v, k, model.nv()));
-        let contact = piece(&contact, k, nc);
-        match simulator {
-            Some(own) if own.n_activation() + own.n_sleep() > 0 => {
-                let (contact, rest) = contact.split_at(own.n_contact().min(nc));
-                let (activation, sleep) = rest.split_at(own.n_activation().min(rest.len()));
-                let mut state = state.with_contact(contact.to_vec().into());
-                (state.activation, state.sleep) =
-                    (activation.to_vec().into(), sleep.to_vec().into());
-                state
-            }
-            _ => state.with_contact(contact.into()),
-        }
+        let rest = contact.view().row(k);
+        let n = simulator.map_or(rest.len(), Simulator::n_contact);
+        let (contact, rest) = rest.split_at(n.min(rest.len()));
+        let n = simulator.map_or(0, Simulator::n_activation);
+        let (activation, sleep) = rest.split_at(n.min(rest.len()));
+        let mut state = State::new(q.view().row(k), v.view().row(k));
+        [state.contact, state.activation, state.sleep] =
+            [contact, activation, sleep].map(DVector::from_column_slice);
+        state
     });
-    let inputs = (0..count - 1).map(|k| DVector::from_vec(piece(&u, k, nu)));
+    let inputs = (0..count - 1).map(|k| DVector::from_column_slice(u.view().row(k)));
     let names = match simulator {
         Some(simulator) => simulator.input_names(),
         None => attribute(rollout, "input_names")?,
@@ -66,14 +56,6 @@ fn trajectory(
         rollout.input_names = names;
         rollout
     })
-}
-
-pub(super) fn read<'py>(
-    name: &'static str,
-    value: &Bound<'py, PyAny>,
-    n: usize,
-) -> PyResult<Rows<'py>> {
-    Rows::read(&argument(name, value, &[n]))
 }
 
 pub(super) fn models_of(models: &[Py<PyModel>]) -> Vec<&Model> {
@@ -156,15 +138,10 @@ methods! { PyRecording {
     /// An empty recording of robots.
     #[new]
     fn new(*models) -> PyResult<Self> {
-        let models: Vec<Py<PyModel>> = models
-            .iter()
+        let models: Vec<Py<PyModel>> = models.iter()
             .map(|model| {
-                Ok(model
-                    .cast_into::<PyModel>()
-                    .map_err(|_| type_error("models are Models"))?
-                    .unbind())
-            })
-            .collect::<PyResult<_>>()?;
+                Ok(model.cast_into::<PyModel>().map_err(|_| type_error("models are Models"))?.unbind())
+            }).collect::<PyResult<_>>()?;
         let recording = guarded(|| Recording::of_robots(&models_of(&models)))?;
         Ok(Self { recording, models })
     }
@@ -192,10 +169,7 @@ methods! { PyRecording {
         for (state, model) in states.iter().zip(&self.models) {
             let (model, state) = (&model.get().model, state.cast_into::<PyTuple>()?);
             let part = |k: usize, name, n| read_vector(name, &state.get_item(k)?, n);
-            let own = State::new(
-                &part(0, "q", Some(model.nq()))?,
-                &part(1, "v", Some(model.nv()))?,
-            );
+            let own = State::new(&part(0, "q", Some(model.nq()))?, &part(1, "v", Some(model.nv()))?);
             own.check(model).or_raise()?;
             let u = if state.len() > 2 {
                 part(2, "u", None)?

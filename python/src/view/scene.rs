@@ -51,17 +51,13 @@ methods! { PyRecording {
     /// Draws the path of a frame.
     #[pyo3(text_signature = "($self, frame, robot=0)")]
     fn trace(&mut self, frame: &str, robot = None) -> PyResult<()> {
-        self.of_robot(robot, |own| own.trace(frame))?
-            .map(drop)
-            .or_raise()
+        self.of_robot(robot, |own| own.trace(frame))?.map(drop).or_raise()
     }
 
     /// Draws the axes of a frame.
     #[pyo3(text_signature = "($self, frame, robot=0)")]
     fn show_frame(&mut self, frame: &str, robot = None) -> PyResult<()> {
-        self.of_robot(robot, |own| own.show_frame(frame))?
-            .map(drop)
-            .or_raise()
+        self.of_robot(robot, |own| own.show_frame(frame))?.map(drop).or_raise()
     }
 
     /// Draws forces at the origin of a frame, in the world's axes: (len, 3), N.
@@ -70,16 +66,14 @@ methods! { PyRecording {
         let shape = [self.recording.len(), 3];
         let rows = Rows::read(&argument("values", values, &shape))?;
         let forces = rows.as_slice().chunks(3).map(Vector3::from_column_slice);
-        self.of_robot(robot, |own| own.add_force(frame, forces).map(drop))?
-            .or_raise()
+        self.of_robot(robot, |own| own.add_force(frame, forces).map(drop))?.or_raise()
     }
 
     /// Draws the forces that act in a simulator, frame by frame.
     #[pyo3(text_signature = "($self, simulator, robot=0)")]
     fn add_applied_forces(&mut self, simulator: &Bound<'py, PySimulator>, robot = None) -> PyResult<()> {
         let simulator = &simulator.get().simulator;
-        self.of_robot(robot, |own| own.add_applied_forces(simulator))
-            .map(drop)
+        self.of_robot(robot, |own| own.add_applied_forces(simulator)).map(drop)
     }
 
     /// Displays a robot at another position, by a pose (4, 4) or a translation.

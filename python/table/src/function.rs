@@ -87,52 +87,28 @@ pub fn on_duals(name: &str) -> Option<&'static Function<crate::Dual>> {
     all.find(|function| function.name == name)
 }
 
-/// An entry of functions of a model on a scalar:
-/// `scalar; name [mark](vectors + option; keyword: kind = "default") -> shape of a row, |model, memory, rows, keywords, row of the result| …`.
+/// An entry of functions of a model or of a simulator on a scalar:
+/// `model: Model, scalar; name [mark](vectors + option; keyword: kind = "default") -> shape of a row, |model, memory, rows, keywords, row of the result| …`.
 ///
 /// The mark `lanes` is for functions that run on lanes too.
 #[macro_export]
-macro_rules! model_function {
-    ($T:ty; $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:literal)?),+)?) -> $tail:expr, $one:expr) => {
+macro_rules! function {
+    ($of:ident: $Of:ident, $T:ty; $name:ident $([$mark:ident])? ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:literal)?),+)?) -> $tail:expr, $one:expr) => {
         $crate::Function::<$T> {
             name: stringify!($name),
             arguments: &[$(stringify!($x)),*],
             option: $crate::first!($(Some(stringify!($option)))? None),
             keywords: &[$($((stringify!($key), $crate::first!($(Some($default))? None))),+)?],
-            is_of_simulator: false,
+            is_of_simulator: matches!(stringify!($of).as_bytes(), b"simulator"),
             tail: |robot| {
-                const TAIL: fn(&dualbody::Model) -> $crate::Shape = $tail;
-                TAIL(robot.model())
+                const TAIL: fn(&dualbody::$Of) -> $crate::Shape = $tail;
+                TAIL(robot.$of())
             },
             prepare: Some(|_model, _names| {
-                const ONE: fn(&dualbody::Model<$T>, &mut $crate::Memory<$T>, &[&[$T]], $($($kind,)+)? &mut [$T]) = $one;
+                const ONE: fn(&dualbody::$Of<$T>, &mut $crate::Memory<$T>, &[&[$T]], $($($kind,)+)? &mut [$T]) = $one;
                 let mut _names = _names.iter().copied();
                 $($(let $key = <$kind as $crate::Named>::find(_model, _names.next().unwrap_or_default())?;)+)?
-                Ok(Box::new(move |robot, memory, x, out| ONE(robot.model(), memory, x, $($($key,)+)? out)))
-            }),
-        }
-    };
-}
-
-/// [`model_function`] for functions of a simulator, whose memory they do not use.
-#[macro_export]
-macro_rules! simulator_function {
-    ($T:ty; $name:ident ($($x:ident),* $(+ $option:ident)? $(; $($key:ident: $kind:ty $(= $default:literal)?),+)?) -> $tail:expr, $one:expr) => {
-        $crate::Function::<$T> {
-            name: stringify!($name),
-            arguments: &[$(stringify!($x)),*],
-            option: $crate::first!($(Some(stringify!($option)))? None),
-            keywords: &[$($((stringify!($key), $crate::first!($(Some($default))? None))),+)?],
-            is_of_simulator: true,
-            tail: |robot| {
-                const TAIL: fn(&dualbody::Simulator) -> $crate::Shape = $tail;
-                TAIL(robot.simulator())
-            },
-            prepare: Some(|_model, _names| {
-                const ONE: fn(&dualbody::Simulator<$T>, &[&[$T]], $($($kind,)+)? &mut [$T]) = $one;
-                let mut _names = _names.iter().copied();
-                $($(let $key = <$kind as $crate::Named>::find(_model, _names.next().unwrap_or_default())?;)+)?
-                Ok(Box::new(move |robot, _, x, out| ONE(robot.simulator(), x, $($($key,)+)? out)))
+                Ok(Box::new(move |robot, memory, x, out| ONE(robot.$of(), memory, x, $($($key,)+)? out)))
             }),
         }
     };

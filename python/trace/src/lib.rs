@@ -7,29 +7,18 @@ use dualbody::scalar::traced::Graph;
 use dualbody::{Model, Simulator, codegen};
 use dualbody_native::{Compiler, NativeError, NativeSimulator};
 
-/// Traces [`codegen::inverse_dynamics`].
-#[inline(never)]
-pub fn inverse_dynamics(model: &Model) -> Graph {
-    codegen::inverse_dynamics(model)
+macro_rules! of_models {
+    ($($name:ident),*) => {
+        /// Functions of a model by name: each traces that of its name of [`codegen`].
+        pub static OF_MODELS: &[(&str, fn(&Model) -> Graph)] = &[$((stringify!($name), |model| codegen::$name(model))),*];
+    };
 }
-
-/// Traces [`codegen::forward_dynamics`].
-#[inline(never)]
-pub fn forward_dynamics(model: &Model) -> Graph {
-    codegen::forward_dynamics(model)
-}
-
-/// Traces [`codegen::mass_matrix`].
-#[inline(never)]
-pub fn mass_matrix(model: &Model) -> Graph {
-    codegen::mass_matrix(model)
-}
-
-/// Traces [`codegen::inverse_dynamics_derivatives`].
-#[inline(never)]
-pub fn inverse_dynamics_derivatives(model: &Model) -> Graph {
-    codegen::inverse_dynamics_derivatives(model)
-}
+of_models!(
+    inverse_dynamics,
+    forward_dynamics,
+    mass_matrix,
+    inverse_dynamics_derivatives
+);
 
 /// Traces [`codegen::step`].
 #[inline(never)]

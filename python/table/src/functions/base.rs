@@ -3,7 +3,7 @@
 /// Other velocities of the base.
 #[macro_export]
 macro_rules! base_functions {
-    ($with:ident) => { $with! {
+    ($with:ident) => { $with! { model: Model;
         /// Velocity whose base part is in another representation, (..., nv). q (..., nq), v (..., nv).
         velocity_to_representation(q, v; representation: Representation) -> |m| shape![m.nv()], |m, _, x, to, out| {
             out.copy_from_slice(BaseFrame::new(m, to).to_representation(x[0], BaseQuantity::Velocity, x[1]).as_slice());
@@ -48,109 +48,61 @@ macro_rules! base_functions {
             write_matrix(&base.jacobian(x[0], &half), out);
         };
 
-        /// Joint forces, (..., nv). q (..., nq), v and a (..., nv).
+        // Methods of `BaseVelocity`, with the documentation of the functions of these names.
         _base_inverse_dynamics(q, v, a; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| {
             out.copy_from_slice(BaseFrame::new(m, base).inverse_dynamics(x[0], x[1], x[2]).as_slice());
         };
-
-        /// Accelerations, (..., nv). q (..., nq), v and tau (..., nv).
         _base_forward_dynamics(q, v, tau; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| {
             out.copy_from_slice(BaseFrame::new(m, base).forward_dynamics(x[0], x[1], x[2]).as_slice());
         };
-
-        /// Bias forces, (..., nv). q (..., nq), v (..., nv).
-        _base_bias_forces(q, v; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| {
-            out.copy_from_slice(BaseFrame::new(m, base).bias_forces(x[0], x[1]).as_slice());
-        };
-
-        /// Gravity forces, (..., nv). q (..., nq).
-        _base_gravity_forces(q; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| {
-            out.copy_from_slice(BaseFrame::new(m, base).gravity_forces(x[0]).as_slice());
-        };
-
-        /// Mass matrix, (..., nv, nv). q (..., nq).
-        _base_mass_matrix(q; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| {
-            write_matrix(&BaseFrame::new(m, base).mass_matrix(x[0]), out);
-        };
-
-        /// Inverse of the mass matrix, (..., nv, nv). q (..., nq).
-        _base_mass_matrix_inverse(q; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| {
-            write_matrix(&BaseFrame::new(m, base).mass_matrix_inverse(x[0]), out);
-        };
-
-        /// Coriolis matrix, (..., nv, nv). q (..., nq), v (..., nv).
-        _base_coriolis_matrix(q, v; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| {
-            write_matrix(&BaseFrame::new(m, base).coriolis_matrix(x[0], x[1]), out);
-        };
-
-        /// Velocity of a frame, (..., 6). q (..., nq), v (..., nv).
+        _base_bias_forces(q, v; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| out.copy_from_slice(BaseFrame::new(m, base).bias_forces(x[0], x[1]).as_slice());
+        _base_gravity_forces(q; base: Representation) -> |m| shape![m.nv()], |m, _, x, base, out| out.copy_from_slice(BaseFrame::new(m, base).gravity_forces(x[0]).as_slice());
+        _base_mass_matrix(q; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| write_matrix(&BaseFrame::new(m, base).mass_matrix(x[0]), out);
+        _base_mass_matrix_inverse(q; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| write_matrix(&BaseFrame::new(m, base).mass_matrix_inverse(x[0]), out);
+        _base_coriolis_matrix(q, v; base: Representation) -> |m| shape![m.nv(), m.nv()], |m, _, x, base, out| write_matrix(&BaseFrame::new(m, base).coriolis_matrix(x[0], x[1]), out);
         _base_frame_velocity(q, v; frame: FrameId, representation: Representation, base: Representation) -> |_| shape![6], |m, _, x, frame, r, base, out| {
             write_motion(&d::frame_velocity(m, x[0], &based::velocity(m, base, x[0], x[1]), frame, r), out);
         };
-
-        /// Acceleration of a frame, (..., 6). q (..., nq), v and a (..., nv).
         _base_frame_acceleration(q, v, a; frame: FrameId, representation: Representation, base: Representation) -> |_| shape![6], |m, _, x, frame, r, base, out| {
             let (v, a) = based::motion(m, base, x[0], x[1], x[2]);
             write_motion(&d::frame_acceleration(m, x[0], &v, &a, frame, r), out);
         };
-
-        /// Bias acceleration of a frame, (..., 6). q (..., nq), v (..., nv).
         _base_frame_bias_acceleration(q, v; frame: FrameId, representation: Representation, base: Representation) -> |_| shape![6], |m, _, x, frame, r, base, out| {
             let (v, a) = based::motion(m, base, x[0], x[1], &vec![Zero::zero(); m.nv()]);
             write_motion(&d::frame_acceleration(m, x[0], &v, &a, frame, r), out);
         };
-
-        /// Jacobian of a frame, (..., 6, nv). q (..., nq).
         _base_frame_jacobian(q; frame: FrameId, representation: Representation, base: Representation) -> |m| shape![6, m.nv()], |m, _, x, frame, r, base, out| {
             write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::frame_jacobian(m, x[0], frame, r)), out);
         };
-
-        /// Rate of the Jacobian of a frame, (..., 6, nv). q (..., nq), v (..., nv).
         _base_frame_jacobian_derivative(q, v; frame: FrameId, representation: Representation, base: Representation) -> |m| shape![6, m.nv()], |m, _, x, frame, r, base, out| {
             let v = based::velocity(m, base, x[0], x[1]);
             let (j, rate) = (d::frame_jacobian(m, x[0], frame, r), d::frame_jacobian_derivative(m, x[0], &v, frame, r));
             write_matrix(&BaseFrame::new(m, base).jacobian_derivative(x[0], &v, &j, &rate), out);
         };
-
-        /// Momentum, (..., 6). q (..., nq), v (..., nv).
         _base_momentum(q, v; frame: MomentumFrame, base: Representation) -> |_| shape![6], |m, _, x, frame, base, out| {
             write_force(&d::momentum(m, x[0], &based::velocity(m, base, x[0], x[1]), frame), out);
         };
-
-        /// Momentum matrix, (..., 6, nv). q (..., nq).
         _base_momentum_matrix(q; frame: MomentumFrame, base: Representation) -> |m| shape![6, m.nv()], |m, _, x, frame, base, out| {
             write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::momentum_matrix(m, x[0], frame)), out);
         };
-
-        /// Rate of the centroidal momentum, (..., 6). q (..., nq), v and a (..., nv).
         _base_centroidal_momentum_rate(q, v, a; base: Representation) -> |_| shape![6], |m, _, x, base, out| {
             let (v, a) = based::motion(m, base, x[0], x[1], x[2]);
             write_force(&d::centroidal_momentum_rate(m, x[0], &v, &a), out);
         };
-
-        /// Rate of the centroidal momentum matrix, (..., 6, nv). q (..., nq), v (..., nv).
         _base_centroidal_momentum_matrix_derivative(q, v; base: Representation) -> |m| shape![6, m.nv()], |m, _, x, base, out| {
             let v = based::velocity(m, base, x[0], x[1]);
             let (a, rate) = (d::centroidal_momentum_matrix(m, x[0]), d::centroidal_momentum_matrix_derivative(m, x[0], &v));
             write_matrix(&BaseFrame::new(m, base).jacobian_derivative(x[0], &v, &a, &rate), out);
         };
-
-        /// Jacobian of the average velocity, (..., 6, nv). q (..., nq).
         _base_average_velocity_jacobian(q; frame: MomentumFrame, base: Representation) -> |m| shape![6, m.nv()], |m, _, x, frame, base, out| {
             write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::average_velocity_jacobian(m, x[0], frame)), out);
         };
-
-        /// Velocity of the centre of mass, (..., 3). q (..., nq), v (..., nv).
         _base_center_of_mass_velocity(q, v; base: Representation) -> |_| shape![3], |m, _, x, base, out| {
             write_vector3(&d::center_of_mass_velocity(m, x[0], &based::velocity(m, base, x[0], x[1])), out);
         };
-
-        /// Jacobian of the centre of mass, (..., 3, nv). q (..., nq).
         _base_center_of_mass_jacobian(q; base: Representation) -> |m| shape![3, m.nv()], |m, _, x, base, out| {
             write_matrix(&BaseFrame::new(m, base).jacobian(x[0], &d::center_of_mass_jacobian(m, x[0])), out);
         };
-
-        /// Acceleration of the centre of mass, (..., 3). q (..., nq), v and a (..., nv).
         _base_center_of_mass_acceleration(q, v, a; base: Representation) -> |_| shape![3], |m, _, x, base, out| {
             let (v, a) = based::motion(m, base, x[0], x[1], x[2]);
             write_vector3(&d::center_of_mass_acceleration(m, x[0], &v, &a), out);

@@ -3,7 +3,7 @@
 /// The equations of motion, energies, regressors.
 #[macro_export]
 macro_rules! dynamics_functions {
-    ($with:ident) => { $with! {
+    ($with:ident) => { $with! { model: Model;
         /// Joint forces that produce the accelerations ``a``:  tau = M(q) a + h(q, v) - sum J' f.
         ///
         /// q (..., nq), v and a (..., nv; rad/s, rad/s² or m/s, m/s²), external (..., n_bodies, 6): force on each body in its
@@ -54,19 +54,13 @@ macro_rules! dynamics_functions {
         passive_forces(q, v) -> |m| shape![m.nv()], |m, _, x, out| d::passive_forces_into(m, x[0], x[1], out);
 
         /// Matrix Y with tau = Y p, p the ten inertial parameters of each body, (..., nv, 10 n_bodies). q (..., nq), v and a (..., nv).
-        joint_torque_regressor(q, v, a) -> |m| shape![m.nv(), 10 * m.n_bodies()], |m, _, x, out| {
-            write_matrix(&d::joint_torque_regressor(m, x[0], x[1], x[2]), out);
-        };
+        joint_torque_regressor(q, v, a) -> |m| shape![m.nv(), 10 * m.n_bodies()], |m, _, x, out| write_matrix(&d::joint_torque_regressor(m, x[0], x[1], x[2]), out);
 
         /// Row y with T = y p, p the ten inertial parameters of each body, (..., 10 n_bodies). q (..., nq), v (..., nv).
-        kinetic_energy_regressor(q, v) -> |m| shape![10 * m.n_bodies()], |m, _, x, out| {
-            out.copy_from_slice(d::kinetic_energy_regressor(m, x[0], x[1]).as_slice());
-        };
+        kinetic_energy_regressor(q, v) -> |m| shape![10 * m.n_bodies()], |m, _, x, out| out.copy_from_slice(d::kinetic_energy_regressor(m, x[0], x[1]).as_slice());
 
         /// Row y with U = y p, p the ten inertial parameters of each body, (..., 10 n_bodies). q (..., nq).
-        potential_energy_regressor(q) -> |m| shape![10 * m.n_bodies()], |m, _, x, out| {
-            out.copy_from_slice(d::potential_energy_regressor(m, x[0]).as_slice());
-        };
+        potential_energy_regressor(q) -> |m| shape![10 * m.n_bodies()], |m, _, x, out| out.copy_from_slice(d::potential_energy_regressor(m, x[0]).as_slice());
 
         /// Forces on the bodies in their frames of a force on one frame or link, (..., n_bodies, 6). q (..., nq), force (..., 6).
         _frame_force(q, force; frame: FrameId, representation: Representation) -> |m| shape![m.n_bodies(), 6], |m, _, x, frame, representation, out| {

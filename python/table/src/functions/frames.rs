@@ -3,7 +3,7 @@
 /// Frames, links and configurations.
 #[macro_export]
 macro_rules! frame_functions {
-    ($with:ident) => { $with! {
+    ($with:ident) => { $with! { model: Model;
         /// Poses of all frames in the world, in the order of ``model.frame_names``, (..., n_frames, 4, 4). q (..., nq).
         forward_kinematics(q) -> |m| shape![m.frames().len(), 4, 4], |m, _, x, out| {
             let kinematics = d::forward_kinematics(m, x[0], &vec![Zero::zero(); m.nv()]);
@@ -53,9 +53,7 @@ macro_rules! frame_functions {
 
         /// Derivative of a frame's pose in tangent directions of q, (..., 12, nv): the entries of the rotation matrix, column by column, then the
         /// translation. q (..., nq).
-        frame_placement_derivatives(q; frame: FrameId) -> |m| shape![12, m.nv()], |m, _, x, frame, out| {
-            write_matrix(&d::frame_placement_derivatives(m, x[0], frame), out);
-        };
+        frame_placement_derivatives(q; frame: FrameId) -> |m| shape![12, m.nv()], |m, _, x, frame, out| write_matrix(&d::frame_placement_derivatives(m, x[0], frame), out);
 
         /// Velocities of all links in the order of ``model.link_names``, (..., n_links, 6). q (..., nq), v (..., nv).
         link_velocities(q, v; representation: Representation = "body") -> |m| shape![m.links().len(), 6], |m, _, x, r, out| {

@@ -9,17 +9,10 @@ mod simulation;
 use crate::prelude::*;
 use crate::{Dual, Function};
 
-/// Functions of a model on duals.
+/// Functions of a model or of a simulator on duals.
 macro_rules! on_duals {
-    ($($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
-        &[$(crate::model_function!(Dual; $name ($($arguments)*) -> $tail, $one)),*]
-    };
-}
-
-/// Functions of a simulator on duals.
-macro_rules! simulator_on_duals {
-    ($($(#[$doc:meta])* $name:ident ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
-        &[$(crate::simulator_function!(Dual; $name ($($arguments)*) -> $tail, $one)),*]
+    ($of:ident: $Of:ident; $($(#[$doc:meta])* $name:ident $([$mark:ident])? ($($arguments:tt)*) -> $tail:expr, $one:expr;)*) => {
+        &[$(crate::function!($of: $Of, Dual; $name ($($arguments)*) -> $tail, $one)),*]
     };
 }
 
@@ -29,5 +22,5 @@ pub(crate) static ON_DUALS: &[&[Function<Dual>]] = &[
     crate::frame_functions!(on_duals),
     crate::momentum_functions!(on_duals),
     crate::base_functions!(on_duals),
-    crate::simulator_functions!(simulator_on_duals),
+    crate::simulator_functions!(on_duals),
 ];

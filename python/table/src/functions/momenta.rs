@@ -3,7 +3,7 @@
 /// The centre of mass, momenta.
 #[macro_export]
 macro_rules! momentum_functions {
-    ($with:ident) => { $with! {
+    ($with:ident) => { $with! { model: Model;
         /// Centre of mass in the world, (..., 3), m. q (..., nq).
         center_of_mass(q) -> |_| shape![3], |m, _, x, out| write_vector3(&d::center_of_mass(m, x[0]), out);
 
@@ -11,9 +11,7 @@ macro_rules! momentum_functions {
         center_of_mass_velocity(q, v) -> |_| shape![3], |m, _, x, out| write_vector3(&d::center_of_mass_velocity(m, x[0], x[1]), out);
 
         /// Acceleration of the centre of mass in the world, (..., 3), m/s². q (..., nq), v and a (..., nv).
-        center_of_mass_acceleration(q, v, a) -> |_| shape![3], |m, _, x, out| {
-            write_vector3(&d::center_of_mass_acceleration(m, x[0], x[1], x[2]), out);
-        };
+        center_of_mass_acceleration(q, v, a) -> |_| shape![3], |m, _, x, out| write_vector3(&d::center_of_mass_acceleration(m, x[0], x[1], x[2]), out);
 
         /// Jacobian of the centre of mass: its velocity is J v, (..., 3, nv). q (..., nq).
         center_of_mass_jacobian(q) -> |m| shape![3, m.nv()], |m, _, x, out| write_matrix(&d::center_of_mass_jacobian(m, x[0]), out);
@@ -28,14 +26,10 @@ macro_rules! momentum_functions {
         centroidal_momentum_matrix(q) -> |m| shape![6, m.nv()], |m, _, x, out| write_matrix(&d::centroidal_momentum_matrix(m, x[0]), out);
 
         /// Rate of the centroidal momentum, (..., 6), N and N·m. q (..., nq), v and a (..., nv).
-        centroidal_momentum_rate(q, v, a) -> |_| shape![6], |m, _, x, out| {
-            write_force(&d::centroidal_momentum_rate(m, x[0], x[1], x[2]), out);
-        };
+        centroidal_momentum_rate(q, v, a) -> |_| shape![6], |m, _, x, out| write_force(&d::centroidal_momentum_rate(m, x[0], x[1], x[2]), out);
 
         /// Rate of the centroidal momentum matrix along v, (..., 6, nv). q (..., nq), v (..., nv).
-        centroidal_momentum_matrix_derivative(q, v) -> |m| shape![6, m.nv()], |m, _, x, out| {
-            write_matrix(&d::centroidal_momentum_matrix_derivative(m, x[0], x[1]), out);
-        };
+        centroidal_momentum_matrix_derivative(q, v) -> |m| shape![6, m.nv()], |m, _, x, out| write_matrix(&d::centroidal_momentum_matrix_derivative(m, x[0], x[1]), out);
 
         /// Derivatives of the centroidal momentum in one array (..., 2, 6, nv): by q, v.
         _centroidal_momentum_derivatives(q, v) -> |m| shape![2, 6, m.nv()], |m, _, x, out| {
