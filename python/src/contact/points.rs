@@ -52,29 +52,30 @@ fn point_of((link, body, center, kind, x): &Point) -> ContactPoint {
     }
 }
 
-pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Contacts> {
-    let hint = ", as in Contacts(Terrain.flat(), \"rigid\")";
-    check_kind("contacts", value, "contact", &["Contacts"], hint)?;
+/// Contacts at the points that the shapes have, or at those that travelled with a simulator.
+fn placed(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Contacts> {
     let terrain = terrain_of(&value.getattr("terrain")?)?;
     let law = law_of("law", &value.getattr("law")?, model)?;
-    let points: Option<Vec<Point>> = attribute(value, "points")?;
-    let mut contacts = match points {
-        None => {
-            let options = ContactOptions {
-                mesh_points: attribute(value, "mesh_points")?,
-            };
-            Contacts::with_options(model, terrain, law, &options).or_raise()?
-        }
-        Some(points) => {
-            let options = ContactOptions::default();
-            guarded(|| {
-                let none = Contacts::with_meshes(model, terrain, law, &options, &mut NoMeshes);
-                let add = |all: Contacts, point| all.with_point(point_of(point), law);
-                none.map(|none| points.iter().fold(none.with_selection(|_| false), add))
-            })?
-            .or_raise()?
-        }
+    let Some(points) = attribute::<Option<Vec<Point>>>(value, "points")? else {
+        let mesh_points = attribute(value, "mesh_points")?;
+        let options = ContactOptions { mesh_points };
+        return Contacts::with_options(model, terrain, law, &options).or_raise();
     };
+    let options = ContactOptions::default();
+    guarded(|| {
+        let none = Contacts::with_meshes(model, terrain, law, &options, &mut NoMeshes);
+        let add = |all: Contacts, point| all.with_point(point_of(point), law);
+        none.map(|none| points.iter().fold(none.with_selection(|_| false), add))
+    })?
+    .or_raise()
+}
+
+/// Contacts with what is given link by link.
+fn with_links(
+    mut contacts: Contacts,
+    model: &Model,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Contacts> {
     if let Some(links) = attribute::<Option<Vec<String>>>(value, "links")? {
         let links: Vec<&str> = links.iter().map(String::as_str).collect();
         contacts = contacts.with_links(model, &links).or_raise()?;
@@ -94,7 +95,14 @@ pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<C
         let (link, margin) = (link.extract::<String>()?, margin.extract()?);
         contacts = guarded(|| contacts.with_margin(model, &link, margin))?.or_raise()?;
     }
-    contacts = with_collisions(contacts, model, value)?;
+    Ok(contacts)
+}
+
+pub(crate) fn contacts_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Contacts> {
+    let hint = ", as in Contacts(Terrain.flat(), \"rigid\")";
+    check_kind("contacts", value, "contact", &["Contacts"], hint)?;
+    let contacts = with_links(placed(model, value)?, model, value)?;
+    let mut contacts = with_collisions(contacts, model, value)?;
     let smoothing = value.getattr("smoothing")?;
     if !smoothing.is_none() {
         check_kind("smoothing", &smoothing, "contact", &["Smoothing"], "")?;

@@ -5,7 +5,7 @@ use dualbody::model::{
     Collision, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, SecondAxis, Visual,
 };
 
-use super::load::base_of;
+use super::report::base_of;
 use super::shapes::{inertia_of, read_geometry, read_pose};
 use crate::prelude::*;
 

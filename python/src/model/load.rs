@@ -7,13 +7,8 @@ use dualbody::io::{MasslessLinks, MjcfScene};
 use dualbody::model::{Base, BodyId, UpAxis};
 use dualbody::{ImportReport, ModelOptions};
 
-use super::report::PyImportReport;
+use super::report::{PyImportReport, base_of};
 use crate::prelude::*;
-
-/// Base of a robot, by name.
-pub(super) fn base_of(name: &str) -> PyResult<Base> {
-    variant("base", name, &[Base::Auto, Base::Fixed, Base::Floating])
-}
 
 /// Reads the keywords of a loader.
 fn options_of(keywords: &Bound<'_, PyDict>) -> PyResult<ModelOptions> {

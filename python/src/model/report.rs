@@ -1,9 +1,8 @@
 //! Report of loading a file.
 
-use dualbody::ImportReport;
 use dualbody::io::ImportNote;
+use dualbody::{Base, ImportReport};
 
-use super::load::base_of;
 use crate::prelude::*;
 use crate::words::for_python;
 
@@ -11,6 +10,11 @@ use crate::words::for_python;
 #[pyclass(frozen, name = "ImportReport", module = "dualbody")]
 pub(crate) struct PyImportReport {
     pub(crate) report: ImportReport,
+}
+
+/// Base of a robot, by name.
+pub(super) fn base_of(name: &str) -> PyResult<Base> {
+    variant("base", name, &[Base::Auto, Base::Fixed, Base::Floating])
 }
 
 functions! {
