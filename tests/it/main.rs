@@ -70,6 +70,7 @@ mod many_points;
 mod mesh_contact;
 mod mjcf;
 mod mjcf_activations;
+mod mjcf_equalities;
 mod mjcf_height_fields;
 mod mjcf_meshes;
 mod mjcf_neighbours;
