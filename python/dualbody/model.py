@@ -26,6 +26,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Cylinder",
+    "Ellipsoid",
     "Hardware",
     "ImportReport",
     "JointSpec",
@@ -72,6 +73,13 @@ class Shape(Value):
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
     """Box of edges size, m."""
+
+    size: Vector3
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid(Shape):
+    """Ellipsoid along the axes, of full lengths size, m."""
 
     size: Vector3
 

@@ -39,6 +39,7 @@ mod derivatives_over;
 mod distance_fields;
 mod dry_friction;
 mod dynamics_derivatives;
+mod ellipsoids;
 mod environments;
 mod equilibrium;
 mod extreme_laws;

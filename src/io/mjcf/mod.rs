@@ -33,6 +33,7 @@ mod entry;
 mod equality;
 mod equality_inertia;
 mod geom;
+mod ground;
 mod height_field;
 mod height_file;
 mod include;
